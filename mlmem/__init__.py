@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         SetMethod,
         SetStrain,
     )
-    from .element import MemoryElement, new_element
+    from .element import MemoryElement
     from .element_file import load_element
     from .errors import DriverError, DriverHangs, ProcedureFailed, Refused, SettingsError
     from .factory import factory_calibration
@@ -71,7 +71,7 @@ __all__ = [
     'Locate', 'Loop', 'MemoryElement', 'Outcome', 'Potential', 'Preset', 'ProcedureFailed', 'Read',
     'Reading', 'Refused', 'Reset', 'Scatter', 'SelfTest', 'SetFaults', 'SetMethod', 'SetStrain',
     'Settings', 'SettingsError', 'Shot', 'Specimen', 'StateError', 'Survey', 'Table', 'Trajectory',
-    'Unknown', 'Write', 'describe_level', 'factory_calibration', 'load_element', 'new_element',
+    'Unknown', 'Write', 'describe_level', 'factory_calibration', 'load_element',
     'preset', 'scattered', 'simulate', 'sweep', 'wall_at', 'walls_at',
 ]  # fmt: skip
 
@@ -80,7 +80,7 @@ _MODULE_EXPORTS = {
         'Command', 'Disturb', 'EchoReceived', 'Event', 'FollowTrajectory', 'Inject', 'Outcome',
         'SetFaults', 'SetMethod', 'SetStrain',
     ),
-    'element': ('MemoryElement', 'new_element'),
+    'element': ('MemoryElement',),
     'errors': ('DriverError', 'DriverHangs', 'ProcedureFailed', 'Refused', 'SettingsError'),
     'factory': ('factory_calibration',),
     'instrument.drivers': ('Driver',),

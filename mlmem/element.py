@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The memory element: takes commands, runs procedures on its instrument; and how one is made."""
+"""The memory element: takes commands, runs procedures on its instrument."""
 
 from __future__ import annotations
 
@@ -398,16 +398,6 @@ class MemoryElement(Memory):
         )  # fmt: skip
         self._events.append(run.outcome)
         return run.outcome
-
-
-def new_element(
-    design: Design | Preset,
-    settings: Settings | None = None,
-    calibration: Calibration | None = None,
-    driver: Driver | None = None,
-) -> MemoryElement:
-    """Return a `MemoryElement`; raises as it does."""
-    return MemoryElement(design, settings, calibration, driver)
 
 
 @dataclass(eq=False)

@@ -22,7 +22,7 @@ from .settings import Settings
 
 
 class Preset(NamedTuple):
-    """An element with the settings of its instrument: `new_element(preset('bits_4'))`."""
+    """An element with the settings of its instrument: `MemoryElement(preset('bits_4'))`."""
 
     design: Design
     settings: Settings

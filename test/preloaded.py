@@ -137,7 +137,7 @@ def load():
         importlib.import_module(module)
     from rosidl_generator_py import import_type_support
 
-    from mlmem import new_element, preset
+    from mlmem import MemoryElement, preset
     from mlmem.presets import use_kicks
 
     for package in MESSAGES:
@@ -147,7 +147,7 @@ def load():
         (case_2, 1e-4),
         (use_kicks(case_2), 1e-5),  # that of `nodes.QUICK`
     ):
-        new_element(design, replace(settings, scale=replace(settings.scale, time=time)))
+        MemoryElement(design, replace(settings, scale=replace(settings.scale, time=time)))
     inspect.getmodule(inspect.currentframe())
     assert threading.active_count() == 1
     gc.freeze()

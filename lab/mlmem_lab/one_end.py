@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Faults, MemoryElement, Read, SetFaults, new_element, preset
+from mlmem import Faults, MemoryElement, Read, SetFaults, preset
 from mlmem.commands import EchoReceived
 from mlmem.instrument.end import End
 from mlmem.physics import Specimen
@@ -107,7 +107,7 @@ def record_echoes(element: MemoryElement, level: int, faults: Faults) -> dict[En
 def count_reads(name: str) -> dict[str, Counter[str]]:
     """Return how the reads of a preset ended, by what was wrong and `read.end`."""
     design, settings = preset(name)
-    element, found = new_element(preset(name)), dict[str, Counter[str]]()
+    element, found = MemoryElement(preset(name)), dict[str, Counter[str]]()
     random = np.random.Generator(np.random.PCG64(SEED))
     step = max(1, design.levels // 32)
     for level in range(0, design.levels, step):

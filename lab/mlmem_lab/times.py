@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Erase, MemoryElement, Read, SelfTest, Write, new_element, preset
+from mlmem import Erase, MemoryElement, Read, SelfTest, Write, preset
+from mlmem.moves.planner import disable_kicks
 from mlmem.physics import find_level, find_walls
 
 from .results import STRAINED_PRESETS
@@ -32,12 +33,11 @@ def measure_times(name: str) -> dict[str, Any]:
     """Return the times of a preset, and the read disturb."""
     random = np.random.default_rng(RANDOM_SEED)
     design, settings = preset(name)
-    element = new_element(design, settings)
+    element = MemoryElement(design, settings)
     result = {
         **_time_writes(element, random),
-        'auto': _time_writes(
-            MemoryElement(design, replace(settings, write=replace(settings.write, method='auto'))),
-            random,
+        'paper': _time_writes(
+            MemoryElement(design, disable_kicks(settings)), random, WRITE_COUNT // 5
         ),
         'self test': _time_command(element, SelfTest()),
     }

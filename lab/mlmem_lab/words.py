@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mlmem import Disturb, Faults, MemoryElement, Read, Write, new_element, preset
+from mlmem import Disturb, Faults, MemoryElement, Read, Write, preset
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Specimen, StateError, find_walls
 from mlmem.physics.equilibrium import DEFECT_OFFSET_CELLS, find_pinned_walls
@@ -225,13 +225,13 @@ def make_specimens(name: str, scatter: Scatter) -> Iterator[MemoryElement]:
     design, settings = preset(name)
     for number in range(SPECIMENS):
         made = scattered(design, scatter, number)
-        yield new_element(design, settings, driver=Simulation.of(made, settings.time))
+        yield MemoryElement(design, settings, driver=Simulation.of(made, settings.time))
 
 
 def count_preset(name: str) -> dict[str, Any]:
     """Return the counts of a preset, by fault and by scatter."""
     random = np.random.Generator(np.random.PCG64(SEED))
-    element, finer = new_element(preset(name)), build_device(name, 2)
+    element, finer = MemoryElement(preset(name)), build_device(name, 2)
     kinds = define_troubles(
         element.design.N, element.settings.register.A, (1e-3, 3e-3, 1e-2), (1e-3, 1e-2)
     )

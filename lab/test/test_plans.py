@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_register import first_levels
 
-from mlmem import Write, new_element
+from mlmem import MemoryElement, Write
 from mlmem.element_file import Element, ElementFileError
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II, Scatter, scattered
@@ -40,7 +40,7 @@ def test_a_register_is_kicked_as_planned_for_its_cells(monkeypatch):
     known = Element(specimen, np.zeros(design.N), plan=found.corrections)
     written = {}
     for kicks in (settings, known.apply_planned_kicks(settings)):
-        device = new_element(design, kicks, driver=Simulation.of(specimen, settings.time))
+        device = MemoryElement(design, kicks, driver=Simulation.of(specimen, settings.time))
         device.adopt(specimen)
         outcomes = [device.perform(Write(word)) for word in range(device.reader.content_count)]
         written[kicks] = [outcome.success for outcome in outcomes].count(True)

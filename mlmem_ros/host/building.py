@@ -22,7 +22,6 @@ from mlmem import (
     Settings,
     SettingsError,
     factory_calibration,
-    new_element,
     threads,
 )
 from mlmem.factory import compute_calibration
@@ -149,7 +148,7 @@ class NullStore:
 
     def new_element(self, design: Design, settings: Settings, driver: Driver) -> MemoryElement:
         """Return a device; see `Store.new_element`."""
-        return new_element(design, settings, driver=driver)
+        return MemoryElement(design, settings, driver=driver)
 
     def restore(self, element: MemoryElement) -> None:
         """Leave a new device as it is."""

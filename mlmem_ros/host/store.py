@@ -19,7 +19,6 @@ from mlmem import (
     Refused,
     Settings,
     atomic_files,
-    new_element,
     snapshot,
     threads,
 )
@@ -87,7 +86,7 @@ class Store:
         known = self._worker.done(
             f'reading {path}', lambda: state_file.load_calibration(path, key, design.levels)
         )
-        element = new_element(design, settings, known, driver)
+        element = MemoryElement(design, settings, known, driver)
         if known is None:
             self._worker.done(
                 f'writing {path}',

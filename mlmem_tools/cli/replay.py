@@ -69,7 +69,7 @@ def replay(arguments: argparse.Namespace) -> int:
 
 
 def _replay_bag(arguments: argparse.Namespace) -> int:
-    from mlmem import new_element
+    from mlmem import MemoryElement
     from mlmem.presets import load_preset
     from mlmem_ros.bag.errors import BagError
     from mlmem_ros.session.data import load_session
@@ -82,7 +82,7 @@ def _replay_bag(arguments: argparse.Namespace) -> int:
         if session.header is not None:
             report = run_replay(session, progress)
         else:
-            element = new_element(load_preset(arguments.element or FOREIGN_BAG_PRESET))
+            element = MemoryElement(load_preset(arguments.element or FOREIGN_BAG_PRESET))
             report = replay_commands(element, session, progress)
     note_outcome()
     if arguments.json:

@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from mlmem import Read, element_file, new_element, preset, snapshot
+from mlmem import MemoryElement, Read, element_file, preset, snapshot
 from mlmem.moves import corrections
 from mlmem.physics import Specimen
 from mlmem_ros.bag import jazzy
@@ -22,7 +22,7 @@ from .table import table
 
 def generate_files() -> dict[str, str]:
     """Return the keys of all formats, whose keys are compared with those of an element's files."""
-    element = new_element(preset('bits_1'))
+    element = MemoryElement(preset('bits_1'))
     taken, corrected = (
         snapshot.take_snapshot(element),
         corrections.PulseCorrections((corrections.PulseCorrection(),) * 2, '', (1.0,) * 2),

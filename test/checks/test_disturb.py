@@ -11,12 +11,12 @@ from mlmem import (
     Abort,
     Erase,
     Locate,
+    MemoryElement,
     Read,
     Refused,
     SetStrain,
     Write,
     factory_calibration,
-    new_element,
     preset,
     snapshot,
 )
@@ -53,7 +53,7 @@ def test_pulse_limit_is_that_of_the_device(name, end, level):
     stayed = []
     for share in (1.0, 1.6):
         louder = as_loud(name, end, min(0.5, share * limit))
-        element = new_element(*louder, factory_calibration(*preset(name)))
+        element = MemoryElement(*louder, factory_calibration(*preset(name)))
         element.chain.place(find_pinned_wall(Specimen(element.design), level))
         element.transducer.assume_equilibrium()
         element.perform(Read())
@@ -80,7 +80,7 @@ def test_register_has_no_read_disturb_finding():
 
 @pytest.mark.parametrize('command', [Read(), Locate(), Write(3), Erase()])
 def test_pulse_that_may_move_the_wall_is_rejected(command):
-    element = new_element(*as_loud('case_2', End.LEFT, 0.4))
+    element = MemoryElement(*as_loud('case_2', End.LEFT, 0.4))
     element.loudest = {End.LEFT: 0.28, End.RIGHT: 0.2}
     before = snapshot.take_snapshot(element)
     with pytest.raises(Refused, match=r'probe.A must be at most 0.28'):

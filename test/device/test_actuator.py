@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from mlmem import FollowTrajectory, Refused, SetStrain, Settings, Write, new_element, preset
+from mlmem import FollowTrajectory, MemoryElement, Refused, SetStrain, Settings, Write, preset
 from mlmem.instrument.actuator import MAX_PROFILE_POINTS, Actuator, plan_profile
 from mlmem.instrument.blocks import play, run
 from mlmem.instrument.instrument import Instrument
@@ -377,7 +377,7 @@ PER_LEVEL = 620.0
 def test_cycle_pauses_on_way_back_and_takes_stated_time():
     design, settings = preset('bits_2')
     plain = dataclasses.replace(settings.write, final_settle=0.0, shaped=False)
-    element = new_element(design, dataclasses.replace(settings, write=plain))
+    element = MemoryElement(design, dataclasses.replace(settings, write=plain))
     succeed(element, Write(0))
     element.apply(Write(2))
     strain = []

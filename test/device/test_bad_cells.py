@@ -15,6 +15,7 @@ from mlmem import (
     Erase,
     Faults,
     Locate,
+    MemoryElement,
     Read,
     Refused,
     SelfTest,
@@ -24,7 +25,6 @@ from mlmem import (
     Survey,
     Write,
     element_file,
-    new_element,
     preset,
 )
 from mlmem.instrument.end import End
@@ -50,7 +50,7 @@ def kind_with(name, cells, method='strain'):
 
 def element_with(name, cells, faults, method='strain'):
     """Return a blank element that is kind_with of some cells, with faults that may be others."""
-    element = new_element(*kind_with(name, cells, method))
+    element = MemoryElement(*kind_with(name, cells, method))
     element.set_faults(faults)
     return element
 
@@ -220,7 +220,7 @@ def test_bad_cell_in_element_file_is_simulated_and_judged(tmp_path, monkeypatch)
 @pytest.mark.parametrize('cells', ['1', '61:', '61:0', '61:nan', 'half', '225', '5'])
 def test_bad_cells_that_are_none_or_leave_no_level_are_rejected(cells):
     with pytest.raises(SettingsError) as rejected:
-        new_element(*kind_with('case_2', cells))
+        MemoryElement(*kind_with('case_2', cells))
     assert cells in ('5', '225') or rejected.value.field == 'bad_cells'
     with pytest.raises(SettingsError):
         kind_with('byte', '104')
@@ -239,7 +239,7 @@ def four_levels(name):
 
 def stuck(kind, level, cell):
     """Return an element whose wall rests at a level, and a cell of which then sticks."""
-    element = new_element(kind)
+    element = MemoryElement(kind)
     element.chain.place(find_pinned_wall(Specimen(element.design), level))
     element.transducer.assume_equilibrium()
     element.apply(SetFaults(Faults(stuck_cell=cell)))
@@ -284,7 +284,7 @@ def test_stuck_cell_goes_with_strain_of_write():
     """Nailed to the laboratory it was torn out of its well, and the device stopped. Now the write
     is refused or done, and the device goes on.
     """
-    element = new_element(four_levels('case_2'))
+    element = MemoryElement(four_levels('case_2'))
     assert element.perform(Write(1)).success
     element.apply(SetFaults(Faults(stuck_cell=117)))
     before = element.chain.configuration[116]

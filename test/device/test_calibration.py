@@ -16,13 +16,13 @@ from mlmem import (
     Calibrate,
     Calibration,
     DelayTable,
+    MemoryElement,
     ProcedureFailed,
     Read,
     Settings,
     SettingsError,
     Write,
     factory_calibration,
-    new_element,
     preset,
     snapshot,
 )
@@ -272,7 +272,7 @@ def test_blank_element_echoes_from_its_far_end():
 
 
 def test_new_element_is_blank_and_at_rest_with_unknown_content():
-    element = new_element(CASE_II)
+    element = MemoryElement(CASE_II)
     assert element.settings == Settings()
     assert element.calibration == factory_calibration(CASE_II, Settings())
     assert (element.reading, element.ticks, element.procedure) == (None, 0, '')
@@ -317,7 +317,7 @@ PLAN = PulseCorrections((PulseCorrection(), *[STRONGER] * 3), hash_schedule(BITS
 
 def scattered_element(plan=None):
     """Return an element whose cells differ by 1.5 per cent, so that the wall stops on its way."""
-    element = new_element(BITS_2)
+    element = MemoryElement(BITS_2)
     element.chain.set_specimen(scattered(BITS_2.design, Scatter(alpha=0.015), 12))
     element.calibration = dataclasses.replace(element.calibration, pulse_corrections=plan)
     return element
@@ -357,7 +357,7 @@ def test_corrections_outlive_process_to_bit(planned, tmp_path):
 
 
 def test_corrections_of_another_schedule_are_ignored():
-    known = dataclasses.replace(new_element(BITS_2).calibration, pulse_corrections=PLAN)
+    known = dataclasses.replace(MemoryElement(BITS_2).calibration, pulse_corrections=PLAN)
     settings = BITS_2.settings
     assert known.corrections_by_level(settings) == list(PLAN.steps)
     for change in ({'ramp': 150.0}, {'tension': 0.025}, {'start_strain': 0.021}):
@@ -412,7 +412,7 @@ def test_delays_are_free_of_numerical_dispersion():
     The factory measures with the fourth-order method whatever the device uses, because the delays
     are those of the element.
     """
-    paper, fourth = new_element(CASE_II, PAPER), new_element(CASE_II, FOURTH)
+    paper, fourth = MemoryElement(CASE_II, PAPER), MemoryElement(CASE_II, FOURTH)
     assert paper.calibration == fourth.calibration
     heard = {}
     for element in (paper, fourth):

@@ -18,13 +18,13 @@ from mlmem import (
     Calibration,
     EchoReceived,
     Faults,
+    MemoryElement,
     Read,
     SelfTest,
     SetStrain,
     SettingsError,
     Write,
     factory_calibration,
-    new_element,
     preset,
 )
 from mlmem.instrument.end import End
@@ -43,7 +43,7 @@ NAMES = ('left', 'right', 'both')
 
 def late(name, level, end, by):
     """Return an element with its wall at a level, and one sensor late."""
-    element = new_element(preset(name))
+    element = MemoryElement(preset(name))
     element.chain.place(find_pinned_wall(Specimen(element.design), level))
     element.transducer.assume_equilibrium()
     element.set_faults(Faults(sensor_delay=by, sensor_end=end.value))
@@ -241,7 +241,9 @@ def test_stretch_of_other_phase_is_two_walls(first_active, defects, heard, end):
 def test_swinging_wall_is_read_again_and_not_moved_again(name, method, start, level):
     """Its first echoes disagree: it is half a cell off, and radiates what the far end hears."""
     design, settings = preset(name)
-    element = new_element(design, replace(settings, write=replace(settings.write, method=method)))
+    element = MemoryElement(
+        design, replace(settings, write=replace(settings.write, method=method))
+    )
     element.perform(Write(start))
     *told, outcome = rig.events(element, Write(level))
     first, _, second, _ = (event.reading for event in told)
@@ -270,7 +272,7 @@ def test_procedure_that_writes_reads_first_as_read_does(written, command):
 
 
 def bits_1(**changes):
-    element = new_element(*load_preset('bits_1'))
+    element = MemoryElement(*load_preset('bits_1'))
     element.calibration = dataclasses.replace(element.calibration, **changes)
     return element
 
@@ -295,7 +297,7 @@ def test_rest_is_waited_for_before_pulse():
     for rest in (0.0, 400.0):
         read = dataclasses.replace(settings.read, rest=rest)
         changed = dataclasses.replace(settings, read=read)
-        element = new_element(design, changed, factory_calibration(design, settings))
+        element = MemoryElement(design, changed, factory_calibration(design, settings))
         element.apply(Read())
         while not element.transducer.is_driving:
             element.advance()

@@ -10,11 +10,11 @@ import pytest
 from mlmem import (
     Faults,
     Inject,
+    MemoryElement,
     Read,
     Refused,
     SetFaults,
     Write,
-    new_element,
     preset,
     snapshot,
 )
@@ -39,7 +39,7 @@ def script(*failures):
 
 @pytest.fixture
 def element():
-    return new_element(preset('bits_1'))
+    return MemoryElement(preset('bits_1'))
 
 
 @pytest.mark.parametrize(('unit', 'failure'), FAULT_MEANINGS, ids=' '.join)
@@ -125,7 +125,7 @@ TRANSDUCER = {
 @pytest.mark.parametrize(('failure', 'instance'), TRANSDUCER)
 def test_bad_transducer_kicks_no_wall_and_misleads_no_read(failure, instance):
     """At 0.8 of its way a kick launches nothing; a pulse of 0.8 is heard."""
-    element = new_element(preset('kick_2'))
+    element = MemoryElement(preset('kick_2'))
     assert element.perform(Write(1)).success
     element.apply(script({'unit': 'transducer', 'failure': failure, 'instance': instance}))
     read, left = TRANSDUCER[failure, instance]
@@ -159,7 +159,7 @@ def test_signals_that_are_no_longer_late_are_restored(element, after):
     element.apply(SetFaults(Faults(sensor_delay=after)))
     assert element.at_rest == (after == 0.0)
     kept = snapshot.take_snapshot(element)
-    other = new_element(preset('bits_1'))
+    other = MemoryElement(preset('bits_1'))
     snapshot.restore_snapshot(other, json.loads(json.dumps(kept)))
     assert snapshot.take_snapshot(other) == kept
 
@@ -176,7 +176,7 @@ def test_script_takes_effect_in_its_ticks_for_any_cut_of_time():
     """By the whole snapshot: runs, single ticks, and a restored device in the middle of it."""
 
     def lived(cut):
-        element = new_element(preset('bits_1'))
+        element = MemoryElement(preset('bits_1'))
         element.apply(script(*FAILING))
         element.apply(Write(0))
         while element.ticks < 400:

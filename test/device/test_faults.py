@@ -12,6 +12,7 @@ from mlmem import (
     UNDECODABLE,
     Erase,
     Faults,
+    MemoryElement,
     Read,
     Refused,
     SetFaults,
@@ -20,7 +21,6 @@ from mlmem import (
     SettingsError,
     Write,
     factory_calibration,
-    new_element,
     snapshot,
 )
 from mlmem.instrument.end import End
@@ -165,7 +165,7 @@ def test_random_numbers_of_seed_and_tick_never_change():
 )
 def test_read_drives_no_end_that_rests_in_neither_phase(kind, end, gain):
     """It is driven about its rest: elsewhere the pulse began with a jump, and the wall left."""
-    element = new_element(kind)
+    element = MemoryElement(kind)
     element.chain.place(pin_walls(Specimen(element.design), (0,)))
     with_faults(element, sensor_gain=gain, sensor_end=end)
     for _ in range(3):
@@ -180,7 +180,7 @@ def test_read_drives_no_end_that_rests_in_neither_phase(kind, end, gain):
 @pytest.mark.parametrize('kind', [preset('kick_2'), NIBBLE], ids=['kick_2', 'nibble'])
 def test_erase_drives_no_end_that_rests_in_neither_phase(kind):
     """It began with a jump of nine cells, which broke the element."""
-    element = with_faults(new_element(kind), sensor_gain=10.0, sensor_end='right')
+    element = with_faults(MemoryElement(kind), sensor_gain=10.0, sensor_end='right')
     outcome = element.perform(Erase())
     assert not outcome.success
     assert np.abs(element.chain.v).max() < 5.0

@@ -28,7 +28,6 @@ from mlmem import (
     SettingsError,
     Write,
     factory_calibration,
-    new_element,
     preset,
 )
 from mlmem.instrument.blocks import run, wait
@@ -381,7 +380,7 @@ def test_move_in_own_file_is_planned_and_driven():
     design, settings = preset('case_2')
     assert ways(design, settings, 1, 6) == ['lift']
     assert ways(design, settings, BLANK, 2) == ['launch', 'lift']
-    element = new_element(design, settings)
+    element = MemoryElement(design, settings)
     assert element.perform(Write(1)).success
     lifted = element.perform(Write(6))
     assert lifted.success, lifted.error

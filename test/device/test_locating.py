@@ -13,6 +13,7 @@ from mlmem import (
     End,
     Faults,
     Locate,
+    MemoryElement,
     Preset,
     Read,
     Refused,
@@ -20,7 +21,6 @@ from mlmem import (
     Survey,
     Write,
     factory_calibration,
-    new_element,
     preset,
 )
 from mlmem.physics import CASE_II, Specimen, find_walls
@@ -101,7 +101,7 @@ def test_late_sensors_locate_no_wall_that_is_not_there(name, level, end, delay):
 
 def at_level(name, level, faults):
     """Return a shipped element at rest at a level, with faults."""
-    element = new_element(preset(name))
+    element = MemoryElement(preset(name))
     element.chain.place(pin_walls(Specimen(element.design), () if level == BLANK else (level,)))
     element.set_faults(faults)
     element.transducer.assume_equilibrium()
@@ -127,7 +127,7 @@ def test_locating_moves_nothing_and_leaves_content_to_read(written):
 @pytest.fixture(scope='module')
 def surveyed():
     """A small element with a level written, and the events of its survey."""
-    element = new_element(preset('bits_1'))
+    element = MemoryElement(preset('bits_1'))
     rig.succeed(element, Write(1))
     return element, rig.events(element, Survey())
 
@@ -167,7 +167,7 @@ def test_survey_without_actuator_kicks_and_restores_level():
     settings = dataclasses.replace(
         settings, actuator=dataclasses.replace(settings.actuator, present=False)
     )
-    element = new_element(design, settings)
+    element = MemoryElement(design, settings)
     rig.succeed(element, Write(2))
     *events, outcome = rig.events(element, Survey())
     assert outcome.success, outcome.error
@@ -188,11 +188,11 @@ def test_survey_without_actuator_and_kicks_is_rejected():
         transducer=dataclasses.replace(settings.transducer, max_speed=0.001),
     )
     with pytest.raises(Refused, match='is reached only by strain'):
-        new_element(design, settings).perform(Survey())
+        MemoryElement(design, settings).perform(Survey())
 
 
 def test_samples_after_interruption_are_not_there():
-    element = new_element(preset('bits_1'))
+    element = MemoryElement(preset('bits_1'))
     recorder = element.transducer.record_pulse(End.LEFT, element.transducer.probes[End.LEFT])
     element.pass_ticks(2)
     element.driver.interrupted = True
@@ -207,7 +207,7 @@ def test_samples_after_interruption_are_not_there():
 
 def test_undamped_element_is_not_surveyed():
     design, settings = preset('bits_1')
-    element = new_element(Preset(design, settings))
+    element = MemoryElement(Preset(design, settings))
     undamped = dataclasses.replace(design, eta=0.0)
     element.design = undamped
     assert 'needs damping' in rig.run(element, Survey()).error

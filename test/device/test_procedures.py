@@ -25,7 +25,6 @@ from mlmem import (
     Settings,
     Write,
     factory_calibration,
-    new_element,
     preset,
 )
 from mlmem.instrument.end import End
@@ -312,7 +311,7 @@ def test_end_in_third_ground_state_is_brought_back(end, at):
 
 
 def test_case_i_stores_its_one_level():
-    element = new_element(preset('case_1'))
+    element = MemoryElement(preset('case_1'))
     assert rig.succeed(element, Write(0)).code == '0'
     assert rig.wall(element) == pytest.approx(100.0, abs=1.0)
     for end in End:

@@ -18,12 +18,12 @@ from mlmem import (
     Erase,
     Faults,
     Locate,
+    MemoryElement,
     Read,
     Refused,
     SelfTest,
     SettingsError,
     Write,
-    new_element,
     preset,
     snapshot,
 )
@@ -55,13 +55,13 @@ NIBBLE = first_levels(4)
 @pytest.fixture
 def byte():
     """A blank byte."""
-    return new_element(BYTE)
+    return MemoryElement(BYTE)
 
 
 @pytest.fixture
 def nibble():
     """A blank element of four bits."""
-    return new_element(NIBBLE)
+    return MemoryElement(NIBBLE)
 
 
 def place(element, word):
@@ -125,7 +125,7 @@ def test_forecasts_agree_with_simulated_waveforms(words, amplitude, error):
 
 def test_no_two_words_are_nearer_than_found():
     """`nearest` finds them in single precision, half of the words at a time."""
-    found = new_element(BYTE).reader.forecasts
+    found = MemoryElement(BYTE).reader.forecasts
     apart = cdist(found.parts, found.parts)
     odd = np.array([word.bit_count() % 2 for word in range(256)])
     apart[(odd[:, None] != odd) | np.eye(256, dtype=bool)] = np.inf
@@ -137,7 +137,7 @@ def test_no_two_words_are_nearer_than_found():
 )
 def test_words_are_written_verified_and_read(kind, words):
     """One wall, as many as there may be, none, some; from each to the next, with no strain."""
-    element, bits = new_element(kind), kind.design.levels
+    element, bits = MemoryElement(kind), kind.design.levels
     assert element.reader.content_count == 2**bits
     for word in words:
         written = element.perform(Write(word))
@@ -149,7 +149,7 @@ def test_words_are_written_verified_and_read(kind, words):
         assert read.reading.walls == word.bit_count()
     assert element.actuator.strain == 0.0
     assert element.transmission.encoder == 0.0
-    other = new_element(kind)
+    other = MemoryElement(kind)
     snapshot.restore_snapshot(other, snapshot.take_snapshot(element))
     assert other.perform(Read()).reading.level == words[-1]
     assert element.perform(Erase()).success
@@ -219,7 +219,7 @@ def anywhere(rng):
 )
 def test_no_fault_has_word_read_as_another(kind, count, faults, share):
     """What disorder of a thousandth and a thousandth of the pulse in noise leave is read, too."""
-    element, rng, right = new_element(kind), np.random.default_rng(5), 0
+    element, rng, right = MemoryElement(kind), np.random.default_rng(5), 0
     for _ in range(count):
         word, given = int(rng.integers(element.reader.content_count)), faults(rng)
         element.set_faults(Faults())
@@ -235,7 +235,7 @@ def test_no_fault_has_word_read_as_another(kind, count, faults, share):
 @pytest.fixture(scope='module')
 def decoded_shots():
     """Return an element and what it decodes in sound reads of five random words."""
-    byte, given = new_element(BYTE), []
+    byte, given = MemoryElement(BYTE), []
     decode = byte.reader.forecasts.decode
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
@@ -274,7 +274,7 @@ def test_limits_of_few_words_exclude_walls_between_levels(cells):
     """They are far from one another: at 0.3 of that distance, of the first four levels of a byte,
     these walls were read as words.
     """
-    element = new_element(NIBBLE)
+    element = MemoryElement(NIBBLE)
     element.chain.place(find_pinned_walls(Specimen(NIBBLE.design), cells))
     assert find_wall_levels(NIBBLE.design, element.chain.configuration) is None
     read = element.perform(Read())
@@ -301,7 +301,7 @@ def test_ringing_element_is_read_at_one_tick_for_any_cut():
     """While the ends are to become quiet ticks are deferred; every tick is judged nevertheless."""
     told = []
     for between in (None, lambda: None):
-        element = new_element(BYTE)
+        element = MemoryElement(BYTE)
         element.perform(Write(0x42))
         element.perform(Write(0x43))  # its last kick is still decoded_shots
         element.apply(Disturb(3e-4))
@@ -327,7 +327,9 @@ def test_ringing_element_is_read_at_one_tick_for_any_cut():
 )
 def test_register_without_kick_to_each_level_is_rejected(kick, field):
     with pytest.raises(SettingsError) as rejected:
-        new_element(BYTE.design, replace(BYTE.settings, kick=replace(BYTE.settings.kick, **kick)))
+        MemoryElement(
+            BYTE.design, replace(BYTE.settings, kick=replace(BYTE.settings.kick, **kick))
+        )
     assert rejected.value.field == field
 
 
@@ -337,7 +339,7 @@ def test_element_in_another_ground_state_is_written_again(state):
     phase at -2 pi, 0, 4 pi and 6 pi. A wall may leave it at the far end on the way: then the next
     write finds it active.
     """
-    element = new_element(NIBBLE)
+    element = MemoryElement(NIBBLE)
     element.chain.place(np.full(element.design.N, state))
     element.transducer.assume_equilibrium()
     assert any(element.perform(Write(5)).success for _ in range(2))

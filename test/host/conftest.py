@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from mlmem import Faults, factory, new_element, preset
+from mlmem import Faults, MemoryElement, factory, preset
 from mlmem.loop.timetable import SteadyPacer
 from mlmem.presets import use_kicks
 from mlmem_ros.host import Host, SessionPlan, ThrottledLog
@@ -72,7 +72,7 @@ def parameters():
 
 @pytest.fixture(scope='session')
 def calibration():
-    return new_element(ELEMENT).calibration
+    return MemoryElement(ELEMENT).calibration
 
 
 class Service:

@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from mlmem import DelayTable, Settings, factory, new_element, snapshot
+from mlmem import DelayTable, MemoryElement, Settings, factory, snapshot
 from mlmem.physics import CASE_II, StateError
 from mlmem.settings import ProbeSettings
 from mlmem_ros.host import ThrottledLog, state_file
@@ -44,8 +44,17 @@ def _store(file):
     return Store(settings, FileSettings(), throttled, Worker('test-store', throttled))
 
 
+def test_kept_state_is_on_the_disk_before_the_answer(file, kept):
+    element = MemoryElement(CASE_II)
+    store = kept(file)
+    for _ in range(3):
+        element.advance()
+        assert store.keep(element).result(20.0) is None
+        assert state_file.load_snapshot(file)['ticks'] == element.ticks
+
+
 def test_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
-    link, element = tmp_path / 'link.json', new_element(CASE_II)
+    link, element = tmp_path / 'link.json', MemoryElement(CASE_II)
     link.symlink_to(file)
     element.advance()
     kept(link).keep(element).result(20.0)
@@ -59,7 +68,7 @@ def test_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
 
 def test_states_are_saved_in_order(file, monkeypatch, kept):
     """A disk that is slow once does not restore an older state."""
-    element, store, slow = new_element(CASE_II), kept(file), threading.Event()
+    element, store, slow = MemoryElement(CASE_II), kept(file), threading.Event()
     save = state_file.save_snapshot
 
     def slowly(path, taken):
@@ -79,7 +88,7 @@ def test_states_are_saved_in_order(file, monkeypatch, kept):
 
 def test_save_without_ownership_of_the_file_fails(tmp_path, kept):
     """Its folder was moved: another node would take the path, and both would acknowledge."""
-    folder, element = tmp_path / 'folder', new_element(CASE_II)
+    folder, element = tmp_path / 'folder', MemoryElement(CASE_II)
     store = kept(folder / 'element.json')
     store.new_element(CASE_II, Settings())
     store.keep(element).result(20.0)
@@ -144,7 +153,7 @@ def test_learnt_calibration_outlives_the_state(file, kept):
 
 
 def test_state_of_other_pulses_restores_no_delays(file, kept):
-    element = new_element(CASE_II)
+    element = MemoryElement(CASE_II)
     element.calibration = dataclasses.replace(
         element.calibration,
         right=DelayTable(tuple(1000.0 - level for level in range(8)), blank=2000.0),
@@ -156,4 +165,4 @@ def test_state_of_other_pulses_restores_no_delays(file, kept):
     restored = store.new_element(CASE_II, Settings())
     store.restore(restored)
     assert snapshot.hash_state(restored) == snapshot.hash_state(element)
-    assert restored.calibration == new_element(CASE_II).calibration
+    assert restored.calibration == MemoryElement(CASE_II).calibration

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from mlmem import EchoReceived, Faults, Outcome, Read, SetFaults, Write, new_element, preset
+from mlmem import EchoReceived, Faults, MemoryElement, Outcome, Read, SetFaults, Write, preset
 from mlmem.element_file import Element
 from mlmem.physics import Specimen
 from mlmem.readers.reading import UNDECODABLE
@@ -37,7 +37,7 @@ def compared(watcher):
 @pytest.fixture(scope='module')
 def read_element():
     """Return an element at level 1, and the events of a read."""
-    element = new_element(preset('bits_1'))
+    element = MemoryElement(preset('bits_1'))
     element.apply(SetFaults(Faults(sensor_noise=1e-5)))
     element.perform(Write(1))
     return element, last_events(element, Read())

@@ -13,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import Image
 from visualization_msgs.msg import MarkerArray
 
-from mlmem import Settings, new_element
+from mlmem import MemoryElement, Settings
 from mlmem.physics import CASE_II
 from mlmem_ros.contract.streams import STREAMS
 from mlmem_ros.host.settings import PublishSettings
@@ -31,7 +31,7 @@ def test_rviz_config_names_topics_and_namespaces():
     kinds = {'MarkerArray': MarkerArray, 'Image': Image}
     for display in config['Displays']:
         assert TYPES[display['Topic']['Value']] is kinds[display['Class'].split('/')[1]]
-    message = ChainMarkers(new_element(CASE_II, Settings()), PublishSettings()).message(Time())
+    message = ChainMarkers(MemoryElement(CASE_II, Settings()), PublishSettings()).message(Time())
     shown = next(d['Namespaces'] for d in config['Displays'] if 'Namespaces' in d)
     assert shown == {marker.ns: True for marker in message.markers}
 

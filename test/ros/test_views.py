@@ -15,7 +15,7 @@ from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import Image
 from visualization_msgs.msg import Marker, MarkerArray
 
-from mlmem import Settings, Write, new_element
+from mlmem import MemoryElement, Settings, Write
 from mlmem.physics import CASE_II, find_walls
 from mlmem_ros.host.settings import PublishSettings
 from mlmem_ros.ros.views import (
@@ -123,7 +123,7 @@ def by_namespace(message):
 
 
 def test_markers_show_cells_wall_and_levels():
-    element = new_element(CASE_II, Settings())
+    element = MemoryElement(CASE_II, Settings())
     element.perform(Write(1))
     found = by_namespace(ChainMarkers(element, PublishSettings()).message(NOW))
     (cells,), (wall,), (wall_label,), (title,) = (

@@ -11,7 +11,7 @@ import pytest
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from sampled import sampled
 
-from mlmem import Faults, Refused, SetFaults, SetStrain, Write, new_element
+from mlmem import Faults, MemoryElement, Refused, SetFaults, SetStrain, Write
 from mlmem.physics import CASE_II
 from mlmem_ros import __version__
 from mlmem_ros.bag.errors import BagError
@@ -28,7 +28,7 @@ COMMANDS = {3: SetFaults(Faults(actuator_lag=100.0)), 10: SetStrain(0.004), 40: 
 @pytest.fixture
 def recorded(tmp_path):
     """Drive a device by hand for a hundred ticks; return its bag and what was recorded."""
-    element = new_element(CASE_II)
+    element = MemoryElement(CASE_II)
     header, command, state_hash = (
         f'{NODE}/{topic}'
         for topic in (records.HEADER_TOPIC, records.COMMAND_TOPIC, records.STATE_HASH_TOPIC)
@@ -67,7 +67,7 @@ def test_header_has_initial_state_and_versions(recorded, tmp_path):
 
 
 def test_session_during_a_procedure_is_rejected():
-    element = new_element(CASE_II)
+    element = MemoryElement(CASE_II)
     element.apply(Write(2))
     element.advance()
     with pytest.raises(Refused):

@@ -9,7 +9,7 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from mlmem import new_element
+from mlmem import MemoryElement
 from mlmem.instrument.instrument import Units
 from mlmem.physics import CASE_II
 from mlmem_ros.bag.errors import BagError
@@ -46,7 +46,7 @@ WRITE_LEVEL_1_THEN_PROBE = [
 
 def test_commands_of_other_recorders_apply_at_their_stamps(tmp_path):
     session = load_session(foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE))
-    report = replay_commands(new_element(CASE_II), session)
+    report = replay_commands(MemoryElement(CASE_II), session)
     assert report.refused == []
     assert [(o.procedure, o.reading.level) for o in report.outcomes] == [('write', 1), ('read', 1)]
     probed = report.outcomes[1].start_tick
@@ -76,7 +76,7 @@ def test_session_with_a_clock_set_back_is_exact(tmp_path):
 def test_command_while_busy_is_rejected_in_a_replay(tmp_path):
     early = [WRITE_LEVEL_1_THEN_PROBE[0], (0.1, *WRITE_LEVEL_1_THEN_PROBE[1][1:])]
     report = replay_commands(
-        new_element(CASE_II), load_session(foreign_bag(tmp_path / 'bag', early))
+        MemoryElement(CASE_II), load_session(foreign_bag(tmp_path / 'bag', early))
     )
     assert len(report.refused) == 1
     assert 'busy: write is running' in report.refused[0]
@@ -107,7 +107,7 @@ def test_imu_of_a_robots_bag_shakes_the_base(tmp_path):
     assert [command.acceleration for _, command in session.commands[:2]] == pytest.approx(
         [1e-4, -1e-4]
     )
-    element = new_element(CASE_II)
+    element = MemoryElement(CASE_II)
     report = replay_commands(element, session)
     (refusal,) = report.refused
     assert 'acceleration must be a finite number' in refusal
@@ -169,7 +169,7 @@ def test_trajectory_by_hand_is_replayed(tmp_path):
     points = ((0.02, [0.02 * length], []), (0.06, [-0.01 * length], []))
     kind = 'trajectory_msgs/msg/JointTrajectory'
     drive = [(0.0, 'strain_trajectory', kind, trajectory(*points))]
-    element = new_element(CASE_II)
+    element = MemoryElement(CASE_II)
     report = replay_commands(element, load_session(foreign_bag(tmp_path / 'bag', drive)))
     assert report.refused == []
     for _ in range(9):  # one tick of 2 ms is done
@@ -199,7 +199,7 @@ def test_trajectory_point_without_one_position_is_rejected(tmp_path, points, wor
             (0.1, 'strain', 'std_msgs/msg/Float64', {'data': 0.01}),
         ],
     )
-    report = replay_commands(new_element(CASE_II), load_session(bag))
+    report = replay_commands(MemoryElement(CASE_II), load_session(bag))
     (refusal,) = report.refused
     assert word in refusal
     assert report.commands == 1

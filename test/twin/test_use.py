@@ -13,12 +13,12 @@ from mlmem import (
     Calibrate,
     Calibration,
     Faults,
+    MemoryElement,
     Read,
     SetFaults,
     SettingsError,
     Shot,
     element_file,
-    new_element,
     preset,
 )
 from mlmem.factory import compute_calibration
@@ -52,7 +52,7 @@ def simulated(made, dt):
 
 @pytest.fixture
 def element():
-    return new_element(CHOSEN, driver=Simulation.of(MADE, CHOSEN.settings.time))
+    return MemoryElement(CHOSEN, driver=Simulation.of(MADE, CHOSEN.settings.time))
 
 
 def test_specimen_comes_back_to_the_bit():
@@ -132,7 +132,7 @@ def reads(element, word):
 
 def test_scattered_register_is_read_by_its_twin():
     """By the design's forecasts 13 of 64 words are read; all others are undecodable."""
-    element = new_element(BYTE, driver=Simulation.of(OWN, BYTE.settings.time))
+    element = MemoryElement(BYTE, driver=Simulation.of(OWN, BYTE.settings.time))
     words = range(7, 256, 31)
     assert {reads(element, word) for word in words} == {UNDECODABLE}
     element.adopt(OWN)
@@ -140,7 +140,7 @@ def test_scattered_register_is_read_by_its_twin():
 
 
 def test_twin_that_cannot_hold_every_word_is_rejected():
-    element = new_element(BYTE)
+    element = MemoryElement(BYTE)
     known = element.reader.forecasts
     with pytest.raises(SettingsError, match='cannot be held: walls at the levels'):
         element.adopt(Specimen(BYTE.design, stuck=(104,)))
@@ -162,7 +162,7 @@ def test_header_carries_element_and_forecast(element):
 
 
 def test_header_carries_the_twin_of_a_register():
-    element = new_element(BYTE)
+    element = MemoryElement(BYTE)
     element.adopt(OWN)
     twin = read_header(header_of(element)).twin
     assert (twin.alpha == OWN.alpha).all()

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mlmem import EchoReceived, Faults, Read, SetFaults, Write, new_element, preset
+from mlmem import EchoReceived, Faults, MemoryElement, Read, SetFaults, Write, preset
 from mlmem.element_file import Element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import INTEGRATORS, Scatter, scattered
@@ -30,7 +30,7 @@ class Bench:
         error = 1.0 + 5e-4 * np.random.default_rng(1).standard_normal(DESIGN.N)
         self.sensors, self.weaker = Sensors(), [1.0, 1.0]
         driver = Measured(MADE, self)
-        self.element = new_element(CHOSEN, driver=driver)
+        self.element = MemoryElement(CHOSEN, driver=driver)
         known = replace(MADE, alpha_factor=MADE.alpha_factor * error)
         twin = Element(known, 5e-4 * MADE.alpha)
         self.watch = Residuals(twin, INTEGRATORS[SETTINGS.time.integrator])

@@ -26,7 +26,6 @@ from mlmem import (
     Read,
     SettingsError,
     Write,
-    new_element,
     preset,
 )
 from mlmem.factory import rehearse_levels
@@ -54,7 +53,7 @@ Rng = np.random.Generator
 def build_element(name: str, told: str, faults: Faults) -> MemoryElement:
     """Return a blank element that is told of bad cells, with faults that may be others."""
     design, settings = preset(name)
-    element = new_element(design, replace(settings, element=ElementSettings(told)))
+    element = MemoryElement(design, replace(settings, element=ElementSettings(told)))
     element.set_faults(faults)
     return element
 

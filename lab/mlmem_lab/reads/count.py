@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Abort, Erase, MemoryElement, Read, SetStrain, Settings, Write, new_element
+from mlmem import Abort, Erase, MemoryElement, Read, SetStrain, Settings, Write
 from mlmem.instrument.drivers import Simulation, steps_per_tick
 from mlmem.physics import INTEGRATORS, Chain, Design, Specimen, StateError, find_level, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall
@@ -64,7 +64,7 @@ def build_device(name: str, finer: int = 1, specimen: int | None = None) -> Memo
     design, settings = find_preset(name)
     steps = steps_per_tick(design, settings.time) * finer
     chain = Chain(design, settings.time.tick / steps, INTEGRATORS[settings.time.integrator])
-    element = new_element(design, settings, driver=Simulation(chain))
+    element = MemoryElement(design, settings, driver=Simulation(chain))
     if specimen is not None:
         chain.set_specimen(
             scattered(design, Scatter(alpha=SCATTER_BY_SPACING.get(design.J, 0.0)), specimen)

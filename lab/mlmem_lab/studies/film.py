@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from mlmem import EchoReceived, Erase, Outcome, Read, Write, new_element, preset
+from mlmem import EchoReceived, Erase, MemoryElement, Outcome, Read, Write, preset
 from mlmem.physics import CASE_II
 from mlmem.readers.echo import Echo, detection_threshold
 
@@ -58,7 +58,7 @@ def record_element() -> tuple[Trace, dict[str, int], Echo]:
     Raises:
         ValueError: A procedure failed.
     """
-    element, trace, ended = new_element(preset('case_2')), Trace(), {}
+    element, trace, ended = MemoryElement(preset('case_2')), Trace(), {}
     echoes: list[Echo] = []
     for name, command in (('write', Write(FILMED_LEVEL)), ('read', Read()), ('erase', Erase())):
         if name == 'read':

@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from mlmem import Erase, MemoryElement, Write, new_element, preset
+from mlmem import Erase, MemoryElement, Write, preset
 from mlmem.instrument.end import BoundaryMotion, End, Kick, Pulse
 from mlmem.instrument.motion import Ramp
 from mlmem.physics import Chain
@@ -84,7 +84,7 @@ def describe_preset(name: str) -> dict[str, Any]:
     """Return all that the page knows of a preset."""
     shipped = preset(name)
     design, settings = shipped
-    element = new_element(shipped)
+    element = MemoryElement(shipped)
     about = About.of(design, settings, name).json | {'faults': {}}
     about['procedures'] = {key: {'changes': True} for key in ('write', 'erase')}
     many = settings.register.spacing > 0
@@ -160,7 +160,7 @@ def record_transition(shipped: Preset, start: int, target: int) -> dict[str, Any
     Raises:
         ValueError: The element did not follow.
     """
-    element = new_element(shipped)
+    element = MemoryElement(shipped)
     if start != BLANK:
         element.perform(Write(start))
     watched = _record_events(element)

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Erase, Write, new_element, preset
+from mlmem import Erase, MemoryElement, Write, preset
 from mlmem.physics import Specimen, find_level
 from mlmem.presets import use_kicks
 from mlmem.readers.reading import BLANK
@@ -80,7 +80,7 @@ def measure_kicks(name: str) -> dict[str, Any]:
 
 def count_writes(name: str, procedures: int, seed: int) -> dict[str, Any]:
     """Write random levels, any to any, with an erase now and then; compare with the true wall."""
-    element, rng = new_element(use_kicks(preset(name))), random.Random(seed)
+    element, rng = MemoryElement(use_kicks(preset(name))), random.Random(seed)
     levels = range(element.design.levels)
     near = arrival_tolerance(element.chain.specimen)
     present = BLANK

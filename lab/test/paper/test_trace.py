@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem import Settings, Write, new_element
+from mlmem import MemoryElement, Settings, Write
 from mlmem.instrument.end import End
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import CycleSettings, WriteSettings
@@ -38,7 +38,7 @@ def test_a_schedule_takes_its_time_whatever_the_looks(every):
 
 
 def test_a_schedule_ends_where_the_device_ends():
-    element = new_element(CASE_II)
+    element = MemoryElement(CASE_II)
     record_procedure(element, Write(0), Trace())
     trace = Trace()
     outcome = record_procedure(element, Write(1), trace)
@@ -56,7 +56,7 @@ def test_a_schedule_ends_where_the_device_ends():
 @pytest.mark.parametrize(('end', 'level'), [(End.LEFT, 0), (End.LEFT, 5), (End.RIGHT, 2)])
 def test_a_probe_hears_what_the_device_was_calibrated_to(end, level):
     """A converged step, and the device's own: apart by three of its samples at most."""
-    element = new_element(CASE_II)
+    element = MemoryElement(CASE_II)
     probe = Settings().probe if end == 'left' else Settings().probe_right
     heard, dt = record_echo(CASE_II, find_pinned_wall(Specimen(CASE_II), level), probe, end)
     detector = EchoDetector(probe, dt, filtered=True)

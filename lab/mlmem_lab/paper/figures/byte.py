@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Write, new_element
+from mlmem import MemoryElement, Write
 from mlmem.instrument.end import End
 from mlmem.physics import Specimen
 from mlmem.presets import preset
@@ -36,7 +36,7 @@ def compute_data(quality: Quality) -> Data:
         `carrier` and `apart`: least difference between two words, over the pulse.
     """
     byte = preset('byte')
-    element = new_element(byte)
+    element = MemoryElement(byte)
     register = forecast_words(Specimen(byte.design), byte.settings)
     t, field = [], []
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Settings, Write, new_element
+from mlmem import MemoryElement, Settings, Write
 from mlmem.physics import CASE_II
 from mlmem.settings import TimeSettings
 
@@ -39,7 +39,7 @@ def compute_data(quality: Quality) -> Data:
     levels = quality.pick(range(4), range(design.levels))
     tick = quality.pick(20.0, 10.0)
     settings = dataclasses.replace(Settings(), time=TimeSettings(tick=tick))
-    element = new_element(design, settings)
+    element = MemoryElement(design, settings)
     record_procedure(
         element, Write(0), Trace()
     )  # the paper's figure begins with the wall at level 0

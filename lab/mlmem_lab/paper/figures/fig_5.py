@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Erase, Settings, Write, new_element
+from mlmem import Erase, MemoryElement, Settings, Write
 from mlmem.physics import CASE_II, find_level
 from mlmem.settings import TimeSettings
 
@@ -37,7 +37,7 @@ def compute_data(quality: Quality) -> Data:
     settings = dataclasses.replace(Settings(), time=TimeSettings(tick=20.0))
     rows = []
     for level in levels:
-        element = new_element(design, settings)
+        element = MemoryElement(design, settings)
         written = record_procedure(element, Write(level), Trace())
         trace, start = Trace(), element.ticks
         outcome = record_procedure(element, Erase(), trace)

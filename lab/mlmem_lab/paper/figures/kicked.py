@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Erase, Write, new_element, preset
+from mlmem import Erase, MemoryElement, Write, preset
 from mlmem.physics import CASE_II
 from mlmem.physics.potential import Array
 from mlmem.presets import use_kicks
@@ -26,7 +26,7 @@ LEVEL_ORDER = (7, 0, 6, 1, 5, 2, 4, 3)
 @FIGURE.data
 def compute_data(quality: Quality) -> Data:
     """Return frames of the configuration, and how the ends move, while all levels are written."""
-    element, trace = new_element(use_kicks(preset('case_2'))), Trace()
+    element, trace = MemoryElement(use_kicks(preset('case_2'))), Trace()
     levels = LEVEL_ORDER[: quality.pick(2, len(LEVEL_ORDER))]
     begins = []
     for level in levels:

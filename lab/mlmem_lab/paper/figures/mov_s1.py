@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mlmem import Command, Erase, Write, new_element
+from mlmem import Command, Erase, MemoryElement, Write
 from mlmem.physics import CASE_II
 
 from ...studies import style
@@ -31,7 +31,7 @@ FRAME_TIME_MS = 60
 @FIGURE.data
 def compute_data(quality: Quality) -> Data:
     """Return frames of configuration and strain while every level is written and erased."""
-    design, element, trace = CASE_II, new_element(CASE_II), Trace()
+    design, element, trace = CASE_II, MemoryElement(CASE_II), Trace()
     captions: list[str] = []
     levels = range(quality.pick(2, design.levels))
     commands: dict[str, Command] = {
