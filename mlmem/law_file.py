@@ -96,11 +96,6 @@ def format_law(law: Curve, unit: str = UNIT_CELLS) -> str:
     return json.dumps({'format': FORMAT_VERSION, 'unit': unit, 'law': _collect_values(law)})
 
 
-def is_law_text(source: str) -> bool:
-    """Return whether a text is a law itself and not the path of one."""
-    return source.lstrip().startswith('{')
-
-
 def write_law_file(path: Path, law: Curve, force_std: Sequence[float] = ()) -> None:
     """Write a law in SI units to a file, whole or not at all.
 

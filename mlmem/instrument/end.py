@@ -45,10 +45,6 @@ class End(str, Enum):
         """Return its cell: 1 or N."""
         return 1 if self is End.LEFT else design.N
 
-    def rest(self, design: Design) -> float:
-        """Return the ground state in front of a wall: active at the left, otherwise inactive."""
-        return design.D_s2 if self is End.LEFT else design.D_s1
-
     def k_s(self, design: Design) -> float:
         """Return the on-site stiffness of that state, in which its waves travel."""
         return design.k_s2 if self is End.LEFT else design.k_s1

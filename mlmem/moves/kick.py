@@ -9,7 +9,6 @@ already; so a word is filled from the right. See docs/strainless.md.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
@@ -18,7 +17,7 @@ from ..commands import PHASE_LAUNCHING
 from ..instrument.blocks import Procedure, catch_up, wait, wait_for_ends
 from ..instrument.end import End
 from ..memory import Memory
-from ..physics import Design, wall_energy
+from ..physics import Design
 from ..readers.reading import BLANK, UNDECODABLE
 from ..readers.words import Code
 from ..settings import Settings
@@ -158,15 +157,6 @@ def kick_speed(design: Design, settings: Settings, level: int) -> float:
     speed = speeds[level] if level < len(speeds) else 0.0
     able = abs(design.D_s2 - design.D_s1) <= limits.max_stroke
     return speed if able and settings.kick.peak_speed_ratio * speed <= limits.max_speed else 0.0
-
-
-def kick_energy(design: Design, level: int) -> float:
-    """Return the energy of the wall that a kick sends to a level.
-
-    It is a particle of rest energy and mass E in a medium where waves run at speed 1, and damping
-    takes its momentum on the way to X: E sqrt(1 + (eta X)^2).
-    """
-    return wall_energy(design) * math.hypot(1.0, design.eta * design.defect_site(level))
 
 
 def erase_speed(design: Design, settings: Settings) -> float:

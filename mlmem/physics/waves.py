@@ -170,27 +170,6 @@ def _carry_rows(
     return found
 
 
-def passing_tensions(own: Complex) -> tuple[Complex, Complex]:
-    """Return the tension on the left of a cell over its displacement, of waves that go to the
-    right in a chain of equal cells, and of those that come back; both must decay on their way.
-
-    Args:
-        own: E of its cells, shape (F,).
-    """
-    half = 0.5 * own
-    shift = 1.0 + half - np.sqrt(half * (2.0 + half))  # from a cell to the next
-    shift = np.where(np.abs(shift) < 1.0, shift, 1.0 / shift)
-    return 1.0 - 1.0 / shift, 1.0 - shift
-
-
-def reflection_ratio(Y: Complex, away: tuple[Complex, Complex]) -> Complex:
-    """Return the amplitude that comes back over that which goes on, where the tension over the
-    displacement is Y, of waves that are `passing_tensions`.
-    """
-    on, back = away
-    return np.asarray((on - Y) / (Y - back))
-
-
 def multiply_matrices(
     stiffness: Array, mass: Array, spring: Array, square: Complex, loss: Complex
 ) -> Complex:
