@@ -9,7 +9,6 @@ thousand reads, which may move the wall. Times are in time units.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np

@@ -21,8 +21,7 @@ from mlmem import DriverError, MemoryElement, Read, Settings, Write
 from mlmem.instrument import drivers
 from mlmem.physics import CASE_II
 from mlmem.settings import ReadSettings, ScaleSettings
-from mlmem_ros.rig import Rig
-from mlmem_ros.rig.frames import FrameKind
+from mlmem_ros.rig.frames import FrameKind, Parser
 
 from .lines import calibration
 
@@ -136,65 +135,6 @@ def wired(program, damage=0.0):
             os.close(end)
 
 
-BOARD = """
-static void (*board_sends)(const uint8_t *, size_t);
-static void board_send(const uint8_t *bytes, size_t count) { board_sends(bytes, count); }
-void board_tick(const uint8_t *bytes, size_t count) { take(bytes, count); tick(); }
-void board_begin(double seconds, void (*sends)(const uint8_t *, size_t))
-{
-    unit = seconds, board_sends = sends;
-    element_begin();
-}
-"""
-"""A board without a clock: what has come is taken, and a tick passes."""
-
-
-class Board:
-    """The line to a rig on a board whose time passes while the driver waits.
-
-    Each byte on the line is damaged with a probability.
-
-    Attributes:
-        asked: How often the rig has requested a frame again.
-    """
-
-    filler = bytes(100)  # like all else, some of it is damaged
-    Sends = ctypes.CFUNCTYPE(None, ctypes.POINTER(ctypes.c_uint8), ctypes.c_size_t)
-
-    def __init__(self, path, damage):
-        self.rig, self.damage, self.chance = ctypes.CDLL(path), damage, random.Random(1)
-        self.next = self.chance.expovariate(damage)  # bytes to the next one damaged
-        self.asked, self.inward, self.outward = 0, b'', b''
-        self.sends = self.Sends(self._send)
-        self.rig.board_begin(ctypes.c_double(UNIT), self.sends)
-
-    def _send(self, frame, count):
-        self.asked += frame[2] == FrameKind.AGAIN
-        self.outward += self.damaged(bytearray(frame[:count]))
-
-    def damaged(self, data):
-        while self.next < len(data):
-            data[int(self.next)] ^= 1 << self.chance.randrange(8)
-            self.next += 1.0 + self.chance.expovariate(self.damage)
-        self.next -= len(data)
-        return bytes(data)
-
-    def send(self, data):
-        self.inward += self.damaged(bytearray(data))
-
-    def receive(self, seconds):
-        for _ in range(1 + int(seconds / (20.0 * UNIT))):
-            come, self.inward = self.inward, b''
-            self.rig.board_tick(come, ctypes.c_size_t(len(come)))
-            if self.outward:
-                break
-        sent, self.outward = self.outward, b''
-        return sent
-
-    def close(self):
-        pass
-
-
 @pytest.fixture(scope='module')
 def program(tmp_path_factory):
     """Compile rig.c, strictly; return the path of the program."""
@@ -220,7 +160,7 @@ def test_rig_in_c_repairs_its_line(program):
         health = element.driver.health()
         element.driver.close()
     assert health['asked_again'] > 5
-    assert [frame.kind for frame in frames].count(Kind.AGAIN) > 5
+    assert [frame.kind for frame in frames].count(FrameKind.AGAIN) > 5
 
 
 def strained(address):

@@ -14,7 +14,7 @@ from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.settings import ScaleSettings
 from mlmem_ros.rig.frames import FrameKind, Parser, encode_frame
-from mlmem_tools.rig.emulated import EmulatedRig, LineProperties, Server
+from mlmem_tools.rig.emulated import EmulatedRig, Server, TamperedLine
 
 from .lines import calibration
 
@@ -40,12 +40,7 @@ def element_at(address, settings=FAST):
     return MemoryElement(CASE_II, settings, calibration(), driver)
 
 
-def read_on(element):
-    while True:
-        element.perform(Read())
-
-
-LATE = LineProperties(latency=0.002, jitter=0.003, loss=0.003, seed=3)
+LATE = TamperedLine(latency=0.002, jitter=0.003, loss=0.003, seed=3)
 
 
 def test_latency_shifts_no_echo():
@@ -60,26 +55,7 @@ def test_latency_shifts_no_echo():
         element.driver.close()
 
 
-def test_rig_that_restarts_keeps_its_element():
-    """The broken line is reported; a new connection finds the content."""
-    with serving(LineProperties(), at_once=True) as (_, server):
-        address = f'tcp://127.0.0.1:{server.port}?lead=0.001&patience=10'
-        element = element_at(address)
-        written = element.perform(Write(1))
-        assert written.success, written.error
-        server.restart()
-        with pytest.raises(DriverError, match=r'closed the connection|Broken pipe|reset by peer'):
-            read_on(element)
-        again = element_at(address)
-        assert again.driver.V_N == 0.0
-        assert again.perform(Read()).reading.level == 1
-        again.driver.close()
-        assert server.clients == 2
-
-
-@pytest.fixture
-def port():
-    """A pseudo-terminal with a rig at its other end: the path of a serial port."""
+def test_unknown_baud_rate_is_rejected():
     ours, theirs = os.openpty()
     with pytest.raises(ValueError, match='that the system supports; got 12345'):
         element_at(f'serial://{os.ttyname(theirs)}?baud=12345', Settings())

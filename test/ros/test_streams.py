@@ -58,6 +58,6 @@ def test_a_new_stream_is_published_recorded_and_compared(energies, tmp_path):
 
 
 def test_a_new_stream_is_in_the_page_and_the_policy(energies):
-    assert '| `~/energies` | std_msgs/Float64MultiArray |' in reference.pages()['topics.md']
+    assert '| `~/energies` | std_msgs/Float64MultiArray |' in reference.pages()['interfaces.md']
     assert '<topic>~/energies</topic>' in reference.policy()
     assert 'energies' not in reference.POLICY.read_text(encoding='utf-8')
