@@ -31,9 +31,6 @@ from .settings import Settings
 PROCEDURE_NAMES = {row.command: name for name, row in PROCEDURES.items()}
 """Names of procedures by their commands."""
 
-MAX_IDLE_TICKS = 2**31
-"""More ticks than are ever run."""
-
 
 class MemoryElement(Memory):
     """A device that advances by ticks and takes commands between them."""
@@ -112,11 +109,9 @@ class MemoryElement(Memory):
         """
         if not self.simulated and (self._running or not self.still):
             return 0
-        due = self._running.due if self._running else self.ticks + MAX_IDLE_TICKS
-        return (
-            min(due, *(tick for tick, _ in self.script[:1]), self.ticks + MAX_IDLE_TICKS)
-            - self.ticks
-        )
+        latest = self.ticks + 2**31  # more than are ever run
+        due = self._running.due if self._running else latest
+        return min(due, *(tick for tick, _ in self.script[:1]), latest) - self.ticks
 
     @property
     def is_released(self) -> bool:

@@ -15,9 +15,6 @@ from enum import IntEnum, unique
 import numpy as np
 from numpy.typing import NDArray
 
-UNIFORMS_PER_NORMAL = 16
-"""Uniform 16-bit numbers summed for one normal number."""
-
 
 @unique
 class Stream(IntEnum):
@@ -67,9 +64,9 @@ def draw_normal(
     Each is a sum of sixteen uniform numbers: its kurtosis is 0.075 below the normal one, and its
     size at most 6.93.
     """
-    count = int(np.prod(shape))
-    words = _draw_raw(seed, tick, stream, count * UNIFORMS_PER_NORMAL // 4).astype('<u8')
-    total = words.view('<u2').reshape(count, UNIFORMS_PER_NORMAL).sum(axis=1, dtype=np.int64)
-    centred = (2 * total - UNIFORMS_PER_NORMAL * 0xFFFF).astype(np.float64)
-    deviation = np.sqrt(UNIFORMS_PER_NORMAL * (2.0**32 - 1.0) / 3.0)  # of the doubled sum
+    count, uniforms = int(np.prod(shape)), 16
+    words = _draw_raw(seed, tick, stream, count * uniforms // 4).astype('<u8')
+    total = words.view('<u2').reshape(count, uniforms).sum(axis=1, dtype=np.int64)
+    centred = (2 * total - uniforms * 0xFFFF).astype(np.float64)
+    deviation = np.sqrt(uniforms * (2.0**32 - 1.0) / 3.0)  # of the doubled sum
     return np.asarray((centred / deviation).reshape(shape))

@@ -155,9 +155,6 @@ class Actuator:
 MAX_PROFILE_POINTS = 10_000
 """Most points of a profile."""
 
-MAX_PROFILE_DURATION = 1e12
-"""Longest profile, in time units."""
-
 ROUNDING_TOLERANCE = 1e-9
 """Relative excess over a limit that is rounding, not intent."""
 
@@ -176,10 +173,11 @@ def plan_profile(
     if command.joint != JOINT_NAME:
         raise Refused.of_value(ErrorCode.OUT_OF_RANGE, 'joint', command.joint, repr(JOINT_NAME))
     times, strains, rates = _check_points(command)
-    if times[-1] > MAX_PROFILE_DURATION * time_unit:
+    longest = 1e12 * time_unit
+    if times[-1] > longest:
         raise Refused.of_value(
             ErrorCode.OUT_OF_RANGE, 'times', times[-1],
-            f'at most {MAX_PROFILE_DURATION * time_unit:g} s, where a trajectory ends',
+            f'at most {longest:g} s, where a trajectory ends',
         )  # fmt: skip
     if times[0] > 0.0:
         times, strains = (0.0, *times), (strain, *strains)

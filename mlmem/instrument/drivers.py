@@ -268,10 +268,6 @@ def load_driver_class(name: str) -> Callable[[Design, Settings, str], Driver]:
 
 T = TypeVar('T')
 
-TIMEOUT_PARTS = 10
-"""Waits that make up a time-out: a host that is held up loses one of them, not all."""
-
-
 EXPECTED_ERRORS = (DriverError, SettingsError, DesignError, StateError)
 """What a driver may raise. Anything else becomes a `DriverError` that names it."""
 
@@ -359,9 +355,10 @@ class Watchdog(Driver):
         if self._hangs:
             raise DriverHangs(f'the driver {self._name} hangs')
         self._work.put(work)
-        for _ in range(TIMEOUT_PARTS):
+        parts = 10  # a host that is held up loses one of them, not the whole time-out
+        for _ in range(parts):
             with suppress(Empty):
-                value, error = self._done.get(timeout=(self._patience + more) / TIMEOUT_PARTS)
+                value, error = self._done.get(timeout=(self._patience + more) / parts)
                 break
         else:
             self._hangs = True

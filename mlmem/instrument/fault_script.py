@@ -30,9 +30,6 @@ FAILURE_KINDS = ('ok', 'off', 'stuck', 'garbage', 'wrong', 'slow', 'delayed', 'i
 END_UNITS = ('sensor', 'transducer')
 """Units that are there once at each end: what measures it, and what moves it."""
 
-MAX_FAILURES = 1000
-"""Most failures of a script."""
-
 
 class Meaning(NamedTuple):
     """What a failure is here.
@@ -195,10 +192,8 @@ def decode_script(data: Any) -> tuple[Failure, ...]:
         DecodeError: It is none, or its ticks decrease.
     """
     script: tuple[Failure, ...] = decode_value(tuple[Failure, ...], data, 'script')
-    if not 0 < len(script) <= MAX_FAILURES:
-        raise DecodeError(
-            f'a script must have from 1 to {MAX_FAILURES} failures; got {len(script)}'
-        )
+    if not 0 < len(script) <= 1000:
+        raise DecodeError(f'a script must have from 1 to 1000 failures; got {len(script)}')
     if any(late.tick < early.tick for early, late in pairwise(script)):
         raise DecodeError('the ticks of a script must not decrease')
     return script

@@ -142,9 +142,6 @@ class Faults(Checked):
 
 NO_FAULTS = Faults()
 
-NO_SAMPLES: Array = np.empty((2, 0))
-"""What a signal that is not late has still to show."""
-
 
 def apply_faults(made: Specimen, faults: Faults) -> Specimen:
     """Return the material `made` with its faults.
@@ -203,7 +200,7 @@ class Sensors:
     def __init__(self, dt: float) -> None:
         """Watch ends whose samples are `dt` apart."""
         self.dt = dt
-        self.late: Array = NO_SAMPLES
+        self.late: Array = np.empty((2, 0))
         self.slow: Array | None = None
 
     def delay(self, faults: Faults) -> int:
@@ -215,7 +212,7 @@ class Sensors:
         where they are unless they stay slow.
         """
         if self.late.shape[1] != self.delay(faults):
-            self.late = NO_SAMPLES
+            self.late = np.empty((2, 0))
         if not faults.sensor_lag:
             self.slow = None
 

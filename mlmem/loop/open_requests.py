@@ -27,8 +27,6 @@ Stamped = tuple[int, Command]
 Resolve = Callable[[Asked], None]
 """Called in the loop's thread, between two ticks, when a request's procedure has ended."""
 
-CANCEL_REASON = 'canceled by its client'
-
 QUEUED_COMMANDS = tuple(row.command for row in PROCEDURES.values() if row.command is not Abort)
 """Commands that wait for their turn."""
 
@@ -62,12 +60,13 @@ class OpenRequests:
         if request is self._next:
             self._next = None
         if isinstance(command, Cancel):
+            why = 'canceled by its client'
             if command.of in self.waiting:
-                self._drop_request(command.of, CANCEL_REASON)
+                self._drop_request(command.of, why)
             if not self._element.runs(command.of.run):
                 request.resolve(None)
                 return []
-            command = Abort(CANCEL_REASON)
+            command = Abort(why)
         try:
             if self._must_wait(request):
                 self.waiting.append(request)

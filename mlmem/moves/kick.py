@@ -25,10 +25,6 @@ from .ends import bring_ends_back
 from .move import MIN_MARGIN, Drive
 from .strain_cycle import ringing_time
 
-EJECTION_FACTORS = 1.2, 5.0, 2.0
-"""Factors on the speed of the fastest kick for a kink that is to run out at the right, one an
-attempt: a short element needs a faster one, and too fast a kick sends waves instead."""
-
 
 @dataclass(frozen=True)
 class Kick:
@@ -192,7 +188,9 @@ def kick_out(element: Memory, attempt: int = 1) -> Procedure[None]:
         yield from bring_ends_back(element)
     speed = settings.erase_speed
     if element.phase(End.RIGHT) != 0:
-        speed = fastest * EJECTION_FACTORS[(attempt - 1) % len(EJECTION_FACTORS)]
+        # one factor an attempt: a short element needs a faster kink, and too fast a kick sends
+        # waves instead
+        speed = fastest * (1.2, 5.0, 2.0)[(attempt - 1) % 3]
     yield from kick_to(element, design.D_s1, speed, settings.erase_settle)
 
 

@@ -107,10 +107,6 @@ def decay_reach(design: Design) -> int:
     return min(design.N, math.ceil(DECAY_EXPONENT / decay))
 
 
-ADDED_STIFFNESS = 1.0
-"""Stiffness added along the constraint: it changes no solution, and makes the matrix positive
-definite at maxima of the landscape."""
-
 FORCE_TOLERANCE = 1e-11
 """Largest residual force per cell."""
 
@@ -157,12 +153,14 @@ def hold_walls(
     normal[rows, left], normal[rows, left + 1] = 1.0 - ahead, ahead
     value = design.D_barrier + normal @ V
     beside = np.tile(-specimen.k_r, (len(rows), 1))
-    beside[rows, left] += ADDED_STIFFNESS * (1.0 - ahead) * ahead
+    # A stiffness of 1 along the constraint changes no solution, and makes the matrix positive
+    # definite at maxima of the landscape.
+    beside[rows, left] += (1.0 - ahead) * ahead
     for _ in range(iterations):
         residual = metamaterial_force(specimen, v, V)
         missed = np.sum(normal * v, axis=1) - value
         x = np.stack((residual, normal), axis=1)
-        diagonal = stiffness_diagonal(specimen, v, V) + ADDED_STIFFNESS * normal**2
+        diagonal = stiffness_diagonal(specimen, v, V) + normal**2
         for row in rows:
             if not solve_tridiagonal(diagonal[row], beside[row], x[row]):
                 raise StateError(f'no wall can be held about {positions[row]:.4g}')

@@ -29,9 +29,6 @@ WELL_ERROR_CELLS = 0.25
 """Error from the well in which a wall rests, in cells: it shifts the echo of a wall between levels
 by up to 0.4 cells from that of a level."""
 
-STUCK_SEARCH_CELLS = 20
-"""Cells by which a stuck cell may be from the wall that would answer when it does."""
-
 AGREEMENT_DEVIATIONS = 3.0
 """Standard deviations within which both ends hear the same wall, and within which it is."""
 
@@ -115,13 +112,12 @@ def _find_stuck_cell(element: Memory, echo: Echo) -> Procedure[int]:
     from ..readers.bad_cells import forecast_stuck_cells  # few elements have one
 
     design = element.design
+    reach = 20  # cells by which a stuck cell may be from the wall with the same echo
     if echo.is_early:  # behind the last level, or the element is short
-        sites = range(max(2, design.defect_site(design.levels - 1) - STUCK_SEARCH_CELLS), design.N)
+        sites = range(max(2, design.defect_site(design.levels - 1) - reach), design.N)
     else:
         where = round(_locate_reflector(element, echo)[0])
-        sites = range(
-            max(2, where - STUCK_SEARCH_CELLS), min(where + STUCK_SEARCH_CELLS, design.N)
-        )
+        sites = range(max(2, where - reach), min(where + reach, design.N))
     try:
         forecasts = forecast_stuck_cells(design, element.settings, sites)
     except SettingsError:

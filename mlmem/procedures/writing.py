@@ -14,10 +14,6 @@ from .blocks import Result
 from .driving import erase, go_to_level
 from .reading import take_settled_reading
 
-KICK_CORRECTION = 1.06
-"""Factor on the speed of a kick after one that fell short: about a quarter of the way to the next
-level."""
-
 
 def write(element: Memory, level: int) -> Procedure[Result]:
     """Write a level: step up to it, down to it, or erase and start again; verify by reading.
@@ -66,7 +62,8 @@ def write(element: Memory, level: int) -> Procedure[Result]:
         if present >= 0 and reading.level_margin < least:
             present, said = UNDECODABLE, f'{said} with a margin of {reading.level_margin:.2f}'
         if reading.level >= 0 and reading.level != level:  # a kick went too far, or fell short
-            nudge *= KICK_CORRECTION if reading.level < level else 1.0 / KICK_CORRECTION
+            # about a quarter of the way to the next level
+            nudge *= 1.06 if reading.level < level else 1.0 / 1.06
         if present == level:
             return Result(reading, attempt)
         seen.append(said)

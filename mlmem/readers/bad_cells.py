@@ -34,9 +34,6 @@ from .waveforms import Ends, Listener
 MAX_FORECAST_DISTANCE = 0.5
 """Most that this distance counts: with few levels forecasts are far apart."""
 
-MAX_CELLS = 1000
-"""Cells up to which an element with bad cells is read: a longer one damps the pulse."""
-
 
 class HiddenPart(Forecasts):
     """What both ends do after a pulse of the right end: no wall is behind the last stuck cell, or
@@ -240,9 +237,9 @@ def forecast_stuck_cells(design: Design, settings: Settings, sites: Iterable[int
 def _extend_listening(design: Design, settings: Settings) -> Settings:
     """Return settings whose read listens until the pulse comes back from the farthest cell."""
     probe = settings.register.probe
-    if design.substrate == 'elastic' or design.N > MAX_CELLS:
+    if design.substrate == 'elastic' or design.N > 1000:
         raise SettingsError(
-            f'bad_cells must be empty for more than {MAX_CELLS} cells, or an elastic substrate'
+            'bad_cells must be empty for more than 1000 cells, or an elastic substrate'
         )
     one, other = (pass_band(k_s) for k_s in (design.k_s1, design.k_s2))
     low, high = max(one[0], other[0]), min(one[1], other[1])

@@ -28,9 +28,6 @@ from ..physics.potential import Array
 from ..settings import ProbeSettings, Settings
 from .echo import Crossings, Shape, earliest_delay
 
-SPACING_LEVELS = 3
-"""Levels to either side whose spacing counts."""
-
 
 @dataclass(frozen=True)
 class DelayTable:
@@ -105,10 +102,10 @@ class DelayTable:
         """Return how well an echo agrees with a level that is `offset` later than its entry: 1 at
         none, 0 at half a spacing.
 
-        The spacing is the median one about the level, or `least`, which is that of the fastest
-        waves: two levels that are near the end may have about the same delay.
+        The spacing is the median one of three levels to either side, or `least`, which is that of
+        the fastest waves: two levels that are near the end may have about the same delay.
         """
-        about = self.delays[max(0, level - SPACING_LEVELS) : level + SPACING_LEVELS + 1]
+        about = self.delays[max(0, level - 3) : level + 4]
         steps = [abs(late - early) for early, late in pairwise(about)]
         spacing = max(least, median(steps) if steps else 0.0)
         return 1.0 - 2.0 * abs(offset) / spacing

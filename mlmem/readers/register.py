@@ -52,10 +52,6 @@ relative to the least that the nearest word leaves of any of these: others leave
 BATCH_ROWS = 256
 """Forecasts that are compared with all others at a time."""
 
-REFINED_NEIGHBOURS = 4
-"""Nearest forecasts whose distance is found again in double precision: in single precision it
-depends on the order of sums, and so on the BLAS and its threads, by 3e-5."""
-
 
 def pin_walls(made: Specimen, levels: Sequence[int]) -> Array:
     """Return the displacements of an unstrained element with walls and kinks at some levels.
@@ -196,9 +192,10 @@ class Forecasts:
                 apart = square[these, None] + square - 2.0 * parts[these] @ parts.T
                 itself = np.arange(at, at + len(apart))[:, None]
                 np.put_along_axis(apart, itself, np.inf, axis=1)
-                near = np.argpartition(apart, min(REFINED_NEIGHBOURS, len(same)) - 1)[
-                    :, :REFINED_NEIGHBOURS
-                ]
+                # Find the distance of the nearest four again in double precision: in single
+                # precision it depends on the order of sums, and so on the BLAS, by 3e-5.
+                refined = 4
+                near = np.argpartition(apart, min(refined, len(same)) - 1)[:, :refined]
                 ways = np.linalg.norm(self.parts[same[near]] - self.parts[same[itself]], axis=2)
                 ways = np.where(near == itself, pulse, ways)
                 found[same[these]] = ways.min(axis=1, initial=pulse)

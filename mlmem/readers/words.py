@@ -17,9 +17,6 @@ from ..physics import Design
 from ..schema import short_repr
 from ..settings import Settings
 
-MAX_WORDS = 2**14
-"""Words up to which all forecasts are made: each takes a twentieth of a millisecond, and 3 kB."""
-
 
 class Code(NamedTuple):
     """Numbers as sets of levels at least `spacing` apart (Cover 1973, IEEE Trans. Inf. Theory 19).
@@ -113,9 +110,10 @@ def make_code(design: Design, settings: Settings) -> Code | None:
                 f'a register needs a kick to each of its {design.levels} levels, of walls and of '
                 f'kinks; got kick.{name} {short_repr(getattr(settings.kick, name))}'
             )
-    if code.words > MAX_WORDS:
+    most = 2**14  # each forecast takes a twentieth of a millisecond, and 3 kB
+    if code.words > most:
         raise SettingsError(
-            f'a register may have {MAX_WORDS} words at most, all of which are forecast; this one '
+            f'a register may have {most} words at most, all of which are forecast; this one '
             f'has {code.words}: increase register.spacing'
         )
     return code
