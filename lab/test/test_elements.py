@@ -10,9 +10,9 @@ import pytest
 from small_register import first_levels
 
 from mlmem import element_file, preset
-from mlmem.element_file import Element, ElementFileError
+from mlmem.element_file import Element
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
-from mlmem.physics import Scatter, Specimen, scattered
+from mlmem.physics import Scatter, scattered
 from mlmem_lab.plans.plan import plan_pulses
 from mlmem_lab.studies.bench import Bench
 from mlmem_tools.cli.main import main
@@ -85,34 +85,3 @@ def test_a_bench_reads_and_kicks_a_register_as_known():
         (device.settings.kick.kink_speeds, chosen.settings.kick.kink_speeds, factors[::-1]),
     ):
         assert found == pytest.approx(np.multiply(shipped, each), rel=1e-5)
-
-
-def test_a_plan_of_too_few_kinks_is_refused():
-    design, settings = preset('byte')
-    plan = PulseCorrections((PulseCorrection(),) * 8, hash_schedule(settings), kinks=(1.0,) * 7)
-    with pytest.raises(ElementFileError, match='plan must have steps, and kinks if any, to 8'):
-        element_file.parse_element(Element(Specimen(design), np.zeros(225), plan=plan).as_dict())
-
-
-@pytest.mark.parametrize('judge', JUDGES)
-def test_a_file_that_does_not_fit_is_named(judge, file, element, capsys, tmp_path):
-    whole = file.read_text(encoding='utf-8')
-    four = Specimen(preset('bits_2').design)
-    element_file.write_element_file(
-        tmp_path / 'other.yaml', Element(four, np.zeros(four.design.N))
-    )
-    other = (tmp_path / 'other.yaml').read_text(encoding='utf-8')
-    wrong = {
-        'absent.yaml': (None, 'No such file'),
-        'cut.yaml': (whole[: len(whole) // 2], 'cut.yaml'),
-        'other.yaml': (other, 'must have the N, J, J_s and tail of the design'),
-        'replanned.yaml': (whole.replace(element.plan.schedule, 'x'), 'planned with other'),
-    }
-    for name, (text, reason) in wrong.items():
-        path = tmp_path / name
-        if text is not None:
-            path.write_text(text, encoding='utf-8')
-        status, out, said = judged(capsys, judge, '--element', path)
-        assert (status, out) == (2, ''), name
-        assert str(path) in said
-        assert reason in said

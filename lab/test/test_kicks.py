@@ -3,36 +3,28 @@
 """The committed kicks are those of the code, and no counted write is wrong."""
 
 import json
-from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
 
 import pytest
 
-from mlmem import MemoryElement, factory_calibration, preset
-from mlmem.instrument.blocks import run
+from mlmem import preset
 from mlmem.instrument.drivers import Simulation
-from mlmem.moves.kick import kick_out
 from mlmem.moves.move import MIN_MARGIN
 from mlmem.physics import (
     Specimen,
-    find_level,
 )
-from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.reading import BLANK
 from mlmem_lab.results import RESULT_FOLDER, load_result
-from mlmem_lab.rk4 import Rk4Element
-from mlmem_lab.windows import flight
 from mlmem_lab.windows.command import windows
 from mlmem_lab.windows.flight import (
     after_erase,
     after_kick,
     build_chain,
     erase_margins,
-    kick_margins,
     search_kicks,
 )
-from mlmem_lab.windows.kicks import STUDY, count_writes
+from mlmem_lab.windows.kicks import STUDY
 from mlmem_lab.windows.words import cases_ahead, kicked_behind
 
 MAPPED = load_result(STUDY.path)['presets']
@@ -72,34 +64,6 @@ def test_every_shipped_move_bears_a_tenth_in_every_quantity_but_the_stroke_of_a_
             assert after_erase(chain, level, settings.kick, 'speed', off) == BLANK
 
 
-@pytest.mark.parametrize('off', [-0.2, 0.2])
-def test_another_integrator_agrees_that_a_kick_erases(off):
-    """The device over classical Runge-Kutta steps, with a kick a fifth too slow or too fast."""
-    design, settings = preset('kick_4')
-    speed = (1.0 + off) * settings.kick.erase_speed
-    settings = replace(settings, kick=replace(settings.kick, erase_speed=speed))
-    known = factory_calibration(design, settings)
-    made, dt = Specimen(design), MemoryElement(design, settings, known).driver.dt
-    for level in (0, 1, 15):
-        body = Rk4Element(made, dt, step=0.125)
-        body.v[:] = find_pinned_wall(made, level)
-        element = MemoryElement(design, settings, known, body)
-        element.transducer.assume_equilibrium()
-        run(element, kick_out(element))
-        assert find_level(design, body.v) == BLANK
-
-
-def test_the_stroke_must_be_right_within_a_hundredth(monkeypatch):
-    """A wall has the energy 0.49, and levels of case_2 differ by 0.003 to 0.1 in what a kick adds:
-    one per cent of the stroke is as much.
-    """
-    settings = preset('case_2').settings
-    monkeypatch.setattr(flight, 'KICK_QUANTITIES', ('gain', 'speed'))
-    rooms = kick_margins(chain_of('case_2'), 3, settings.kick)
-    assert 0.01 < rooms['gain'] < 0.03
-    assert rooms['speed'] > 0.15
-
-
 @pytest.mark.parametrize('name', STUDY.cases)
 def test_no_write_of_the_committed_count_was_wrong(name):
     written = MAPPED[name]['written']
@@ -114,20 +78,6 @@ def test_a_search_finds_kicks_as_wide_as_those_that_ship():
     for level, each in enumerate(found):
         assert each.room >= settings.kick.room(level)
         assert after_kick(chain_of('kick_2'), each.speed, settings.kick) == level
-
-
-def test_a_search_takes_no_wall_that_was_turned_back(monkeypatch):
-    """Level 7 of Case II is reached by speeds of 0.21 to 0.32, and of 0.58 to 1.1 once more."""
-    monkeypatch.setattr(flight, 'KICK_SPEEDS', flight.KICK_SPEEDS[::4])
-    monkeypatch.setattr(flight, 'EDGE_TOLERANCE', 0.05)
-    settings = preset('case_2').settings
-    assert 0.2 < search_kicks(chain_of('case_2'), settings.kick)[7].speed < 0.35
-
-
-def test_writes_are_counted_and_none_strains_the_element():
-    found = count_writes('kick_2', 12, seed=1)
-    assert (found['writes'], found['erases']) == (11, 1)
-    assert (found['wrong'], found['failed'], found['strained']) == (0, 0, 0)
 
 
 def windows_of(*presets):
@@ -152,11 +102,6 @@ def test_the_windows_of_an_element_file_name_the_kick_that_fails(tmp_path, capsy
     assert [each['rooms'] for each in found[:3]] == [each['rooms'] for each in known[:3]]
 
 
-def test_windows_of_an_unknown_preset_are_refused(capsys):
-    assert windows_of('bits_7') == 2
-    assert "got 'bits_7'" in capsys.readouterr().err
-
-
 # --- the committed windows of a register's kicks ---------------------------------------------
 
 
@@ -174,9 +119,3 @@ def test_a_kick_arrives_inside_its_window_and_not_beyond(number):
         found = [kicked_behind(chain, settings.kick, each, speed) for each in cases]
         arrived = [(row['level'], *each) == one for each, one in zip(cases, found, strict=True)]
         assert all(arrived) == inside
-
-
-def test_what_is_ahead_alternates_and_keeps_its_distance():
-    assert cases_ahead(8, 1, 4, 0) == [(), (5, 6)]
-    assert cases_ahead(8, 1, 4, 1) == [(5,), (5, 6, 7), (7,)]
-    assert cases_ahead(8, 2, 4, 1) == [(6,), (7,)]

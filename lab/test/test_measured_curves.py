@@ -10,8 +10,7 @@ import pytest
 from mlmem.physics import NOH_BATHE, HeldCell, substep_times
 from mlmem.physics.curve import Curve
 from mlmem_lab.lattices import Lattice, OnSite, PowerLaw
-from mlmem_lab.measured.curves import compare_speeds, draw_speeds, summarise_speeds
-from mlmem_lab.measured.posterior import Model
+from mlmem_lab.measured.curves import draw_speeds
 from mlmem_lab.measured.runs import (
     ALL_CASES,
     SILENT_CASES,
@@ -22,16 +21,12 @@ from mlmem_lab.measured.runs import (
 )
 from mlmem_lab.measured.shells import (
     ELEMENT_MASS,
-    FAR_REPULSION,
-    KNOTS,
     TOUCH,
     Chains,
     fit_magnets,
     launch_waves,
     load_force_table,
-    tabulate_repulsion,
 )
-from mlmem_lab.results import RESULT_FOLDER, load_result
 from mlmem_tools.cli.main import main
 
 
@@ -90,11 +85,6 @@ def test_the_energies_set_free_are_those_of_the_readme(name, gain):
     assert chains(name, 6.0, tilt=0.0).gain()[0] == pytest.approx(gain, abs=0.2)
 
 
-def test_the_magnets_are_those_that_were_measured():
-    force = [tabulate_repulsion()[round(100.0 * r)] for r in (2.2, 3.07, 4.25, *FAR_REPULSION)]
-    assert force == pytest.approx([1.28, 0.454, 0.149, *FAR_REPULSION.values()], rel=0.04)
-
-
 @pytest.mark.parametrize(('name', 'spacing'), [('225mm_run1', 7.0), ('180mm_run30', 6.0)])
 def test_a_wave_is_that_of_the_lattice(name, spacing):
     """The same chain by the lattice's loop, Noh and Bathe's method and a spline: 1 %."""
@@ -127,41 +117,6 @@ def test_a_shell_that_sets_too_little_free_is_silent():
     found, _, passed = launch_waves(chains('22mm_run11', 8.0))
     assert np.isnan(found[0])
     assert passed[0] < 5
-
-
-def test_particles_of_the_prior_know_no_speed_and_moves_keep_what_is_legal():
-    model = Model('viscous', np.random.default_rng(1))
-    at = model.draw(6)
-    assert (at.common[:, 2] == 0.0).all()  # no dry friction
-    assert at.laws(2)[:, 2] == pytest.approx(0.0)  # two tests of that rail
-    assert at.laws(0).sum(axis=1) == pytest.approx(1.0)
-    before = np.isfinite(at.speed)
-    model.move(at, np.ones(9))
-    assert np.isfinite(model.prior(at)).all()
-    again = model.draw(1)
-    assert again.laws(0).shape == (1, 3)
-    assert before.shape == (6, len(ALL_CASES))
-    assert at.chains(0).laws.shape == (6, KNOTS)
-
-
-def test_unseen_speeds_are_compared():
-    """One lies in its interval, 20 % off; one does not; one has no wave, one none in any draw."""
-    band = {'median': 1.2, 'low': 0.9, 'high': 1.5}
-    none = summarise_speeds(np.full(2, np.nan), np.full(2, 0.5))
-    told = compare_speeds(
-        [
-            {'measured': [0.9, 1.1], 'unseen': band},
-            {'measured': [2.0], 'unseen': band},
-            {'measured': None, 'unseen': band},
-            {'measured': [1.0], 'unseen': none},
-        ]
-    )
-    assert told == {
-        'measured': 3, 'inside': 1,
-        'least': pytest.approx(20.0), 'largest': pytest.approx(20.0),
-    }  # fmt: skip
-    unseen = load_result(RESULT_FOLDER / 'unseen.json')
-    assert compare_speeds(unseen['cases']) == unseen['speeds']
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from mlmem_lab import numbers, results, tables
+from mlmem_lab import numbers, results
 from mlmem_lab.numbers import place_numbers
 
 RESULT = {
@@ -36,13 +36,6 @@ def folder(tmp_path):
 def test_placed_number_keeps_its_decimals(folder, printed, path, expected):
     text = place_numbers(f'of {printed}<!-- {path} --> units', folder)
     assert text == f'of {expected}<!-- {path} --> units'
-    assert place_numbers(text, folder) == text
-
-
-def test_table_of_entries_has_a_row_for_each(folder):
-    (folder / 'r.json').write_text(json.dumps({'by': {'one': {'a': 1, 'b': 20000}}}))
-    text = place_numbers('<!-- table: r/by: b; a -->\n<!-- end -->', folder)
-    assert '|  | b | a |\n|---|---|---|\n| one | 20 000 | 1 |' in text
     assert place_numbers(text, folder) == text
 
 
@@ -107,22 +100,6 @@ def test_stale_result_is_listed_with_its_command_and_time(checkout, capsys):
     assert numbers.main(['--check']) == 0
 
 
-def test_picture_is_stale_after_its_result_got_other_numbers(checkout, capsys):
-    def save(reads, command):
-        results.save_result(
-            results.RESULT_FOLDER / 'r.json', {'reads': reads}, command, ['device']
-        )
-
-    save(3, 'mlmem make')
-    results.keep_picture(
-        checkout / 'docs' / 'figures' / 'wall.png', 'mlmem draw', ['lab/results/r.json']
-    )
-    save(3, 'mlmem make --again')
-    assert list_stale(capsys) == ''
-    save(4, 'mlmem make')
-    assert 'wall.png' in list_stale(capsys)
-
-
 def test_picture_with_other_bytes_is_named(checkout, capsys):
     picture = checkout / 'docs' / 'figures' / 'wall.png'
     assert numbers.main(['--check']) == 0
@@ -132,17 +109,3 @@ def test_picture_with_other_bytes_is_named(checkout, capsys):
     found = capsys.readouterr().out
     assert 'wall.png: not the picture that "mlmem figures wall" drew' in found
     assert 'stranger.png: pictures.json names no command' in found
-
-
-def test_table_of_a_node_marks_a_missed_goal():
-    result = {
-        'rows': [
-            {'figure': 'share', 'goal': 'at most 3', 'A': '3.67', 'B': '2.9'},
-            {'figure': 'speed', 'goal': 'at least 1000', 'A': '900 (busy)', 'B': '1e4'},
-            {'figure': 'memory', 'goal': '', 'A': '200'},
-        ]
-    }
-    assert tables.node_missed(result)[1][2:] == ['**3.67, missed**', '2.9']
-    assert tables.node_figures(result)[2][2:] == ['**900 (busy), missed**', '1e4']
-    assert tables.node_figures(result)[3][2:] == ['200', '']
-    assert [row[0] for row in tables.node_missed(result)] == ['figure', 'share', 'speed']

@@ -3,28 +3,14 @@
 """Plans of kicks, and of which preset a plan is."""
 
 import numpy as np
-import pytest
 from small_register import first_levels
 
-from mlmem import MemoryElement, Write
-from mlmem.element_file import Element, ElementFileError
+from mlmem import Write, new_element
+from mlmem.element_file import Element
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import CASE_II, Scatter, scattered
-from mlmem.presets import preset, use_kicks
-from mlmem_lab.plans import command, words
-from mlmem_lab.plans.command import matching_preset
+from mlmem.physics import Scatter, scattered
+from mlmem_lab.plans import words
 from mlmem_lab.plans.plan import plan_pulses
-
-
-def test_like_of_element_that_several_presets_fit_raises(monkeypatch):
-    assert matching_preset(preset('kick_4').design) is preset(
-        'kick_4'
-    )  # damped otherwise than bits_4
-    assert matching_preset(CASE_II) is preset('case_2')
-    more = {**command.PRESETS, 'other': use_kicks(preset('case_2'))}
-    monkeypatch.setattr(command, 'PRESETS', more)
-    with pytest.raises(ElementFileError, match='case_2, other have the levels'):
-        matching_preset(CASE_II)
 
 
 def test_a_register_is_kicked_as_planned_for_its_cells(monkeypatch):

@@ -6,8 +6,6 @@ from collections import Counter
 
 import pytest
 
-from mlmem.readers.reading import UNDECODABLE
-from mlmem_lab.designer import proposal
 from mlmem_lab.reads import count
 from mlmem_lab.reads.count import (
     READS_PER_MOVE,
@@ -15,10 +13,8 @@ from mlmem_lab.reads.count import (
     add_counts,
     bad_cells,
     count_rows,
-    find_preset,
     true_level,
 )
-from mlmem_tools.checks import Report
 
 
 @pytest.fixture
@@ -52,22 +48,6 @@ def test_a_stuck_cell_before_the_wall_is_no_wall():
     assert counts.blocks == counts.reads == 3  # blank and two levels
     assert counts.found['wrong'] == counts.found['written wrong'] == 0
     assert counts.found['undecodable'] > 0
-
-
-def test_a_strong_cell_close_before_a_far_wall_is_no_level(monkeypatch):
-    """Both ends hear it towards level 24 of 48: the far one by less than half a spacing."""
-    monkeypatch.setattr(proposal, 'check', lambda *_: Report(()))  # in test_designer.py
-    site = find_preset('levels_48')[0].defect_site(23) + 6
-    counts = bad_cells('levels_48', 'alpha 3', site, reach=6.5)
-    assert (counts.reads, counts.found['undecodable']) == (2, 2)  # levels 23 and 24
-
-
-def test_undecodable_is_right_where_there_is_no_level(monkeypatch):
-    monkeypatch.setattr(count, 'true_level', lambda element: UNDECODABLE)
-    counts = bad_cells('bits_1', 'stuck', 30)
-    assert counts.found['undecodable'] == 0
-    assert counts.found['no level'] > 0
-    assert counts.reads == sum(counts.found[name] for name in count.READ_OUTCOMES) == 3
 
 
 def test_counts_of_other_elements_are_kept():

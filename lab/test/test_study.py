@@ -9,7 +9,7 @@ import pytest
 
 from mlmem_lab import results
 from mlmem_lab import study as studies
-from mlmem_lab.study import STUDY_PLACES, RowFile, Study, load_study, provide_workers
+from mlmem_lab.study import STUDY_PLACES, RowFile, Study, load_study
 from mlmem_tools.cli.main import main
 
 
@@ -53,12 +53,6 @@ def test_an_unknown_case_is_refused(lengths, capsys):
     assert not lengths.path.exists()
 
 
-def test_a_result_that_cannot_be_read_is_left_as_it_is(lengths, capsys):
-    lengths.path.write_text('{"presets": ')
-    assert run_study('byte') == 1
-    assert lengths.path.read_text() == '{"presets": '
-
-
 @pytest.mark.parametrize('name', STUDY_PLACES)
 def test_every_study_is_that_of_its_result_file(name):
     """The committed file has its cases, and names modules that are there."""
@@ -91,11 +85,3 @@ def test_rows_of_another_study_are_refused(tmp_path):
         pass
     with pytest.raises(ValueError, match='another study'):
         RowFile(tmp_path / 'rows.jsonl', {'a': 2})
-
-
-def test_rows_are_computed_in_processes_of_their_own(tmp_path):
-    tasks = {f'{x}': (x,) for x in range(4)}
-    with RowFile(tmp_path / 'rows.jsonl', {}) as file, provide_workers(2) as executor:
-        assert sorted(file.compute(square, tasks, executor)) == sorted(tasks)
-        assert [file.rows[key]['x'] for key in tasks] == [0, 1, 2, 3]
-        assert os.getpid() not in {row['process'] for row in file.rows.values()}

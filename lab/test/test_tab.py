@@ -64,14 +64,6 @@ def test_the_exact_loop_has_the_bits_of_the_product(tmp_path):
     assert in_node('pefrl_exact.wasm', tmp_path)[0] == BITS['pefrl', 'rigid']
 
 
-@needs_node
-def test_the_fast_loop_differs_by_rounding(tmp_path):
-    bits, farthest = in_node('pefrl.wasm', tmp_path)
-    chain, inputs = case('pefrl', 'rigid')
-    assert bits != BITS['pefrl', 'rigid']  # or nothing is rounded twice, and one would be enough
-    assert farthest == pytest.approx(chain.advance(*inputs)[1].max(), abs=1e-11)
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(llvmlite.binding.llvm_version_info != LLVM, reason='another LLVM')
 def test_the_modules_are_those_of_their_command(tmp_path):

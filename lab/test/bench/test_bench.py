@@ -10,12 +10,9 @@ import numpy as np
 import pytest
 
 from mlmem_lab import bench
-from mlmem_lab.bench import BENCHMARK_NAMES, import_benchmark, recorder, select_benchmarks
+from mlmem_lab.bench import BENCHMARK_NAMES, import_benchmark, select_benchmarks
 from mlmem_lab.bench.kernel import TIME_STEP, Problem, c_runner, numpy_runner
-from mlmem_lab.bench.measure import Comparison, Entry, Spread
-from mlmem_lab.bench.node_process import NodeProcess
-from mlmem_lab.bench.recorder import build_traffic
-from mlmem_ros.bag.reader import BagReader
+from mlmem_lab.bench.measure import Comparison, Entry
 from mlmem_tools.cli.main import main
 
 
@@ -32,23 +29,6 @@ def test_every_kernel_makes_the_same_steps(problem, make):
     chain.rest(200)
     other.advance(200)
     np.testing.assert_allclose(other.displacements(), chain.v, rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize('name', recorder.WRITERS_BY_NAME)
-def test_every_writer_records_all_messages(tmp_path, name):
-    messages = build_traffic(1.0)
-    with recorder.WRITERS_BY_NAME[name](tmp_path / 'bag') as put:
-        for message in messages:
-            put(message)
-    reader = BagReader(next((tmp_path / 'bag').glob('*.mcap')))
-    counts = {topic: info.message_count for topic, info in reader.topics.items()}
-    assert sum(counts.values()) == len(messages) == 303
-    assert counts['/mlmem/field'] == 100
-
-
-def test_a_ratio_is_taken_round_by_round():
-    slow, fast = Entry('slow', (2.0, 20.0, 4.0)), Entry('fast', (1.0, 10.0, 2.0))
-    assert slow.over(fast) == Spread(2.0, 2.0, 2.0)
 
 
 def test_a_comparison_is_kept_whole(tmp_path, monkeypatch):
@@ -82,14 +62,3 @@ def test_benchmarks_are_found_by_name(capsys):
         == listed
     )
     assert main(['bench', 'x']) == 2
-
-
-@pytest.mark.slow
-def test_a_node_watches_itself():
-    """A tick is 2 ms: as many as fit were run or skipped, give or take a rest of 20."""
-    pytest.importorskip('rclpy')
-    with NodeProcess() as process:
-        seen = process.watch(3.0)
-    assert seen['ticks'] + seen['overruns'] == pytest.approx(3.0 / 0.002, abs=40)
-    assert seen['p50'] <= seen['p99'] <= seen['worst']
-    assert 0.0 < seen['share'] < 100.0

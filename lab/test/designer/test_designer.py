@@ -13,7 +13,6 @@ from sampled import sampled
 
 from mlmem import preset
 from mlmem.instrument.motion import Cycle
-from mlmem.physics.waves import wave_frequency
 from mlmem_lab.designer import DesignNotFound, propose_design
 from mlmem_tools.checks import Verdict
 
@@ -35,14 +34,6 @@ def test_the_designer_finds_what_is_shipped(bits, proposed):
     assert design.levels == 2**bits
     assert design.bits == bits
     assert found.report.verdict is not Verdict.FAIL
-
-
-def test_the_carrier_is_clear_of_the_gratings_gaps(proposed):
-    """A grating of period J throws back kappa = n pi / J; the pulse is narrower than the way."""
-    found = proposed(16)
-    probe, J = found.settings.probe_right, found.design.J
-    gaps = wave_frequency([3.141592653589793 * n / J for n in range(1, J)], found.design.k_s1)
-    assert min(abs(gaps - probe.omega_c)) > 1.5 / probe.sigma
 
 
 @pytest.mark.parametrize('levels', [1, 0, -4, 257, 4.0, True, None])

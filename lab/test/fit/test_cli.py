@@ -3,14 +3,12 @@
 """The commands `mlmem fit` and `mlmem plan`, from CSV files of shots."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from mlmem import element_file, preset
 from mlmem_lab.fit import command, csv_shots
-from mlmem_lab.fit.fitted import with_term
 from mlmem_tools.cli.main import main
 
 from .truth import SMALL
@@ -70,15 +68,6 @@ def test_from_shots_to_pulses(bench, capsys, fitted, monkeypatch):
     assert len(element_file.read_element_file(file).plan.steps) == SMALL.levels
 
 
-def test_what_the_data_asked_for_is_told(bench, capsys, fitted, monkeypatch):
-    folder, (*_, found) = bench[0], fitted
-    misfit = with_term(found.misfit, 'drift')
-    monkeypatch.setattr(command, 'fit_element', lambda *_, **__: replace(found, misfit=misfit))
-    files = sorted(folder.glob('*.csv'))
-    _, told, _ = run(capsys, 'fit', *files, '--design', folder / 'design.yaml')
-    assert 'fitted, too, as the data ask for it: gains that drift from shot to shot' in told
-
-
 def test_what_cannot_be_fitted_writes_nothing(bench, capsys, tmp_path):
     folder, _ = bench
     blank = [path for path in folder.glob('*.csv') if not csv_shots.load_shot(path).wall]
@@ -87,23 +76,3 @@ def test_what_cannot_be_fitted_writes_nothing(bench, capsys, tmp_path):
     assert status == 1
     assert 'shots with a wall are needed' in complaint
     assert not file.exists()
-
-
-def test_a_csv_that_is_no_shot_is_named(capsys, tmp_path):
-    path = tmp_path / 'other.csv'
-    path.write_text('1,2\n3,4\n', encoding='utf-8')
-    status, _, complaint = run(capsys, 'fit', path, '--design', 'case_2')
-    assert status == 2
-    assert f'{path} must be a shot with end, omega_c' in complaint
-
-
-def test_a_word_among_the_samples_is_no_missing_sample(bench, capsys, tmp_path):
-    """Only an empty cell and nan are; NumPy's reader takes any word for one."""
-    folder, _ = bench
-    good = next(folder.glob('*.csv')).read_text(encoding='utf-8').splitlines()[:20]
-    for worse in ('x', '[1]', 'inf', '1e400'):
-        path = tmp_path / 'shot.csv'
-        path.write_text('\n'.join([*good, f'{worse},0.0']), encoding='utf-8')
-        status, _, complaint = run(capsys, 'fit', path, '--design', 'case_2')
-        assert status == 2
-        assert f'line {len(good) + 1}: a sample must be a finite number' in complaint

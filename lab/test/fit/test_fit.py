@@ -11,29 +11,19 @@ import pytest
 
 from mlmem.instrument.end import End
 from mlmem.physics.curve import Curve
-from mlmem_lab.fit.descent import LAST_STAGES
 from mlmem_lab.fit.fit import (
     Misfitting,
-    _descend_stages,
     _extend_model,
     _move_strayed_walls,
     _predict_shots,
     fit_element,
     locate_walls,
-    rank_places,
 )
 from mlmem_lab.fit.fitted import (
-    MIN_EVIDENCE_GAIN,
-    MIN_EXPLAINED_PART,
     compute_posterior,
     estimate_jitter,
-    missing_term,
-    rescale_scatter,
-    widen_unknowns,
-    with_term,
 )
-from mlmem_lab.fit.misfit import LEAST_DRIFT, WHOLE_WINDOW
-from mlmem_lab.fit.trusted import list_doubts, needs_term
+from mlmem_lab.fit.trusted import list_doubts
 
 from .truth import SHOTS, SMALL, hidden, measured
 
@@ -75,19 +65,6 @@ def test_a_fit_in_which_a_shot_is_not_predicted_is_refused(fitted, worst):
     *_, found = fitted
     with pytest.raises(Misfitting, match='the other shots predict shot 2 with a misfit of'):
         _predict_shots(replace(found, held_out=(1.0, worst, 1.1)))
-
-
-def test_a_fit_from_another_process_knows_its_shots_apart(fitted):
-    """Noise and predictions are kept by the address of a shot, where another may be by now."""
-    _, shots, found = fitted
-    quiet, loud = replace(found.misfit), replace(shots[0], samples=3.0 * shots[0].samples)
-    known = quiet.noise(shots[0])
-    quiet._noise_deviations[id(loud.samples)] = shots[0].samples, known
-    assert quiet.noise(loud) == pytest.approx(3.0 * known)
-    forward = quiet.forward(found.x)
-    key = id(shots[4]), 20.0, 0.0
-    forward._predicted[key] = shots[0], forward.predict(shots[0], 20.0)
-    assert (forward.predict(shots[4], 20.0) != forward.predict(shots[0], 20.0)).any()
 
 
 def jittering(shots):
@@ -168,41 +145,6 @@ def test_gains_that_drift_are_integrated_over(fitted):
     assert np.median(wider / found.deviations[alpha]) < 5.0
 
 
-def test_gains_that_drift_are_noticed_though_cells_bend_to_them(fitted):
-    """By 0.07 %. An element of 207 cells took 0.1 %, and 44 % of them were inside; another's noise
-    was 1 % louder than it had been measured, so that drift could not explain a fifth of what was
-    left, and alpha was off by 3.2 times what was stated.
-    """
-    *_, found = fitted
-    shots = found.misfit.shots
-    misfit = found.misfit.only(drifted(shots, shots, np.random.default_rng(3), 0.0007))
-    bent = replace(_descend_stages(misfit, found.x, LAST_STAGES, print), in_band=1.0, chi2=1.09)
-    assert list_doubts(bent) == []
-    assert MIN_EVIDENCE_GAIN < bent.drifts < MIN_EXPLAINED_PART * (bent.chi2 - 1.0) * bent.data
-    assert needs_term(bent)
-    assert bent.missing.term == 'drift'
-    assert not needs_term(found)
-
-
-def test_a_wall_is_found_before_its_phase_is_known(fitted):
-    """A blank element tells nothing of D_s2. What its sensors show at rest is sure to 1e-5, and
-    any other place would explain that as well.
-    """
-    _, shots, found = fitted
-    supposed = {shot.wall for shot in shots if shot.wall}
-    known = found.x.copy()
-    for name in ('D_s2', 'c'):
-        known[found.unknowns.shared(name)] = found.unknowns.mean[found.unknowns.shared(name)]
-    misfit = replace(found.misfit, drift=LEAST_DRIFT)
-    for wall in supposed:
-        same = [shot for shot in shots if shot.wall == wall]
-        [true] = {
-            each.wall for each, shot in zip(found.misfit.shots, shots, strict=True)
-            if shot.wall == wall
-        }  # fmt: skip
-        assert rank_places(misfit, known, same)[0] == pytest.approx(true, abs=0.5)
-
-
 def test_a_wall_that_was_put_beside_its_place_is_sought_again(fitted):
     """As by gains whose drift was not known yet: alpha was off by 20 times what was stated."""
     *_, found = fitted
@@ -227,29 +169,6 @@ def test_a_wall_that_a_survey_lost_is_found_missing(fitted):
     assert [shot.wall for shot in misfit.shots[:6]] == [0.0] * 6
     true = [shot.wall for shot in found.misfit.shots if shot.wall]
     assert [shot.wall for shot in misfit.shots[6:]] == pytest.approx(true, abs=0.5)
-
-
-def test_what_drifts_slowly_within_a_pulse_tells_nothing(fitted):
-    """While it is held, an end reads what it is set to; then by ten times the noise too much."""
-    *_, found = fitted
-    drifted = []
-    for shot in found.misfit.shots:
-        times = shot.dt * np.arange(shot.samples.shape[1]) - shot.pulse.duration
-        slow = 10.0 * found.noise * np.maximum(times, 0.0) / times[-1]
-        drifted.append(replace(shot, samples=shot.samples + slow))
-    assert compute_posterior(found.misfit.only(drifted), found.x).chi2 == pytest.approx(
-        found.chi2, abs=0.02
-    )
-
-
-def test_zeros_drift_by_what_is_seen_at_rest(fitted):
-    """However far: taken to be sure to 1e-4 they bent all cells, and none was inside."""
-    *_, found = fitted
-    chance = np.random.default_rng(3)
-    moved = [replace(shot, rest=shot.rest + 1e-3 * chance.standard_normal(2))
-             for shot in found.misfit.shots]  # fmt: skip
-    drift = found.misfit.only(moved).with_drift(found.x).drift
-    assert 5e-4 < drift < 3e-3  # seven shots
 
 
 @pytest.mark.parametrize(
@@ -289,14 +208,6 @@ def test_jitter_does_not_explain_a_motion_below_the_noise(fitted):
     assert estimate_jitter(replace(found, misfit=found.misfit.only(hummed))) == 0.0
 
 
-def test_jitter_does_not_explain_what_the_noise_explains(fitted, monkeypatch):
-    """A fit that is doubted for its cells alone was refused for "jitter by 0 % of a sample"."""
-    monkeypatch.setattr('mlmem_lab.fit.fitted.estimate_jitter', lambda own: 0.004)
-    found = fitted[2]
-    found = replace(found, slopes=found.misfit.slopes(found.x, WHOLE_WINDOW))
-    assert missing_term(found)[1].startswith('nothing that was tried explains it')
-
-
 @pytest.mark.slow
 def test_masses_that_differ_are_found_too():
     element = hidden(4, mass=0.003)
@@ -306,26 +217,6 @@ def test_masses_that_differ_are_found_too():
     error = found.x[found.unknowns.mass] - element.specimen.masses
     assert np.std(error) < 1e-3
     assert np.std(found.x[found.unknowns.alpha] / element.strength) < 2e-3
-
-
-def test_springs_that_are_alike_are_found_alike(fitted):
-    """If they are sought nevertheless: noise would make them differ by as much as expected."""
-    *_, found = fitted
-    sought = with_term(found.misfit, 'springs')
-    every = compute_posterior(sought, widen_unknowns(found, sought.unknowns))
-    assert rescale_scatter(sought, every.x, every.slopes).scatter['k_r'] < 0.05 * sought.prior.k_r
-
-
-@pytest.mark.slow
-def test_springs_that_differ_less_than_expected_are_found():
-    """By 0.1 %, a fifth of it: such a prior left noise in them, which neighbours share."""
-    element = hidden(4, k_r=0.001)
-    more = (End.LEFT, 1.2, 4.0, 1, 0.0), (End.RIGHT, 0.65, 6.0, 0, 0.0)
-    found = fit_element(SMALL, measured(element, (*SHOTS, *more), duration=300.0))
-    scatter = found.misfit.scatter['k_r']
-    assert scatter == pytest.approx(np.std(element.specimen.k_r), rel=0.3)  # 35 springs: +- 12 %
-    assert np.std(found.x[found.unknowns.k_r] - element.specimen.k_r) < 0.4 * scatter
-    assert np.std(found.x[found.unknowns.alpha] / element.strength) < 1e-3
 
 
 @pytest.mark.parametrize(

@@ -11,13 +11,11 @@ import pkgutil
 import numpy as np
 import pytest
 
-from mlmem.physics import NOH_BATHE, PEFRL
 from mlmem.physics.formulas import coupling_pull, on_site_factors
 from mlmem.physics.jit import compile_kernel
 from mlmem_lab import lattices
 from mlmem_lab.lattices import (
     Coupling,
-    Lattice,
     Linear,
     OnSite,
     Phi4,
@@ -82,30 +80,3 @@ def test_the_loops_formula_is_the_same_force(law):
         return
     couplings(law.constants(), x, found)
     assert found[1:-1] == pytest.approx(np.diff(law.slope(np.diff(x))), abs=1e-13)
-
-
-@pytest.mark.parametrize('law', [each for each in EXAMPLES if isinstance(each, Coupling)])
-def test_a_spring_at_rest_has_no_energy_and_no_force(law):
-    """So an end is free whose ghost neighbour moves with it."""
-    assert law.energy(0.0) == pytest.approx(0.0, abs=1e-15)
-    assert law.slope(0.0) == pytest.approx(0.0, abs=1e-15)
-
-
-SPRING, STIFF = Toda(0.8, 0.7), PowerLaw(500.0, -3.27, 6.0)
-
-
-@pytest.mark.parametrize(
-    ('integrator', 'on_site', 'coupling'),
-    [
-        (NOH_BATHE, Phi4(0.3), SPRING),
-        (PEFRL, Phi4(0.25), STIFF),
-    ],
-)
-def test_a_lattice_without_losses_keeps_its_energy(integrator, on_site, coupling):
-    """Over 100 time units. PEFRL at 0.02: 1e-7; Noh-Bathe damps short waves, of order dt^2."""
-    lattice = Lattice(on_site, coupling, np.ones(N), 0.02, integrator=integrator)
-    lattice.place(np.array([1.0, 0.9, 0.2, -0.5, -1.0, -1.0]))
-    before = lattice.energy()
-    lattice.advance(5_000)
-    drift = 1e-4 if integrator is PEFRL else 0.02
-    assert lattice.energy() == pytest.approx(before, abs=drift)

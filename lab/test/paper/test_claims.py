@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from mlmem_lab.paper.command import judge_claims
-from mlmem_lab.paper.figure import Judgement, judge_numbers
+from mlmem_lab.paper.figure import Judgement
 from mlmem_lab.paper.gallery import ALL_CLAIMS, ALL_FIGURES
 from mlmem_lab.results import RESULT_FOLDER, load_result
 from mlmem_tools.cli.output import to_json_value
@@ -29,10 +29,6 @@ BY_KEY = {claim.key: claim for claim in ALL_CLAIMS}
 def committed():
     claims = load_result(RESULT_FOLDER / 'paper.json')['claims']
     return {key: claim['verdict'] for key, claim in claims.items()}
-
-
-def test_the_result_holds_every_claim(committed):
-    assert list(committed) == [claim.key for claim in ALL_CLAIMS]
 
 
 @pytest.mark.parametrize('key', BY_KEY)
@@ -108,39 +104,6 @@ def test_doctored_data_do_not_pass(key, small):
     assert claim.judged(data).judgement is not Judgement.HOLDS
 
 
-RIGHT = {
-    'kink_fit': {'kink_e_rms': lambda x: x / 10.0},
-    'bands': {'bands': lambda x: np.array([[0.4, 0.7], [0.8, 2.1]])},
-    'printed_carrier': {'bands': lambda x: x + 0.5},
-    'printed_threshold': {
-        'pulse_v_c_printed_1': lambda x: 2.0 * x,
-        'delay_printed_1': lambda x: np.array(400.0),
-    },
-    'printed_launch': {'kink': lambda x: np.full_like(x, 25.0)},
-    'time_of_flight': {'delay_paper': lambda x: 141.3 * np.arange(len(x))},
-}
-"""For every claim that fails, the data with which it would not have failed."""
-
-
-@pytest.mark.parametrize('key', RIGHT)
-def test_a_claim_that_fails_could_have_held(key, small, committed):
-    assert committed[key] != 'holds'
-    claim = BY_KEY[key]
-    data = {name: dict(small[name]) for name in claim.needs}
-    if key == 'time_of_flight':  # exactly what Eq. (4) says
-        flight = data['4b']['time_of_flight_paper']
-        RIGHT[key]['delay_paper'] = lambda _: 50.0 + flight
-    for name, change in RIGHT[key].items():
-        data[claim.needs[0]][name] = change(np.asarray(data[claim.needs[0]][name]))
-    assert claim.judged(data).judgement is Judgement.HOLDS
-
-
-def test_judgements_are_made_from_conditions():
-    assert judge_numbers(True, 'x') == (Judgement.HOLDS, 'x')
-    assert judge_numbers(False, 'x', in_part=True) == (Judgement.IN_PART, 'x')
-    assert judge_numbers(np.bool_(False), 'x') == (Judgement.FAILS, 'x')
-
-
 # --- the result file: made of the data, whole ------------------------------------------------
 
 
@@ -153,15 +116,6 @@ def complete(computed):
 @pytest.fixture(scope='module')
 def result(small):
     return json.loads(json.dumps(to_json_value(judge_claims(complete(small)))))
-
-
-def test_a_verdict_changes_with_the_data(small, result):
-    data, before = complete(small), result['claims']['delays_by_level']
-    changed = data['4b'] | {'delay_paper': np.full_like(data['4b']['delay_paper'], 77.7)}
-    after = judge_claims(data | {'4b': changed})['claims']['delays_by_level']
-    assert (before['verdict'], after['verdict']) == ('with other numbers', 'fails')
-    assert '77.7, 77.7' in after['finding']
-    assert '77.7' not in before['finding']
 
 
 def test_every_claim_is_in_the_result(result):

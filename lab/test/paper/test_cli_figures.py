@@ -10,20 +10,10 @@ from contextlib import nullcontext
 import pytest
 
 from mlmem_lab import study
-from mlmem_lab.paper.gallery import ALL_FIGURES, FIGURES_BY_NAME
+from mlmem_lab.paper.gallery import FIGURES_BY_NAME
 from mlmem_tools.cli.main import main
 
 ENDINGS = ('npz', 'png', 'svg')
-
-
-def test_one_figure_alone(tmp_path, monkeypatch, capsys, sketched):
-    monkeypatch.chdir(tmp_path)
-    assert main(['figures', '2c', '--draft']) == 0
-    (output,) = tmp_path.iterdir()
-    (folder,) = output.iterdir()  # and no page
-    assert (output.name, folder.name) == ('reproduction', 'figures')
-    assert {file.name for file in folder.iterdir()} == {f'fig_2c.{end}' for end in ENDINGS}
-    assert '1/1' in capsys.readouterr().out
 
 
 class Pickling(Executor):
@@ -69,9 +59,3 @@ def test_a_wrong_argument_is_refused(arguments, message, tmp_path, capsys, monke
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(f'mlmem figures: {message}')
     assert [file.name for file in tmp_path.iterdir()] == ['file']
-
-
-def test_the_list_names_every_figure(capsys):
-    assert main(['figures', '--list']) == 0
-    names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
-    assert names == [figure.name for figure in ALL_FIGURES]

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from mlmem_lab.paper.figure import load_data
-from mlmem_lab.paper.gallery import ALL_FIGURES, FIGURES_BY_NAME, select_figures
+from mlmem_lab.paper.gallery import ALL_FIGURES, FIGURES_BY_NAME
 from mlmem_lab.studies import style
 
 STILL = [figure.name for figure in ALL_FIGURES if figure.ending == 'png']
@@ -53,21 +53,6 @@ def test_the_film_moves_and_shows_what_has_succeeded(small, tmp_path):
             pictures.append(np.asarray(film.convert('L')))
     assert np.any(pictures[0] != pictures[1])
     assert np.any(pictures[1] != pictures[2])
-
-
-@pytest.mark.parametrize('text', ['2b', '2B', 'fig_2b', 'Fig. 2b', 'Fig.2b'])
-def test_a_figure_is_called_as_a_person_calls_it(text):
-    assert [figure.name for figure in select_figures([text])] == ['2b']
-
-
-def test_figures_come_in_the_order_of_the_paper():
-    assert [figure.name for figure in select_figures(['s1', '4a', '1c'])] == ['1c', '4a', 's1']
-    assert select_figures([]) == list(ALL_FIGURES)
-
-
-def test_an_unknown_figure_is_refused_with_those_that_are_known():
-    with pytest.raises(KeyError, match=r'figure must be one of 1c, 2a, .*; got .6x'):
-        select_figures(['2a', '6x'])
 
 
 def test_every_file_of_the_folder_is_registered():

@@ -5,16 +5,11 @@
 import dataclasses
 
 import pytest
-from bare_writes import writes
-from sampled import sampled
-from small_register import first_levels
 
-from mlmem import Settings, preset
-from mlmem.element_file import parse
+from mlmem import preset
 from mlmem.presets import load_preset
 from mlmem_lab.studies.proof import Proof, Tally, evaluate_run
 from mlmem_tools.checks import Verdict, check
-from mlmem_tools.checks.bare import scale_peaks
 from mlmem_tools.cli.main import main
 
 
@@ -39,49 +34,6 @@ def test_four_levels_are_found_and_proven(proposed):
     assert tally.erase == (4, 4)
     assert tally.read == (40, 40)
     assert tally.level_margin > 0.5
-
-
-def test_words_of_many_walls_are_proven_too():
-    """As many random ones as the element has levels, here the first two of a byte."""
-    proof = Proof(*first_levels(2), sample=1)
-    *words, blank = proof.prepare_bench()['contents']
-    assert (len(words), blank) == (2, 0)
-    assert 0 < min(words) < max(words) < 4
-    rows = prove(proof, 0, 2, 4, 5)
-    assert [row['kind'] for row in rows] == ['upward', 'erase', 'read', 'down']
-    assert [row['done'] for row in rows] == [2, 1, 10, 1]
-
-
-@pytest.mark.parametrize('levels', sampled((2, 4, 7, 24), lambda levels: levels < 7))
-def test_both_peaks_of_a_write_may_be_off_by_three_tenths(levels, proposed):
-    """The plain schedule of the paper's element fails there."""
-    found = proposed(levels)
-    for factors in ((0.7, 0.7), (0.7, 1.3), (1.3, 0.7), (1.3, 1.3)):
-        assert all(writes(found.design, scale_peaks(found.settings.write, *factors)))
-
-
-@pytest.mark.parametrize('bits', [1, 2, 4])
-def test_a_shipped_element_steps_comes_down_and_is_erased(bits):
-    """A cheap look at each: the last level is erased, the longest way, written down, and read."""
-    design, settings = load_preset(f'bits_{bits}')
-    proof = Proof(design, settings, sample=2)
-    last = [k for k, run in enumerate(proof.points()) if run['start'] == design.levels - 1]
-    assert len(last) == 3
-    assert [row['error'] for row in prove(proof, *last)] == ['', '', '']
-
-
-def test_all_downward_writes_are_tried_up_to_sixteen_levels_and_a_sample_above():
-    sixteen = preset('bits_4').design
-    thirty_two = dataclasses.replace(sixteen, N=369, tail=72)
-    kinds = [run['kind'] for run in Proof(sixteen, Settings()).points()]
-    assert (kinds.count('upward'), kinds.count('erase'), kinds.count('down')) == (1, 16, 120)
-    runs = Proof(thirty_two, Settings()).points()
-    downs = {(run['start'], run['goal']) for run in runs if run['kind'] == 'down'}
-    assert len(downs) == 32
-    assert {(1, 0), (31, 30)} <= downs  # the first and the last are in it
-    assert all(start > goal for start, goal in downs)
-    few = [run['kind'] for run in Proof(thirty_two, Settings(), sample=3).points()]
-    assert (few.count('erase'), few.count('down')) == (32, 3)
 
 
 def test_the_wall_decides_whether_a_read_is_right():
@@ -140,11 +92,6 @@ def test_a_design_is_found_written_and_proven(tmp_path, capsys):
     proof = dict(zip(heading, row, strict=True))
     assert proof['written and read back'] == proof['erased'] == '2 of 2'
     assert proof['written downward'] == '1 of 1'
-
-
-def test_without_a_file_the_parameters_are_all_that_is_printed(capsys):
-    assert main(['design', '--levels', '2']) == 0
-    assert parse(capsys.readouterr().out, 'output').design == preset('bits_1').design
 
 
 def test_what_is_wrong_is_said(capsys):

@@ -9,15 +9,8 @@ import pytest
 
 from mlmem_lab.studies.session_figure import build_figure
 from mlmem_ros.session.data import load_session
-from mlmem_tools.cli.main import main
 
 DATA = Path(__file__).parents[3] / 'test' / 'data'
-
-
-def test_inspect_plots_without_ros(tmp_path):
-    picture = tmp_path / 'session.png'
-    assert main(['inspect', str(DATA / 'life'), '--plot', str(picture)]) == 0
-    assert picture.read_bytes().startswith(b'\x89PNG')
 
 
 def test_the_picture_of_one_write_shows_its_verifying_echo():

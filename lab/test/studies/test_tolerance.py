@@ -15,7 +15,6 @@ from mlmem.move_settings import KickSettings
 from mlmem.physics import CASE_II
 from mlmem_lab.studies.tolerance import element
 from mlmem_lab.studies.tolerance import study as studied
-from mlmem_lab.studies.tolerance.draw import draw_rates
 from mlmem_lab.studies.tolerance.element import Chance, evaluate_batch, single_chance, try_element
 from mlmem_lab.studies.tolerance.estimate import (
     ENOUGH_FAILURES,
@@ -65,11 +64,6 @@ def test_words_are_kicked_and_read():
         Tolerance(*preset('kick_2'), ('alpha',), ('word',))
 
 
-def test_an_element_as_designed_does_all_it_should():
-    assert try_short(Chance(), 0, 'step') == (1,)
-    assert try_short(Chance(), 0, 'left') == try_short(Chance(), 0, 'right') == (0, 1)
-
-
 def test_coarse_cells_hold_the_wall_and_heavy_ones_hide_it():
     """A tenth in alpha outweighs the gradient; a fiftieth in mass echoes by itself.
 
@@ -87,19 +81,6 @@ def test_the_seed_makes_the_element():
     found = [try_short(by, seed, 'step') for seed in (1, 1, 2, 3, 4, 5)]
     assert found[0] == found[1]
     assert len(set(found)) >= 2
-
-
-def test_noise_silences_a_read_and_moves_no_wall():
-    assert try_short(single_chance('noise', 3e-3), 0, 'step') == (1,)
-    assert try_short(single_chance('noise', 3e-3), 0, 'left') == (-2, -2)
-    assert try_short(single_chance('noise', 3e-3), 0, 'right') == (-2, -2)
-
-
-def test_a_base_that_shakes_moves_the_wall():
-    """4e-4 at the wall's own frequency loses a level; here a sixth of 6e-3 is near it."""
-    assert try_short(single_chance('vibration', 1e-5), 0, 'step') == (1,)
-    rough = [try_short(single_chance('vibration', 6e-3), seed, 'step') for seed in range(3)]
-    assert any(level != (1,) for level in rough)
 
 
 def test_a_batch_counts_its_elements(monkeypatch):
@@ -167,9 +148,3 @@ def test_the_command_leaves_counts_and_a_picture(tmp_path, capsys, false, sketch
     assert {path.name for path in folder.iterdir()} == names
     assert main(['tolerance', '--kinds', 'moisture']) == 2
     assert 'moisture' in capsys.readouterr().err
-
-
-def test_a_picture_has_a_panel_for_each_thing_tried(tmp_path, false):
-    study = Tolerance(SHORT, Settings(), ('alpha', 'mass'), ('step', 'right'), most=1000)
-    panels = draw_rates(study, count_study(study, tmp_path)).axes
-    assert [[text.get_text() for text in axes.texts] for axes in panels] == [['alpha', 'mass']] * 2

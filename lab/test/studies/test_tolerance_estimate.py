@@ -60,11 +60,6 @@ def test_what_fails_beyond_the_foot_does_not_bend_it():
     assert fit_fragility(sigmas, rates) == fit_fragility(sigmas[:3], rates[:3])
 
 
-def test_counts_that_tell_no_curve_give_none():
-    assert fit_fragility([0.1, 0.2], [Rate(0, 100), Rate(3, 100)]) is None
-    assert rare_scatter([0.1, 0.2], [Rate(0, 100), Rate(100, 100)]) is None
-
-
 def test_trials_that_fail_together_count_as_one():
     alike = pool_failures(elements=50, each=8, failures=5 * 8, squares=5 * 64)
     assert alike.clustering == pytest.approx(8.0, rel=0.05)
@@ -94,11 +89,3 @@ def test_counting_finds_where_failures_begin_wherever_that_is(median, spread):
     assert max(rate.value for rate in rates.values()) > FIRST_RATE
     assert sum(rate.trials for rate in rates.values()) < 5 * 4000
     assert law.rate(ladder[max(counted)]) < 0.9, 'no counting where all is known to fail'
-
-
-def test_where_nothing_fails_the_greatest_amount_alone_is_counted():
-    rates = {}
-    while (rung := next_rung(rates, 40, 500)) is not None:
-        before = rates.get(rung, Rate(0, 0))
-        rates[rung] = Rate(0, before.trials + 50)
-    assert [rung for rung, rate in rates.items() if rate.trials == 500] == [39]
