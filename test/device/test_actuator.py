@@ -166,17 +166,6 @@ def followed(command, ticks=None):
     return np.array(trace)
 
 
-def test_profile_without_rates_is_lines_between_its_points():
-    trace = followed(FollowTrajectory(WAVE.times, WAVE.strains))
-    t = 0.002 * np.arange(1, len(trace) + 1)
-    lines = np.interp(t, [0.0, *WAVE.times], [0.0, *WAVE.strains])
-    np.testing.assert_allclose(trace, lines, atol=1e-16)
-    assert len(trace) == 200  # 0.4 s in ticks of 2 ms
-    assert trace[-1] == 0.0  # exactly
-    limit = followed(FollowTrajectory((0.08, 0.16), (0.08, 0.0)))  # 1/s up to 0.08
-    assert limit.max() == 0.08
-
-
 def test_profile_with_rates_is_cubics_between_its_points():
     trace = followed(WAVE)
     t = 0.002 * np.arange(1, len(trace) + 1)
@@ -229,14 +218,6 @@ def test_exactly_profiles_within_both_limits_are_taken(points, with_rates):
         np.testing.assert_allclose(
             plan_profile(command, 0.0, LIMITS, UNIT).strain(t / UNIT), oracle, atol=1e-14
         )
-
-
-def test_cubic_is_judged_only_within_its_segment():
-    """It would go on to 0.109 at 1.6 times its width, and is 0.075 at its end."""
-    rising = plan_profile(FollowTrajectory((0.12,), (0.075,), (0.8,)), 0.0, LIMITS, UNIT)
-    strains, rates = rising.find_extremes()
-    assert strains == pytest.approx([0.075])
-    assert rates * 1e4 == pytest.approx([0.856], abs=1e-3)  # at 0.8 of its width
 
 
 BAD_PROFILES = [

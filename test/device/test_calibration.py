@@ -8,8 +8,6 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from mlmem import (
     BLANK,
@@ -41,9 +39,6 @@ from mlmem.procedures import calibrating
 from mlmem.readers import listening
 from mlmem.settings import ProbeSettings, ReadSettings, TimeSettings
 from mlmem_ros.host import state_file
-from mlmem_ros.host.design_check import Verdict
-from mlmem_tools.checks import Report, material
-from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.echoes import forecast_echo
 
 from . import rig
@@ -129,21 +124,6 @@ def test_level_is_confirmed_by_median_spacing_about_it(table, level, offset, spa
     assert table.margin(level, offset, spacing) == pytest.approx(margin)
 
 
-@rig.unhurried
-@given(
-    st.lists(st.floats(1.0, 5000.0), min_size=1, max_size=9, unique=True),
-    st.booleans(),
-    st.floats(0.0, 6000.0),
-)
-def test_nearest_entry_is_nearest(delays, falling, delay):
-    delays = sorted(delays, reverse=falling)
-    level, margin = DelayTable(tuple(delays)).nearest(delay)
-    assert abs(delays[level] - delay) == min(abs(entry - delay) for entry in delays)
-    assert margin <= 1.0
-    if min(delays) <= delay <= max(delays):
-        assert margin >= -1e-9
-
-
 @pytest.mark.parametrize('table', [RISING, FALLING])
 def test_distance_is_interpolated_between_levels(table):
     distances = [10.0, 30.0, 50.0, 70.0] if table is RISING else [70.0, 50.0, 30.0, 10.0]
@@ -217,19 +197,6 @@ def test_calibration_that_fails_restores_content(written, monkeypatch):
     assert outcome.reading.level == 1
     assert rig.holds(element, 1)
     assert element.calibration is known
-
-
-@pytest.mark.parametrize(
-    ('peaks', 'level'), [({'tension': 0.005}, 2), ({'compression': -0.005}, 1)]
-)
-def test_wall_that_does_not_follow_gives_no_calibration(peaks, level):
-    """The first step with the weak peak fails: the table would be off by one level."""
-    element = rig.device(1, **rig.with_group('write', **peaks))
-    factory = element.calibration
-    outcome = rig.run(element, Calibrate())
-    assert not outcome.success
-    assert f'on the way to level {level} the left end hears level {level - 1}' in outcome.error
-    assert element.calibration is factory
 
 
 @pytest.mark.parametrize('names', ['left', 'right'])
@@ -422,15 +389,6 @@ def test_delays_are_free_of_numerical_dispersion():
     exact = forecast_echo(CASE_II, element.chain.v, FOURTH.probe, End.LEFT, dt=0.0).delay
     assert heard[fourth] == pytest.approx(exact, abs=1.0)  # two samples
     assert abs(heard[paper] - exact) > 2.0
-
-
-def test_design_check_judges_damping_by_method():
-    paper, fourth = (
-        Report(tuple(material.check(Subject(CASE_II, each))))['step'] for each in (PAPER, FOURTH)
-    )
-    assert fourth.verdict is Verdict.PASS
-    own = [step.values['own damping'] for step in (paper, fourth)]
-    assert own[1] < 1e-2 * own[0] < 0.65 * CASE_II.eta
 
 
 def test_ideal_element_that_cannot_be_probed_is_rejected(monkeypatch):

@@ -312,17 +312,6 @@ def test_reads_move_no_wall(level, end):
     assert changed < 1e-8
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ('level', 'end', 'times'), [(3, 'left', 10_000), (7, 'both', 2000)], ids=str
-)
-def test_10_000_reads_move_no_wall(level, end, times):
-    """Measured: 1e-12 of a cell at level 3, 5e-10 at level 7."""
-    moved, changed = read_many(level, end, times, CASE_II)
-    assert moved < 1e-8
-    assert changed < 1e-8
-
-
 @pytest.mark.parametrize(
     ('level', 'weak'), [(1, {'tension': 0.034}), (2, {'compression': -0.0195})], ids=str
 )

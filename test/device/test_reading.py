@@ -91,12 +91,6 @@ def test_delay_near_level_is_that_level_with_margin(delay, least, level, margin,
     assert ('lies between levels' in reading.reason) == (level == UNDECODABLE)
 
 
-@pytest.mark.parametrize(('delay', 'end'), [(250.0, End.LEFT), (595.0, End.RIGHT)])
-def test_place_of_echo_between_levels_is_reported(delay, end):
-    """Half-way from cell 25 to 50."""
-    assert decoded(delay, end).reason.endswith('near cell 38')
-
-
 def test_crossing_when_listening_begins_is_no_level():
     """The window is clear of the pulse at 108.0; a level is that near only by its own delay."""
     assert 'and no level is so near' in decoded(108.5, min_margin=0.0).reason

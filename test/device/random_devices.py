@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Devices of legal designs and settings, and the wildest legal commands."""
 
-import contextlib
-
 import legal
 
 from mlmem import (
@@ -14,7 +12,6 @@ from mlmem import (
     FollowTrajectory,
     MemoryElement,
     Read,
-    Refused,
     SelfTest,
     SetFaults,
     SetStrain,
@@ -66,9 +63,3 @@ def command(random, element):
         lambda: random.choice((Erase(), Calibrate(), SelfTest())),
         lambda: Abort('enough'),
     ))()  # fmt: skip
-
-
-def give(random, element):
-    """Give any command, which may be refused."""
-    with contextlib.suppress(Refused):
-        element.apply(command(random, element))
