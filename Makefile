@@ -14,7 +14,7 @@ SEED = 1
 MINUTES ?= 60
 SEEDS ?= 100000
 
-.PHONY: bench clean coverage demo dist docs figures figures-check figures-stale interfaces lint lives mutation setup setup-kilted setup-test soak test test-kilted test-slow uncovered
+.PHONY: bench clean coverage demo dist docs figures figures-check figures-stale interfaces lint mutation seeded-runs setup setup-kilted setup-test soak test test-kilted test-slow uncovered
 
 demo: setup
 	$(VENV)/mlmem demo
@@ -83,9 +83,9 @@ mutation: setup-test
 	$(VENV)/pip install --quiet --editable '.[mutation]'
 	$(VENV)/python scripts/mutation.py --sample $(SAMPLE) --seed $(SEED)
 
-# Simulated lives, a night of them: make lives SEEDS=1000000
-lives: setup-test
-	$(VENV)/python scripts/lives.py --count $(SEEDS)
+# Seeded runs, a night of them: make seeded-runs SEEDS=1000000
+seeded-runs: setup-test
+	$(VENV)/python scripts/seeded_runs.py --count $(SEEDS)
 
 # The package of actions, where cmake and a compiler are; its tests are skipped elsewhere.
 interfaces: setup-test

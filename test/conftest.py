@@ -110,7 +110,7 @@ def one_owner():
 
 @pytest.fixture(scope='session', autouse=True)
 def quick_disk():
-    """Skip every fsync of this process: what a sync is worth is tested in `lives`."""
+    """Skip every fsync of this process: what a sync is worth is tested in `seeded_runs`."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, 'fsync', lambda descriptor: None)
         yield

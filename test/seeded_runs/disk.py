@@ -14,6 +14,7 @@ import stat
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import patch
 
 from mlmem import atomic_files
 
@@ -274,11 +275,9 @@ def mounted(disk):
     flags = {name: value for name, value in vars(os).items() if name.startswith('O_')}
     calls = {name: getattr(disk, name) for name in names}
     path = SimpleNamespace(isdir=disk.isdir, lexists=disk.lexists)
-    atomic_files.os, atomic_files.flock = SimpleNamespace(**flags, **calls, path=path), disk.flock
-    try:
+    system = SimpleNamespace(**flags, **calls, path=path)
+    with patch.object(atomic_files, 'os', system), patch.object(fcntl, 'flock', disk.flock):
         yield
-    finally:
-        atomic_files.os, atomic_files.flock = os, fcntl.flock
 
 
 def _error(number, what):

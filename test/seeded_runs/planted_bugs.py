@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Faults that the device has had, or might have: each is put back for a while, and must be found.
 
-A bite replaces functions of the package by wrong ones; `BITES` holds them by name.
+A planted bug replaces functions of the package by wrong ones; `PLANTED_BUGS` holds them by name.
 """
 
 from contextlib import ExitStack, contextmanager
@@ -16,16 +16,16 @@ from mlmem.loop.mailbox import Request
 from mlmem_ros.bag import writer
 from mlmem_ros.host import sessions, store, worker
 
-BITES = {}
+PLANTED_BUGS = {}
 """Context managers that put a fault back, by what it is."""
 
 
-def _bite(*replaced):
+def _plant(*replaced):
     """Register a fault."""
 
     def enter(fault):
         @contextmanager
-        def bitten():
+        def planted():
             wrong = fault(*(getattr(holder, name) for holder, name in replaced))
             wrong = wrong if isinstance(wrong, tuple) else (wrong,)
             with ExitStack() as stack:
@@ -33,7 +33,7 @@ def _bite(*replaced):
                     stack.enter_context(patch.object(holder, name, function))
                 yield
 
-        BITES[fault.__name__] = bitten
+        PLANTED_BUGS[fault.__name__] = planted
         return fault
 
     return enter
@@ -42,7 +42,7 @@ def _bite(*replaced):
 # --- the loop ----------------------------------------------------------------------------
 
 
-@_bite((timetable.Timetable, 'deferred'))
+@_plant((timetable.Timetable, 'deferred'))
 def division_by_zero_at_full_speed(_):
     def deferred(self, late, box):
         at_once = self._at_once if self.period else self._batch  # also without a pace
@@ -54,7 +54,7 @@ def division_by_zero_at_full_speed(_):
     return deferred
 
 
-@_bite((loop.Loop, '_end_loop'), (mailbox.Mailbox, 'take'))
+@_plant((loop.Loop, '_end_loop'), (mailbox.Mailbox, 'take'))
 def queue_cleared_between_look_and_pop(end, _):
     def hasty_end(self, ending):
         self._box.close(Refused(loop.SHUTDOWN_MESSAGE))
@@ -70,7 +70,7 @@ def queue_cleared_between_look_and_pop(end, _):
     return hasty_end, take
 
 
-@_bite((mailbox.Mailbox, 'call'))
+@_plant((mailbox.Mailbox, 'call'))
 def lost_wake_up(_):
     def call(self, function, paused=None):
         request = Request(function)
@@ -87,7 +87,7 @@ def lost_wake_up(_):
     return call
 
 
-@_bite((mailbox.Mailbox, 'close'))
+@_plant((mailbox.Mailbox, 'close'))
 def who_waits_at_the_end_is_forgotten(_):
     def close(self, refusal):
         with self.changed:
@@ -98,7 +98,7 @@ def who_waits_at_the_end_is_forgotten(_):
     return close
 
 
-@_bite((actuator.Actuator, 'check'))
+@_plant((actuator.Actuator, 'check'))
 def not_a_number_reaches_the_strain(check):
     def lenient(self, strain):
         if strain == strain:  # false for NaN alone
@@ -107,7 +107,7 @@ def not_a_number_reaches_the_strain(check):
     return lenient
 
 
-@_bite((element.MemoryElement, 'apply'))
+@_plant((element.MemoryElement, 'apply'))
 def a_refused_command_forgets_the_reading(apply):
     def forgetful(self, command):
         if not self.procedure:
@@ -117,7 +117,7 @@ def a_refused_command_forgets_the_reading(apply):
     return forgetful
 
 
-@_bite((loop.Loop, '_release_strain'))
+@_plant((loop.Loop, '_release_strain'))
 def strain_is_left_on_at_the_end(_):
     return lambda self: self._box.close(Refused(loop.SHUTDOWN_MESSAGE))
 
@@ -125,7 +125,7 @@ def strain_is_left_on_at_the_end(_):
 # --- the recording -----------------------------------------------------------------------
 
 
-@_bite((sessions.Sessions, '_start_session'))
+@_plant((sessions.Sessions, '_start_session'))
 def two_recordings_at_once(start):
     def unguarded(self, *given):
         self.current = None
@@ -134,7 +134,7 @@ def two_recordings_at_once(start):
     return unguarded
 
 
-@_bite((sessions.Sessions, '_stop'))
+@_plant((sessions.Sessions, '_stop'))
 def assertion_when_nothing_is_recorded(stop):
     def asserting(self, *given):
         assert self.current is not None
@@ -143,7 +143,7 @@ def assertion_when_nothing_is_recorded(stop):
     return asserting
 
 
-@_bite((sessions.Sessions, 'stop'))
+@_plant((sessions.Sessions, 'stop'))
 def recorder_joined_in_the_executor(_):
     def stop(self, loop):
         answer = threads.Future()
@@ -156,17 +156,17 @@ def recorder_joined_in_the_executor(_):
     return stop
 
 
-@_bite((sessions, '_call_between_ticks'))
+@_plant((sessions, '_call_between_ticks'))
 def session_begun_within_a_tick(_):
     return lambda loop, function: function()
 
 
-@_bite((writer.McapFile, 'sync'))
+@_plant((writer.McapFile, 'sync'))
 def recording_not_synced(_):
     return lambda self: self._writer.flush()
 
 
-@_bite((atomic_files, 'close_quietly'))
+@_plant((atomic_files, 'close_quietly'))
 def file_left_open_after_an_error(_):
     return lambda file: None
 
@@ -174,17 +174,17 @@ def file_left_open_after_an_error(_):
 # --- the state file ----------------------------------------------------------------------
 
 
-@_bite((atomic_files.DurableFile, 'sync'))
+@_plant((atomic_files.DurableFile, 'sync'))
 def no_sync_before_the_rename(_):
     return lambda self: None
 
 
-@_bite((atomic_files, 'sync_directory'))
+@_plant((atomic_files, 'sync_directory'))
 def no_sync_after_the_rename(_):
     return lambda path: None
 
 
-@_bite((atomic_files, 'write_atomically'))
+@_plant((atomic_files, 'write_atomically'))
 def state_written_in_place(_):
     def write(path, text):
         flags = atomic_files.os.O_WRONLY | atomic_files.os.O_CREAT | atomic_files.os.O_TRUNC
@@ -199,7 +199,7 @@ def state_written_in_place(_):
     return write
 
 
-@_bite((store.Store, 'resolve'))
+@_plant((store.Store, 'resolve'))
 def answer_before_it_is_saved(resolve):
     def hasty(self, request, element):
         request.resolve(request.outcome)
@@ -209,7 +209,7 @@ def answer_before_it_is_saved(resolve):
     return hasty
 
 
-@_bite((store.Store, 'keep'))
+@_plant((store.Store, 'keep'))
 def newer_state_overwritten_by_an_older_one(keep):
     def keep_at_once(self, element):
         taken, saved = store.snapshot.take_snapshot(element), threads.Future()
@@ -226,7 +226,7 @@ def newer_state_overwritten_by_an_older_one(keep):
     return keep_at_once
 
 
-@_bite((store.Store, 'on_timer'))
+@_plant((store.Store, 'on_timer'))
 def state_taken_within_a_tick(_):
     def on_timer(self, loop):
         self._worker.on_timer()
@@ -236,17 +236,17 @@ def state_taken_within_a_tick(_):
     return on_timer
 
 
-@_bite((worker.Worker, 'on_timer'))
+@_plant((worker.Worker, 'on_timer'))
 def who_waits_for_a_hanging_disk_is_not_told(_):
     return lambda self: None
 
 
-@_bite((worker.Worker, 'wait'))
+@_plant((worker.Worker, 'wait'))
 def the_end_waits_for_a_hanging_disk(wait):
     return lambda self, seconds=None: wait(self, 1e6)
 
 
-@_bite((worker.Worker, '_run'))
+@_plant((worker.Worker, '_run'))
 def work_given_up_is_done_all_the_same(_):
     def run(self):
         while self._jobs:

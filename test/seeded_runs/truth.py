@@ -13,7 +13,7 @@ from mlmem.procedure_table import PROCEDURES, Procedures
 
 from . import element as small
 
-CALM = 1000.0
+SETTLING_TIME = 1000.0
 """Time after which nothing moves any more of what was set going."""
 
 _MOVERS = (Procedures, SetStrain, FollowTrajectory, Disturb, SetFaults)
@@ -53,7 +53,7 @@ class Truth:
         if self.waiting or not _quiet(element):
             self.unsettle(element)
         elif self._still is None:
-            if _time_since(element, self._moved_at) > CALM:
+            if _time_since(element, self._moved_at) > SETTLING_TIME:
                 self._still = _walls(element)
         elif (seen := _walls(element)) != self._still:
             self._find(f'the wall moved by itself from {self._still} to {seen}')
@@ -64,7 +64,7 @@ class Truth:
 
     def _judge(self, element, outcome):
         """Compare the outcome of a procedure with the truth."""
-        calm = _time_since(element, self._moved_at) > CALM or outcome.procedure == 'write'
+        calm = _time_since(element, self._moved_at) > SETTLING_TIME or outcome.procedure == 'write'
         if calm and _undisturbed(element) and outcome.procedure in ('write', 'read'):
             truth = find_level(element.design, element.chain.configuration)
             if truth != outcome.reading.level:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A life: a script, lived by a host on a disk, under a scheduler, watched by oracles."""
+"""A run: a script, carried out by a host on a disk, under a scheduler, watched by invariants."""
 
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +15,7 @@ from mlmem_ros.host import state_file, worker
 
 from .disk import Disk, mounted
 from .element import KINDS
-from .oracles import PATIENCE, Oracles, told
+from .invariants import DISK_TIMEOUT_S, Invariants, describe_error
 from .primitives import scheduled
 from .process import Process
 from .scheduler import Deadlock, Endless, Scheduler
@@ -26,10 +26,10 @@ ROOT = Path('/disk')
 
 @contextmanager
 def _impatient():
-    """Make the host wait for a disk no longer than a life lasts."""
+    """Make the host wait for a disk no longer than a run lasts."""
     with (
-        patch.object(worker, 'WORK_TIMEOUT_S', PATIENCE),
-        patch.object(worker.Worker.wait, '__defaults__', (PATIENCE,)),
+        patch.object(worker, 'WORK_TIMEOUT_S', DISK_TIMEOUT_S),
+        patch.object(worker.Worker.wait, '__defaults__', (DISK_TIMEOUT_S,)),
     ):
         yield
 
@@ -49,12 +49,12 @@ def _handing_over(scheduler):
         yield
 
 
-class Life:
-    """A life from a script.
+class SeededRun:
+    """A run from a script.
 
     Attributes:
         disk: The disk with its files.
-        oracles: The oracles that watch it.
+        invariants: The invariants that watch it.
         given: The configuration of the host.
     """
 
@@ -67,7 +67,7 @@ class Life:
         self.script = script
         self.scheduler = Scheduler(script.seed)
         self.disk = Disk(self.scheduler)
-        self.oracles = Oracles(self)
+        self.invariants = Invariants(self)
         self.kind = KINDS[script.levels]
         self.given = self.kind.parameters(
             record=SESSION if script.record else '',
@@ -77,10 +77,10 @@ class Life:
         )
         self._process = None
 
-    def live(self):
-        """Live it, and return what is wrong."""
+    def run(self):
+        """Run it, and return what is wrong."""
         present = lambda: self.scheduler.current  # noqa: E731
-        watched, within = owned(self.oracles.find, present), _handing_over(self.scheduler)
+        watched, within = owned(self.invariants.find, present), _handing_over(self.scheduler)
         with scheduled(self.scheduler), mounted(self.disk), _impatient(), watched, within:
             self._furnish()
             self._process = Process(self)
@@ -88,11 +88,11 @@ class Life:
             try:
                 self.scheduler.run(fate)
             except (Deadlock, Endless) as error:
-                self.oracles.find(f'{type(error).__name__}: {error}')
+                self.invariants.find(f'{type(error).__name__}: {error}')
                 self.scheduler.kill()
             for name, failure in self.scheduler.failures:
-                self.oracles.find(f'{name} raised {told(failure)}')
-        return self.oracles.found
+                self.invariants.find(f'{name} raised {describe_error(failure)}')
+        return self.invariants.found
 
     # --- what the host sees of the world -------------------------------------------------
 
@@ -103,12 +103,12 @@ class Life:
     @property
     def log(self):
         """Take a log line of the host."""
-        return self.oracles
+        return self.invariants
 
     # --- fate ----------------------------------------------------------------------------
 
     def _furnish(self):
-        """Put the files of an earlier life on the disk."""
+        """Put the files of an earlier run on the disk."""
         atomic_files.make_directory(ROOT, exist_ok=True)
         if self.script.state:
             path = Path(STATE)
@@ -148,13 +148,13 @@ class Life:
         self._go_on_after_crash()
         self.scheduler.crash_at = self.disk.crash_in = None
         self._end()
-        self.oracles.died('power')
+        self.invariants.died('power')
 
     def _go_on_after_crash(self):
         if not self.scheduler.crashed:
             return False
         self.scheduler.crashed = False
-        self.oracles.died(self._dies_by)
+        self.invariants.died(self._dies_by)
         self._process = Process(self)
         return True
 
@@ -176,5 +176,5 @@ class Life:
         self.disk.heal()
         scheduler.sleep(1.0)
         if not scheduler.crashed:
-            self.oracles.ended(process)
+            self.invariants.ended(process)
             scheduler.kill()

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The events of a life: steps of several clients, the disk and fate, from one number."""
+"""The events of a run: steps of several clients, the disk and fate, from one number."""
 
 import math
 from dataclasses import dataclass
@@ -48,7 +48,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Script:
-    """The plan of a life.
+    """The plan of a run.
 
     Attributes:
         seed: Seed of the order of threads, and of what the disk does.
@@ -122,7 +122,7 @@ TROUBLES = ('full', 'fails', 'hangs', 'moody', 'moody')
 
 
 def script(seed):
-    """Return the life with this number."""
+    """Return the run with this number."""
     chance = Random(f'script {seed}')
     chance.levels = Random(f'element {seed}').choice((2,) * 35 + tuple(KINDS))
     steps = []
@@ -153,7 +153,7 @@ def _steps(chance):
             'patience',
             'record',
             'time',
-            'life',
+            'transition',
             'disk',
             'crash',
             'many',
@@ -179,7 +179,7 @@ def _steps(chance):
             return [Step(after, 'record', on)] * chance.choice((1, 1, 1, 2, 3))
         case 'time':
             return [_time(chance, after)]
-        case 'life':
+        case 'transition':
             if chance.random() < 0.2:  # an end while single ticks wait
                 held = Step(after, 'pause', True)
                 return [held, *[Step(0.0, 'step')] * 3, Step(0.0, 'deactivate')]

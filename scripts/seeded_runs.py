@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Live the lives of test/lives: one with its history, or many.
+"""Run the seeded runs of test/seeded_runs: one with its history, or many.
 
-Usage: .venv/bin/python scripts/lives.py SEED, or scripts/lives.py --count N [--first SEED].
+Usage: .venv/bin/python scripts/seeded_runs.py SEED, or with --count N [--first SEED].
 """
 
 import argparse
@@ -15,15 +15,15 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'test'))
 
-from lives.campaign import campaign, story
+from seeded_runs.campaign import campaign, describe_run
 
 
 def many(first: int, count: int) -> int:
-    """Live many lives on all cores and list those that fail; return the exit status."""
+    """Do many runs on all cores and list those that fail; return the exit status."""
     columns = (
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn('lives, {task.fields[pace]:.0f}/s, {task.fields[failing]} fail,'),
+        TextColumn('runs, {task.fields[pace]:.0f}/s, {task.fields[failing]} fail,'),
         TimeRemainingColumn(),
     )
     began = time.monotonic()
@@ -35,25 +35,25 @@ def many(first: int, count: int) -> int:
             progress.update(task, completed=done, failing=len(failing), pace=pace)
 
         failing = campaign(first, count, os.cpu_count() or 1, report)
-    print(f'{count / (time.monotonic() - began):.1f} lives a second')
+    print(f'{count / (time.monotonic() - began):.1f} runs a second')
     for seed, found in sorted(failing.items()):
         print(f'{seed}: {found[0]}')
-    print(f'{len(failing)} of {count} lives fail', end='')
-    print('; scripts/lives.py SEED prints the history of one' if failing else '')
+    print(f'{len(failing)} of {count} runs fail', end='')
+    print('; scripts/seeded_runs.py SEED prints the history of one' if failing else '')
     return 1 if failing else 0
 
 
 def main() -> int:
     """Run the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('seed', type=int, nargs='?', help='the life to live, with its history')
-    parser.add_argument('--count', type=int, help='how many lives to live')
+    parser.add_argument('seed', type=int, nargs='?', help='the run to do, with its history')
+    parser.add_argument('--count', type=int, help='how many runs to do')
     parser.add_argument('--first', type=int, default=0, help='the first of them')
     arguments = parser.parse_args()
     if (arguments.seed is None) == (arguments.count is None):
         parser.error('give a SEED, or --count')
     if arguments.seed is not None:
-        print(story(arguments.seed))
+        print(describe_run(arguments.seed))
         return 0
     return many(arguments.first, arguments.count)
 

@@ -161,13 +161,13 @@ class Future(concurrent.futures.Future):
         return f'{self._name} {self._state.lower()}'
 
     def add_done_callback(self, function):
-        def told(future):
+        def report_failure(future):
             try:
                 function(future)
             except Exception as failure:
                 self._scheduler.failures.append((f'callback of {self._name}', failure))
 
-        super().add_done_callback(told)
+        super().add_done_callback(report_failure)
 
 
 class Thread:

@@ -15,7 +15,7 @@ TRANSITIONS = {
 }
 """Transitions: from which state, and to which."""
 
-TEND = 1.0
+TIMER_PERIOD_S = 1.0
 """Seconds between two looks at disks and intervals."""
 
 
@@ -31,7 +31,7 @@ class Executor:
 
         Args:
             scheduler: The scheduler under which it runs.
-            on_timer: Called every `TEND` seconds.
+            on_timer: Called every `TIMER_PERIOD_S` seconds.
             failed: Called with the name and the exception of a callback that raised.
         """
         self.longest = '', 0.0
@@ -58,7 +58,7 @@ class Executor:
             self._scheduler.wake(self.task)
 
     def _run(self):
-        due = threads.monotonic() + TEND
+        due = threads.monotonic() + TIMER_PERIOD_S
         while (turn := self._next(due)) is not None:
             name, callback = turn
             begun = threads.monotonic()
@@ -69,7 +69,7 @@ class Executor:
             took = threads.monotonic() - begun
             self.longest = max(self.longest, (name, took), key=lambda pair: pair[1])
             if name == 'on_timer':
-                due = threads.monotonic() + TEND
+                due = threads.monotonic() + TIMER_PERIOD_S
 
     def _next(self, due):
         while not self._waiting:

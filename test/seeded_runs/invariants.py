@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Conditions that must hold throughout every life."""
+"""Conditions that must hold throughout every run."""
 
 import math
 import traceback
@@ -17,13 +17,13 @@ from . import element as small
 from .script import STATE
 from .truth import Truth, may_move
 
-PATIENCE = 2.0
-"""Seconds that the host waits for a disk in these lives."""
+DISK_TIMEOUT_S = 2.0
+"""Seconds that the host waits for a disk in these runs."""
 
-PROMPT = 1.0
+PROMPT_ANSWER_S = 1.0
 """Seconds within which whatever needs no disk is answered."""
 
-SLOW = 5.0 * PATIENCE + 3.0
+SLOW_ANSWER_S = 5.0 * DISK_TIMEOUT_S + 3.0
 """Seconds within which whatever needs a disk is answered, be it that it does not answer."""
 
 
@@ -49,8 +49,8 @@ class Ticket:
         return f'{self.what!r:.80} asked at {self.asked:.3f}'
 
 
-class Oracles:
-    """Watch a life and collect findings.
+class Invariants:
+    """Watch a run and collect findings.
 
     Attributes:
         found: The findings, in words.
@@ -58,23 +58,23 @@ class Oracles:
         truth: What they know about the wall.
     """
 
-    def __init__(self, life):
+    def __init__(self, run):
         self.found = []
         self.broken = False
         self.truth = Truth(self.find)
-        self._life = life
+        self._run = run
         self._acknowledged = None  # ticks, level and movers of the last one that was saved
         self._closed_bags = set()
 
     def find(self, what):
         """Record a finding."""
         self.found.append(what)
-        self._life.scheduler.note(f'FOUND {what}')
+        self._run.scheduler.note(f'FOUND {what}')
 
     # --- where the host logs -------------------------------------------------------------
 
     def info(self, message):
-        self._life.scheduler.note(('log', message))
+        self._run.scheduler.note(('log', message))
 
     warning = info
 
@@ -84,8 +84,8 @@ class Oracles:
             'device has stopped' in message and not self.broken
         ):
             self.find(message)
-        if 'its content is saved' in message and self._life.script.state:
-            self._acknowledged = self._life.element.ticks, None, None
+        if 'its content is saved' in message and self._run.script.state:
+            self._acknowledged = self._run.element.ticks, None, None
 
     # --- requests ------------------------------------------------------------------------
 
@@ -105,9 +105,9 @@ class Oracles:
         if ticket.future.cancelled():
             return
         error = ticket.future.exception()
-        self._life.scheduler.note(('answer', str(ticket), error or ticket.future.result()))
+        self._run.scheduler.note(('answer', str(ticket), error or ticket.future.result()))
         if not isinstance(error, (*REFUSALS, NoneType)):
-            self.find(f'{ticket} was answered with {told(error)}')
+            self.find(f'{ticket} was answered with {describe_error(error)}')
             return
         if ticket.moves and not isinstance(error, Refused):
             self.truth.unsettle(process.host.element)
@@ -120,7 +120,7 @@ class Oracles:
 
     def _served(self, ticket, error, after):
         name, given = ticket.what
-        if after > (SLOW if name == 'record' else PROMPT):
+        if after > (SLOW_ANSWER_S if name == 'record' else PROMPT_ANSWER_S):
             self.find(f'{ticket} was answered after {after:.3f} s')
         if name == 'record' and not given and error is None:
             self._closed_bags.add(ticket.future.result())
@@ -128,9 +128,9 @@ class Oracles:
     def _ended(self, ticket, outcome):
         if not isinstance(ticket.what, Procedures):
             self.find(f'{ticket} was answered with {outcome}')
-        if outcome.success and self._life.script.state and ticket.moves:
+        if outcome.success and self._run.script.state and ticket.moves:
             level = outcome.reading.level if outcome.reading else None
-            if self._life.element.faults.stuck_cell:  # it echoes as a wall does
+            if self._run.element.faults.stuck_cell:  # it echoes as a wall does
                 level = None
             self._acknowledged = outcome.end_tick, level, ticket.number
 
@@ -138,7 +138,7 @@ class Oracles:
 
     def transited(self, process, name, before, refusal):
         """Check a transition that was made, or was not."""
-        self._life.scheduler.note(('transition', name, before, process.node.state, refusal))
+        self._run.scheduler.note(('transition', name, before, process.node.state, refusal))
         element = process.host.element
         if refusal is None and name == 'configure':
             self.truth.watch_refusals(element)
@@ -158,33 +158,33 @@ class Oracles:
     def _save_stopped(self, process, element):
         if not small.finite(element):
             self.find('the state is not finite')
-        if element.ticks and not process.host.lost and self._life.script.state:
+        if element.ticks and not process.host.lost and self._run.script.state:
             self._acknowledged = element.ticks, None, None
 
     def callback_failed(self, name, failure):
         """Record an exception of a callback."""
-        self.find(f'callback {name} raised {told(failure)}')
+        self.find(f'callback {name} raised {describe_error(failure)}')
 
     # --- ends ----------------------------------------------------------------------------
 
     def ended(self, process):
         """Check a process that has ended by itself, with a healed disk."""
         name, seconds = process.executor.longest
-        if seconds > (SLOW if name in SLOW_CALLBACKS else PROMPT):
+        if seconds > (SLOW_ANSWER_S if name in SLOW_CALLBACKS else PROMPT_ANSWER_S):
             self.find(f'callback {name} took {seconds:.3f} s')
         if process.loop is not None and not _sane(process.loop.statistics):
             self.find(f'the loop has kept time like this: {process.loop.statistics}')
         for ticket in process.tickets:
             if not ticket.future.done():
                 self.find(f'{ticket} was never answered')
-        for left in self._life.scheduler.leftovers():
+        for left in self._run.scheduler.leftovers():
             self.find(f'left over: {left}')
-        for open_file in self._life.disk.open_files.values():
+        for open_file in self._run.disk.open_files.values():
             self.find(f'left open: {open_file.path}')
 
     def died(self, how):
         """Check what a process has left on the disk after a kill or a power cut."""
-        disk = self._life.disk
+        disk = self._run.disk
         if how == 'power':
             disk.cut_power()
         else:
@@ -208,7 +208,7 @@ class Oracles:
             had = saved and saved['ticks']
             self.find(f'what was acknowledged at tick {ticks} is lost: the file has tick {had}')
         elif level is not None and number == self.truth.asked:
-            element = self._life.kind.restored(saved)
+            element = self._run.kind.restored(saved)
             truth = find_level(element.design, element.chain.configuration)
             if truth != level:
                 self.find(f'level {level} was acknowledged; {truth} is on the disk')
@@ -217,18 +217,18 @@ class Oracles:
 
     @property
     def _now(self):
-        return self._life.scheduler.now
+        return self._run.scheduler.now
 
     def _healthy_disk(self):
-        disk = self._life.disk
-        calm = self._now - disk.troubled_at > 2.0 * PATIENCE
+        disk = self._run.disk
+        calm = self._now - disk.troubled_at > 2.0 * DISK_TIMEOUT_S
         return calm and not (disk.trouble or disk.held_up)
 
 
 SLOW_CALLBACKS = ('configure', 'activate', 'deactivate', 'cleanup', 'close', 'failure', 'error')
 
 
-def told(error):
+def describe_error(error):
     """Return an exception with the place where it was raised."""
     frames = traceback.extract_tb(error.__traceback__)
     places = ' < '.join(

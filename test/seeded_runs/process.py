@@ -18,10 +18,10 @@ LEVEL = replace(STREAMS['level'], name='/mlmem/level', qos=RELIABLE_QOS)
 BEAT = replace(LEVEL, name='/mlmem/beat')
 """Something to record, every few ticks."""
 
-FLAT_OUT = 2e-3
+CLOCK_READING_S = 2e-3
 """Seconds that a look at the pacer's clock takes where no pace is kept: a tick has its time."""
 
-POLL = 0.02
+UNSTEADY_POLL_S = 0.02
 """Seconds between two looks at a clock that has shown that it is not steady."""
 
 
@@ -44,12 +44,12 @@ class Pacer:
 
     def now(self):
         if self.hurried:
-            self._scheduler.now += FLAT_OUT
+            self._scheduler.now += CLOCK_READING_S
         present = threads.monotonic() if self._stopped_at is None else self._stopped_at
         return present + self._ahead
 
     def wait(self, changed, seconds):
-        changed.wait(seconds if self._steady else POLL)  # else who knows how fast it runs
+        changed.wait(seconds if self._steady else UNSTEADY_POLL_S)
 
     def change(self, how):
         """Jump by seconds, 'stop' or 'go' on."""
@@ -65,16 +65,16 @@ class Pacer:
 class Process:
     """One run of the program: a host, its node and its executor, and the requests of clients."""
 
-    def __init__(self, life):
-        self.life = life
-        self.oracles = life.oracles
-        self.pacer = Pacer(life.scheduler)
+    def __init__(self, run):
+        self.run = run
+        self.invariants = run.invariants
+        self.pacer = Pacer(run.scheduler)
         self.speed = 1.0
         self.loop = None
-        self.host = Host(life.log, life.now_ns, failed=self._wake)
-        self.node = Node(self.host, self._activate, life.given)
-        callback_failed = life.oracles.callback_failed
-        self.executor = Executor(life.scheduler, self.host.on_timer, callback_failed)
+        self.host = Host(run.log, run.now_ns, failed=self._wake)
+        self.node = Node(self.host, self._activate, run.given)
+        callback_failed = run.invariants.callback_failed
+        self.executor = Executor(run.scheduler, self.host.on_timer, callback_failed)
         self.tickets = []
 
     def post(self, step):
@@ -105,13 +105,13 @@ class Process:
             case transition:
                 before = self.node.state
                 refusal = self.node.transit(transition)
-                self.oracles.transited(self, transition, before, refusal)
+                self.invariants.transited(self, transition, before, refusal)
 
     def close(self):
         """End it, as a signal would; called by the executor."""
         element = self.host.element if self.host.loop else None
         self.host.close()
-        self.oracles.closed(self, element)
+        self.invariants.closed(self, element)
 
     def set_speed(self, speed):
         self.speed = speed
@@ -129,26 +129,26 @@ class Process:
                 element.advance = advance
             raise StateError('the chain stopped being finite, as it was told to')
 
-        self.oracles.broken = True
+        self.invariants.broken = True
         element.advance = fails
 
     def _asked(self, what, future):
-        self.tickets.append(self.oracles.asked(self, what, future))
+        self.tickets.append(self.invariants.asked(self, what, future))
 
     def _plan(self):
-        record = replace(self.life.given.record, path=SESSION)
+        record = replace(self.run.given.record, path=SESSION)
         return SessionPlan('/mlmem', record, (LEVEL, BEAT), {})
 
     def _activate(self):
         host = self.host
-        given = self.life.given
+        given = self.run.given
         host.activate(given, self._plan(), self._after_ticks, self.pacer, self.speed)
 
     def _after_ticks(self, events):
         host = self.host
         element = host.element
         self.loop = host.loop or self.loop  # which the host lets go of before its last tick
-        self.oracles.truth.ticked(element, events)
+        self.invariants.truth.ticked(element, events)
         if (recording := host.recording) is not None:
             level = jazzy.make_message(LEVEL.type, data=find_content(element, None))
             ended = [LEVEL for event in events if isinstance(event, Outcome)]

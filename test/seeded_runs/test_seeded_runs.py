@@ -1,33 +1,33 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whole lives, each determined by one number. `make lives` runs many more."""
+"""Whole runs, each determined by one number. `make seeded-runs` runs many more."""
 
 from dataclasses import replace
 
 import pytest
 from sampled import sampled
 
-from .campaign import live, story
+from .campaign import describe_run, run_seed
 from .script import Step, script
-from .shrink import shrunk
-from .world import Life
+from .shrink import shrink
+from .world import SeededRun
 
 SHORT = (17, 20, 24, 30, 32, 34, 40, 44, 45, 52, 63, 64, 68, 75, 77, 81, 84, 92)
-"""Of the first hundred lives those that together reach the most code in a second."""
+"""Of the first hundred runs those that together reach the most code in a second."""
 
 
 @pytest.mark.parametrize('seeds', sampled([SHORT, range(1000)], lambda seeds: seeds is SHORT))
 def test_nothing_is_wrong_in_a_life(seeds):
     for seed in seeds:
-        if live(seed):
-            pytest.fail(story(seed), pytrace=False)
+        if run_seed(seed):
+            pytest.fail(describe_run(seed), pytrace=False)
 
 
 def test_a_life_is_its_number():
     def history(seed):
-        life = Life(script(seed))
-        life.live()
-        return life.scheduler.handovers, list(map(str, life.scheduler.history))
+        run = SeededRun(script(seed))
+        run.run()
+        return run.scheduler.handovers, list(map(str, run.scheduler.history))
 
     assert history(3) == history(3)
     assert history(3) != history(4)
@@ -43,5 +43,5 @@ def test_only_the_steps_that_matter_stay():
         left = [step.given for step in given.steps]
         return 7 in left and 31 in left
 
-    short = shrunk(replace(script(1), steps=steps), fails)
+    short = shrink(replace(script(1), steps=steps), fails)
     assert [step.given for step in short.steps] == [7, 31]

@@ -1,26 +1,26 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Shortening a failing life: steps are left out while it still fails."""
+"""Shortening a failing run: steps are left out while it still fails."""
 
 from dataclasses import replace
 
 
-def shrunk(script, fails, most=400):
+def shrink(script, fails, max_runs=400):
     """Return a script of few steps that still fails.
 
     Args:
         script: A script that fails.
         fails: Returns whether a script fails.
-        most: Most lives to live for it.
+        max_runs: Most runs for it.
     """
-    lived = 0
+    runs = 0
     steps = script.steps
     size = max(1, len(steps) // 2)
-    while lived < most:
+    while runs < max_runs:
         shorter = None
         for begin in range(0, len(steps), size):
             rest = steps[:begin] + steps[begin + size :]
-            lived += 1
+            runs += 1
             if fails(replace(script, steps=rest)):
                 shorter = rest
                 break

@@ -20,7 +20,7 @@ FOLDER = '/disk'
 def _memory():
     """Return a folder in memory, where there is one; it goes with the process."""
     memory = Path('/dev/shm')
-    return TemporaryDirectory(prefix='lives-', dir=memory if memory.is_dir() else None)
+    return TemporaryDirectory(prefix='runs-', dir=memory if memory.is_dir() else None)
 
 
 def findings(disk, closed):

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The elements of the lives: most often two levels and strong damping, so that a write takes some
+"""The elements of the runs: most often two levels and strong damping, so that a write takes some
 40 ticks; else shipped presets of up to 32 levels.
 """
 
@@ -19,7 +19,9 @@ from mlmem_ros.host.settings import (
     StateSettings,
 )
 
-PUBLISH = PublishSettings(4, 4, 4, 8, 8)
+PUBLISH = PublishSettings(
+    field_every=4, wall_every=4, joint_states_every=4, image_every=40, markers_every=8
+)
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ class ElementKind:
 
 
 def _quick():
-    """Return an element that is written within seconds of its life: a tick is 0.1 s."""
+    """Return an element that is written within seconds of its run: a tick is 0.1 s."""
     design = Design(
         N=81, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=1 / 80, tail=54
     )
