@@ -5,7 +5,7 @@
 import numpy as np
 from small_register import first_levels
 
-from mlmem import Write, new_element
+from mlmem import MemoryElement, Write
 from mlmem.element_file import Element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, scattered

@@ -42,7 +42,7 @@ def test_shots_over_a_line_equal_those_in_process():
     the least noise that a fit assumes.
     """
     made = scattered(CHOSEN.design, Scatter(alpha=0.01), SEED)
-    heard = survey(Rig(*CHOSEN, ADDRESS, Line(emulate_rig())))
+    heard = survey(Rig(*CHOSEN, ADDRESS, TamperedLine(emulate_rig())))
     finer = round(Simulation.of(made, CHOSEN.settings.time).dt / heard[0].dt)
     here = survey(Simulation.of(made, CHOSEN.settings.time, finer))
     assert len(here) == len(heard)

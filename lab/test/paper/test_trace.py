@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem import Settings, new_element
+from mlmem import MemoryElement, Settings
 from mlmem.instrument.end import End
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import CycleSettings
