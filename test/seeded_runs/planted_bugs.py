@@ -112,7 +112,7 @@ def a_refused_command_forgets_the_reading(apply):
     def forgetful(self, command):
         if not self.procedure:
             self.forget('refused')
-        apply(self, command)
+        return apply(self, command)
 
     return forgetful
 
