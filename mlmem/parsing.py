@@ -59,14 +59,14 @@ class DecodeError(Rejected, ValueError):
 # --- texts ------------------------------------------------------------------------------------
 
 
-def read_file(path: Path | str, most: int = atomic_files.MAX_FILE_BYTES) -> str:
-    """Return the content of a regular file in UTF-8 of at most `most` bytes.
+def read_file(path: Path | str) -> str:
+    """Return the content of a regular file in UTF-8; see `atomic_files.read_text`.
 
     Raises:
         DecodeError: There is none, or it cannot be read; the message does not name it.
     """
     try:
-        return atomic_files.read_text(Path(path), most)
+        return atomic_files.read_text(Path(path))
     except (OSError, ValueError) as error:
         raise DecodeError(atomic_files.describe_error(error), code=ErrorCode.UNREADABLE) from error
 

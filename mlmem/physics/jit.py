@@ -171,11 +171,11 @@ def list_torn_caches() -> list[str]:
     return [cache.files.index_name for cache in LOADED_CACHES if cache.files.has_torn_file()]
 
 
-def check_cache_space(folder: Path, size: int = 4 * 2**20) -> None:
+def check_cache_space(folder: Path) -> None:
     """Write and remove a file as large as a full cache; raise `OSError` if that fails."""
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryFile(dir=folder) as file:
-        file.write(bytes(size))
+        file.write(bytes(4 * 2**20))
 
 
 LOADED_CACHES: list[_Cache] = []
