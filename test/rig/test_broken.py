@@ -104,7 +104,7 @@ BROKEN = MALFORMED | {
     ),
     'far_away': (
         repack(replace_sample(1e9)),
-        'the driver must return displacements of at most 1e.06 cells; got more, or NaN',
+        'the driver must return displacements of at most 1e6 cells; got more, or NaN',
     ),
     'stopped': (
         lambda frame: encode_frame(FrameKind.FAULT, frame.number, b'the grip is stuck\n\x1b[2J'),
@@ -263,8 +263,8 @@ def unplugged(ends):
     [
         (lambda ends: ends[:, :-1], r'must return 40 samples of both ends; got shape \(2, 39\)'),
         (lambda ends: ends[0], r'must return 40 samples of both ends; got shape \(40,\)'),
-        (lambda ends: ends * np.nan, 'displacements of at most 1e.06 cells; got more, or NaN'),
-        (lambda ends: ends * np.inf, 'displacements of at most 1e.06 cells; got more, or NaN'),
+        (lambda ends: ends * np.nan, 'displacements of at most 1e6 cells; got more, or NaN'),
+        (lambda ends: ends * np.inf, 'displacements of at most 1e6 cells; got more, or NaN'),
         (unplugged, 'the driver failed: no such device'),
     ],
 )

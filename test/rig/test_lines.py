@@ -14,7 +14,7 @@ from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.settings import ScaleSettings
 from mlmem_ros.rig.frames import FrameKind, Parser, encode_frame
-from mlmem_tools.rig.emulated import EmulatedRig, Server, TamperedLine
+from mlmem_tools.rig.emulated import EmulatedRig, LineProperties, Server
 
 from .lines import calibration
 
@@ -40,7 +40,7 @@ def element_at(address, settings=FAST):
     return MemoryElement(CASE_II, settings, calibration(), driver)
 
 
-LATE = TamperedLine(latency=0.002, jitter=0.003, loss=0.003, seed=3)
+LATE = LineProperties(latency=0.002, jitter=0.003, loss=0.003, seed=3)
 
 
 def test_latency_shifts_no_echo():
