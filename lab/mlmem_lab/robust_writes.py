@@ -24,8 +24,8 @@ from .study import Study
 SEED = 700
 SCATTERS = (0.0, 0.01, 0.02, 0.03, 0.05)
 ELEMENT_NAMES = ('robust_2', 'robust_3')
-ELEMENTS_PER_SCATTER = 160
-WRITES_PER_ELEMENT = 32
+ELEMENTS_PER_SCATTER = 80
+WRITES_PER_ELEMENT = 16
 
 
 def scatter_parts(name: str, scatter: float, seed: int) -> MemoryElement:
