@@ -81,23 +81,23 @@ def test_save_without_ownership_of_the_file_fails(tmp_path, kept):
     """Its folder was moved: another node would take the path, and both would acknowledge."""
     folder, element = tmp_path / 'folder', MemoryElement(CASE_II)
     store = kept(folder / 'element.json')
-    store.MemoryElement(CASE_II, Settings())
+    store.new_element(CASE_II, Settings())
     store.keep(element).result(20.0)
     folder.rename(tmp_path / 'moved')
     with pytest.raises(StateError, match='was moved or removed, so it may have another owner'):
         store.keep(element).result(20.0)
     assert not folder.exists()
-    _store(folder / 'element.json').MemoryElement(CASE_II, Settings())  # by a second node
+    _store(folder / 'element.json').new_element(CASE_II, Settings())  # by a second node
     with pytest.raises(StateError, match='may have another owner'):
         store.keep(element).result(20.0)
 
 
 def test_hard_link_to_a_state_file_is_rejected(file, kept, tmp_path):
     store = kept(file)
-    store.keep(store.MemoryElement(CASE_II, Settings())).result(20.0)
+    store.keep(store.new_element(CASE_II, Settings())).result(20.0)
     (tmp_path / 'link.json').hardlink_to(file)
     with pytest.raises(StateError, match='is a hard link'):
-        _store(tmp_path / 'link.json').MemoryElement(CASE_II, Settings())
+        _store(tmp_path / 'link.json').new_element(CASE_II, Settings())
 
 
 # --- calibrations -----------------------------------------------------------------------------
@@ -118,20 +118,20 @@ def counted(monkeypatch):
 
 
 def test_design_is_calibrated_once(file, counted, kept):
-    first = kept(file).MemoryElement(CASE_II, Settings())
-    assert kept(file).MemoryElement(CASE_II, Settings()).calibration == first.calibration
+    first = kept(file).new_element(CASE_II, Settings())
+    assert kept(file).new_element(CASE_II, Settings()).calibration == first.calibration
     assert len(counted) == 1
     other = Settings(probe_right=ProbeSettings(omega_c=0.7, v_th=7e-4))
-    assert kept(file).MemoryElement(CASE_II, other).calibration != first.calibration
+    assert kept(file).new_element(CASE_II, other).calibration != first.calibration
     assert len(counted) == 2
     for settings in (Settings(), other):
-        kept(file).MemoryElement(CASE_II, settings)
+        kept(file).new_element(CASE_II, settings)
     assert len(counted) == 2
 
 
 def test_learnt_calibration_outlives_the_state(file, kept):
     store = kept(file)
-    element = store.MemoryElement(CASE_II, Settings())
+    element = store.new_element(CASE_II, Settings())
     left = element.calibration.left
     learnt = dataclasses.replace(
         element.calibration,
@@ -140,7 +140,7 @@ def test_learnt_calibration_outlives_the_state(file, kept):
     element.calibration = learnt
     assert store.keep(element).result(20.0) is None
     file.unlink()
-    assert kept(file).MemoryElement(CASE_II, Settings()).calibration == learnt
+    assert kept(file).new_element(CASE_II, Settings()).calibration == learnt
 
 
 def test_state_of_other_pulses_restores_no_delays(file, kept):
@@ -153,7 +153,7 @@ def test_state_of_other_pulses_restores_no_delays(file, kept):
     saved['calibration_key'] = 'of another pulse'
     state_file.save_snapshot(file, saved)
     store = kept(file)
-    restored = store.MemoryElement(CASE_II, Settings())
+    restored = store.new_element(CASE_II, Settings())
     store.restore(restored)
     assert snapshot.hash_state(restored) == snapshot.hash_state(element)
     assert restored.calibration == MemoryElement(CASE_II).calibration
