@@ -19,6 +19,7 @@ from .instrument.drivers import Driver
 from .instrument.end import End, Shot
 from .instrument.instrument import Instrument
 from .physics import Design, Specimen
+from .physics.potential import Array
 from .procedure_table import CONTENT_NAMES, describe_content
 from .readers.calibration import Calibration
 from .readers.decoding import decode_echoes, make_undecodable, primary_end
@@ -159,17 +160,20 @@ class Memory(Instrument):
             self.reading, self.unknown = None, Unknown(reason, self.ticks + after)
 
     def place_content(self, content: int) -> None:
-        """Put the walls of a level or word into a simulated element, at rest, or none if blank.
-
-        No reading is made.
+        """Put the walls of a level or word into a simulated element, at rest, without a reading.
 
         Raises:
-            StateError: The walls do not rest there.
+            StateError: The walls do not rest there; nothing is changed.
         """
+        self._place_configuration(self._pin_content(content))
+
+    def _pin_content(self, content: int) -> Array:
         from .readers.register import pin_walls  # most elements begin as they are
 
-        walls = () if content == BLANK else self.reader.list_walls(content)
-        self.chain.place(pin_walls(self.made, walls))
+        return pin_walls(self.made, self.reader.list_walls(content))
+
+    def _place_configuration(self, configuration: Array) -> None:
+        self.chain.place(configuration)
         self.transducer.assume_equilibrium()
 
     def replace_element(self, content: int = BLANK) -> None:
@@ -177,11 +181,12 @@ class Memory(Instrument):
         see `Instrument.replace_element`.
 
         Raises:
-            StateError: The walls of the content do not rest there.
+            StateError: The walls of the content do not rest there; nothing is changed.
         """
+        pinned = None if content == BLANK else self._pin_content(content)
         super().replace_element()
-        if content != BLANK:
-            self.place_content(content)
+        if pinned is not None:
+            self._place_configuration(pinned)
         self.statistics.resets += 1
         self.forget('replaced')
 

@@ -46,7 +46,10 @@ from .errors import BagError, storage_errors
 
 _RECORD_HEAD = struct.Struct('<BQ')  # opcode and length of a record
 MAX_HELD_BYTES = 2**27
-"""Most bytes of a decompressed chunk, however small the file is."""
+"""Most bytes of decompressed chunks that are held at once, however small the file is."""
+
+RECORD_BYTES = 600
+"""Bytes that a record takes in memory in addition to its content."""
 
 _MAX_DEFINITION_BYTES = 2**24
 _MAX_RUN_BYTES = 1 << 20  # bytes of messages outside chunks that make up one block
@@ -62,6 +65,7 @@ class Block:
 
     Attributes:
         counts: Number of messages of each channel.
+        size: Bytes that its messages take in memory.
     """
 
     offset: int
@@ -70,6 +74,7 @@ class Block:
     earliest: int = 2**64
     latest: int = 0
     counts: Counter[int] = field(default_factory=Counter)
+    size: int = 0
 
 
 class _Start(NamedTuple):
@@ -269,6 +274,7 @@ class McapPart:
             run = Block(offset, end, chunked)
             self.blocks.append(run)
         run.end = end
+        run.size += sum(len(each.data) + RECORD_BYTES for each in messages)
         run.counts.update(each.channel_id for each in messages)
         run.earliest = min(run.earliest, *(each.log_time for each in messages))
         run.latest = max(run.latest, *(each.log_time for each in messages))
@@ -312,6 +318,7 @@ def _parse_records(stream: BinaryIO, offset: int, end: int) -> list[records.Mcap
         record = next(StreamReader(content, skip_magic=True, emit_chunks=True).records)
         if isinstance(record, records.Chunk):
             data = _decompress_chunk(record)
+            _check_memory(data)
             return breakup_chunk(replace(record, compression='', data=data), validate_crc=True)
         return [record]
     except Exception as error:  # parsers and decompressors have no common error class
@@ -352,3 +359,13 @@ def _decompress_chunk(chunk: records.Chunk) -> bytes:
     if chunk.compression:  # `mcap` would read it as not compressed
         raise DamageError(f'its compression must be lz4 or zstd; got {chunk.compression!r}')
     return chunk.data
+
+
+def _check_memory(data: bytes) -> None:
+    """Raise `DamageError` if the records of a chunk take more memory than may be held."""
+    offset, held = 0, len(data)
+    while offset + _RECORD_HEAD.size <= len(data):
+        offset += _RECORD_HEAD.size + _RECORD_HEAD.unpack_from(data, offset)[1]
+        held += RECORD_BYTES
+        if held > MAX_HELD_BYTES:
+            raise DamageError(f'the chunk takes over {MAX_HELD_BYTES} bytes in memory')

@@ -31,7 +31,7 @@ from .contents import (
     read_metadata_text,
 )
 from .errors import BagError, storage_errors
-from .mcap_part import McapPart
+from .mcap_part import MAX_HELD_BYTES, McapPart
 
 
 class BagReader:
@@ -111,9 +111,12 @@ class BagReader:
             Messages; those with equal log times in the order they were written.
 
         Raises:
-            BagError: The bag has changed since it was opened.
+            BagError: The bag has changed since it was opened, or its chunks overlap in time so
+                much that more than `MAX_HELD_BYTES` would be held at once.
         """
         wanted = self.topics.keys() if topics is None else set(topics)
+        if not as_written:
+            self._check_overlap()
         parts = (part.messages(wanted, as_written) for part in self._parts)
         if as_written:
             return itertools.chain.from_iterable(parts)
@@ -123,6 +126,19 @@ class BagReader:
         """Read messages in the order in which they were written, up to the first missing file."""
         for part in self._parts[: self._parts_before_gap]:
             yield from part.messages(topics, as_written=True)
+
+    def _check_overlap(self) -> None:
+        """Raise `BagError` if chunks that are read at the same time take too much memory."""
+        blocks = [block for part in self._parts for block in part.blocks]
+        changes = [(block.earliest, 0, block.size) for block in blocks]
+        changes += [(block.latest, 1, -block.size) for block in blocks]
+        held = max(itertools.accumulate(change for *_, change in sorted(changes)), default=0)
+        if held > MAX_HELD_BYTES:
+            raise BagError(
+                f'{self.path} must not take more than {MAX_HELD_BYTES} bytes at once; its chunks '
+                f'overlap in time and take {held}',
+                'too_large',
+            )
 
     def definition(self, topic: str) -> Definition:
         """Return the definition of a topic's type as the bag holds it, perhaps without a text."""

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damage to an MCAP file costs only what is damaged."""
 
+import tracemalloc
 from contextlib import nullcontext
 from io import BytesIO
 from itertools import pairwise
@@ -15,7 +16,7 @@ from sampled import sampled
 
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.mcap_part import McapPart
+from mlmem_ros.bag.mcap_part import MAX_HELD_BYTES, RECORD_BYTES, McapPart
 from mlmem_ros.bag.writer import McapFile
 
 
@@ -234,6 +235,20 @@ def test_inconsistent_chunk_is_damaged(changes):
 def test_chunk_too_large_for_memory_is_not_decompressed(changes):
     (loss,) = McapPart(file_of(**changes)).losses
     assert 'at most 134217728 are read' in loss.reason
+
+
+def test_chunk_of_very_many_records_is_not_parsed():
+    """Every record takes memory in addition to its content."""
+    empty = encode(Message(channel_id=7, log_time=5, publish_time=5, sequence=0, data=b''))
+    content = empty * (MAX_HELD_BYTES // RECORD_BYTES)
+    changes = {'data': zstandard.compress(content), 'uncompressed_size': len(content)}
+    tracemalloc.start()
+    try:
+        (loss,) = McapPart(file_of(compression='zstd', **changes)).losses
+        assert tracemalloc.get_traced_memory()[1] < 2 * len(content)
+    finally:
+        tracemalloc.stop()
+    assert 'in memory' in loss.reason
 
 
 def test_definitions_are_bounded():
