@@ -45,6 +45,10 @@ from .contents import (
 from .errors import BagError, storage_errors
 
 _RECORD_HEAD = struct.Struct('<BQ')  # opcode and length of a record
+_READ_OPCODES = {
+    *(Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK),
+    *(Opcode.METADATA, Opcode.DATA_END, Opcode.FOOTER),
+}
 MAX_HELD_BYTES = 2**27
 """Most bytes of decompressed chunks that are held at once, however small the file is."""
 
@@ -225,10 +229,7 @@ class McapPart:
         for opcode, offset, end in _find_spans(stream, start):
             if opcode == Opcode.DATA_END:
                 note = '; all messages precede it'
-            if opcode in {
-                *(Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK),
-                *(Opcode.METADATA, Opcode.DATA_END, Opcode.FOOTER),
-            }:
+            if opcode in _READ_OPCODES:
                 self._read_record(stream, opcode, offset, end, note)
         size = stream.seek(0, 2)
         stream.seek(end)

@@ -179,7 +179,7 @@ class ClientThread:
         with self._lock:
             now = time.monotonic()
             due = min((each.due for each in self._pending), default=now + CHECK_PERIOD_S)
-            # until its service appears
+            # a missing service is looked for every 20 ms
             self._next = min(max(due, now + 0.02), now + CHECK_PERIOD_S)
             return self._next - now
 
