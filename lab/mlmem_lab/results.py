@@ -46,7 +46,7 @@ START_TIME_S = time.monotonic()
 STRAINED_PRESETS = tuple(
     name for name, shipped in PRESETS.items() if shipped.settings.write.method == 'strain'
 )
-"""Presets that are written by strain. `mlmem kicks` and `mlmem_lab.words` measure the others."""
+"""Presets that are written by strain. The studies `kicks` and `words` measure the others."""
 
 ORIGIN_KEYS = ('command', 'version', 'processor', 'seed', 'date', 'seconds', 'modules', 'hashes')
 """The keys that say where a result comes from."""

@@ -18,6 +18,7 @@ from mlmem.move_settings import WriteSettings
 from mlmem.moves.corrections import make_corrections
 from mlmem.parsing import decode_value
 from mlmem.physics import Design, Specimen, find_level
+from mlmem.physics.wall import arrival_tolerance
 from mlmem.readers.reading import UNDECODABLE
 from mlmem.readers.register import find_wall_levels
 from mlmem.readers.words import make_code
@@ -92,15 +93,7 @@ class Bench:
             levels = find_wall_levels(made.design, device.chain.configuration)
             allowed = levels is not None and code.is_valid_word(levels)
             return code.word(levels or ()) if allowed else UNDECODABLE
-        return find_level(made.design, device.chain.configuration, arrival_tolerance(made))
-
-
-def arrival_tolerance(made: Specimen) -> float:
-    """Return how near to its defect a wall must rest, in cells.
-
-    Cells that scatter may hold it anywhere nearer to its own defect than to the next.
-    """
-    return 1.0 if made.is_ideal else 0.5 * made.design.J
+        return find_level(made.design, device.chain.configuration, arrival_tolerance(made.design))
 
 
 @lru_cache(maxsize=4)

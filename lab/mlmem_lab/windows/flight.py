@@ -21,10 +21,9 @@ from mlmem.move_settings import KickSettings
 from mlmem.physics import Chain, HeldCell, Specimen, StateError, find_level, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.physics.potential import Array
+from mlmem.physics.wall import arrival_tolerance
 from mlmem.readers.reading import BLANK, UNDECODABLE
 from mlmem.settings import Settings
-
-from ..studies.bench import arrival_tolerance
 
 KICK_SPEEDS = np.geomspace(0.002, 1.2, 321)
 """Mean speeds of kicks: 2 % apart."""
@@ -61,7 +60,7 @@ def drive_end(
         chain.advance(np.zeros(len(times)), held)
     except StateError:  # driven so hard that the chain diverges
         return UNDECODABLE
-    return find_level(chain.design, chain.configuration, arrival_tolerance(chain.specimen))
+    return find_level(chain.design, chain.configuration, arrival_tolerance(chain.design))
 
 
 def rest_time(chain: Chain) -> float:

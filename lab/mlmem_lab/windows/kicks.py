@@ -19,11 +19,11 @@ import numpy as np
 
 from mlmem import Erase, MemoryElement, Write, preset
 from mlmem.physics import Specimen, find_level
+from mlmem.physics.wall import arrival_tolerance
 from mlmem.presets import use_kicks
 from mlmem.readers.reading import BLANK
 
 from ..studies import style
-from ..studies.bench import arrival_tolerance
 from ..study import Study
 from .flight import (
     KICK_SPEEDS,
@@ -82,7 +82,7 @@ def count_writes(name: str, procedures: int, seed: int) -> dict[str, Any]:
     """Write random levels, any to any, with an erase now and then; compare with the true wall."""
     element, rng = MemoryElement(use_kicks(preset(name))), random.Random(seed)
     levels = range(element.design.levels)
-    near = arrival_tolerance(element.chain.specimen)
+    near = arrival_tolerance(element.design)
     present = BLANK
     ticks: list[int] = []
     erased: list[int] = []
