@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What real readers must find in a recording on a simulated disk: every message, exactly."""
 
+import os
 import shutil
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from unittest.mock import patch
 
+from mlmem import atomic_files
 from mlmem_ros.bag.contents import read_metadata
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
@@ -41,7 +44,8 @@ def findings(disk, closed):
     disk.materialise(folder.parent)
     for name in names:
         try:
-            found = list(_findings(folder / name, whole=Path(FOLDER) / name in closed))
+            with patch.object(atomic_files, 'os', os):  # the copy is on a real disk
+                found = list(_findings(folder / name, whole=Path(FOLDER) / name in closed))
         except BagError as error:
             found = [f'{name}: {error}']
         yield from found

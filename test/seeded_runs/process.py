@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from mlmem import Outcome, threads
+from mlmem import threads
 from mlmem.physics import StateError
 from mlmem_ros.bag import jazzy
 from mlmem_ros.contract.streams import STREAMS, find_content
@@ -151,6 +151,6 @@ class Process:
         self.invariants.truth.ticked(element, events)
         if (recording := host.recording) is not None:
             level = jazzy.make_message(LEVEL.type, data=find_content(element, None))
-            ended = [LEVEL for event in events if isinstance(event, Outcome)]
-            for topic in (*ended, *([BEAT] if element.ticks % 4 == 0 else ())):
+            reported = [LEVEL for event in events if LEVEL.reports(event)]
+            for topic in (*reported, *([BEAT] if element.ticks % 4 == 0 else ())):
                 recording.put(topic.name, jazzy.serialize_message(level))
