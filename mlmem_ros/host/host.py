@@ -148,14 +148,17 @@ class Host(RequestGate):
         guard, hash_every = self.log.guard_errors, given.record.hash_every
 
         def publish_events(commands: Sequence[Stamped], events: Sequence[Event]) -> None:
+            if (recording := self.recording) is not None:
+                with guard('recording'):
+                    recording.put_commands(commands)
             with guard('publishing'):
                 listener(events)
             if monitor is not None:
                 with guard('watching'):
                     monitor.hear(events)
-            if (recording := self.recording) is not None:
+            if recording is not None:
                 with guard('recording'):
-                    recording.tick(element, commands)
+                    recording.tick(element)
 
         def resolve_request(request: Asked) -> None:
             store.resolve(request, element)

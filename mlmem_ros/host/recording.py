@@ -197,12 +197,19 @@ class Recording:
             else:
                 self.sink.put(topic, trimmed, self._now())
 
-    def tick(self, element: MemoryElement, commands: Sequence[Stamped]) -> None:
-        """Take the commands of a tick, and the state's hash if due."""
+    def put_commands(self, commands: Sequence[Stamped]) -> None:
+        """Take the commands of a tick, before its events.
+
+        A recording that is cut anywhere then has the command of every event that it has.
+        """
+        if not self.full:
+            for tick, command in commands:
+                self._put_record(records.COMMAND_TOPIC, records.build_command(tick, command))
+
+    def tick(self, element: MemoryElement) -> None:
+        """Take the state's hash if due, after the events of a tick."""
         if self.full:
             return
-        for tick, command in commands:
-            self._put_record(records.COMMAND_TOPIC, records.build_command(tick, command))
         hashed = element.ticks % self.plan.settings.hash_every == 0
         if hashed:
             self._put_hash(element)

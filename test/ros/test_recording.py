@@ -15,6 +15,7 @@ from rosbags.highlevel import AnyReader
 
 from mlmem import UNDECODABLE
 from mlmem.instrument.end import End
+from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 from mlmem_ros.testing import assert_replays
@@ -105,6 +106,11 @@ def test_session_holds_what_was_published_and_replays(session):
     assert report.hashes >= 10
     assert report.levels == [-1, 1, 1, 1, 1]  # a wall is heard from both ends
     assert len(heard['echo']) == ECHOES
+    commands = contents = 0
+    for message in BagReader(bag).messages(as_written=True):
+        commands += message.topic.endswith('/session/command')
+        contents += message.topic == '/mlmem/content'
+        assert commands >= contents  # a file cut anywhere has the command of every event in it
 
 
 def test_session_holds_the_shots_of_a_survey(start, tmp_path):
