@@ -73,7 +73,7 @@ test-kilted: setup-kilted
 	.venv-kilted/bin/python -m $(PYTEST) test/ros test/host examples
 
 test-slow: setup-test
-	$(VENV)/python -m pytest -m slow
+	$(VENV)/python -m pytest -m slow --timeout 0
 
 soak: setup-test
 	$(VENV)/python scripts/soak.py --minutes $(MINUTES)
