@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from .curve import Curve
 from .design import Design
-from .potential import Array
+from .potential import Array, DesignError, Potential
 
 
 @dataclass(frozen=True)
@@ -67,13 +69,50 @@ def find_level(design: Design, configuration: Array, tolerance: float = 1.0) -> 
     return -2
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=64)
+def wall_energy_between(potential: Potential | Curve, n: int) -> float:
+    """Return the continuum energy of a wall between ground states n and n + 1 of a potential, with
+    springs of stiffness 1: the integral of sqrt(2 psi) over D.
+
+    Raises:
+        DesignError: The potential has no such ground states.
+    """
+    D = np.linspace(potential.ground_state(n), potential.ground_state(n + 1), 4001)
+    psi = potential.energy(D)
+    root = np.sqrt(2.0 * np.maximum(psi - psi[0], 0.0))
+    return float(np.sum(0.5 * (root[1:] + root[:-1]) * np.diff(D)))
+
+
 def wall_energy(design: Design) -> float:
-    """Return the continuum energy of a wall at alpha = 1: the integral of sqrt(2 psi) over D.
+    """Return the continuum energy of a wall at alpha = 1.
 
     It is the wall's mass, too: where waves run at speed 1, both are the integral of v_x^2.
     """
-    D = np.linspace(design.D_s1, design.D_s2, 4001)
-    psi = design.potential.energy(D)
-    root = np.sqrt(2.0 * np.maximum(psi - psi[0], 0.0))
-    return float(np.sum(0.5 * (root[1:] + root[:-1]) * np.diff(D)))
+    return wall_energy_between(design.potential, design.phase)
+
+
+def barrier_height(design: Design) -> float:
+    """Return the energy of a cell at the barrier top above that of the inactive phase."""
+    energy = design.potential.energy
+    return float(energy(design.D_barrier) - energy(design.D_s1))
+
+
+def wall_width(design: Design) -> float:
+    """Return the continuum width of a wall in cells: its step over its slope at the barrier top.
+
+    With the paper's potential it is 1 / sqrt(d).
+    """
+    return abs(design.D_s2 - design.D_s1) / math.sqrt(2.0 * barrier_height(design))
+
+
+def next_wall_costs(potential: Potential | Curve, n: int) -> tuple[float, float]:
+    """Return the energies of the walls from ground state n to the one below, and from n + 1 to the
+    one above, over that of the wall between n and n + 1; infinity where there is no such state.
+    """
+    costs = []
+    for other in (n - 1, n + 1):
+        try:
+            costs.append(wall_energy_between(potential, other) / wall_energy_between(potential, n))
+        except DesignError:
+            costs.append(math.inf)
+    return costs[0], costs[1]

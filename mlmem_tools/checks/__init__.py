@@ -17,6 +17,7 @@ from mlmem.settings import ElementSettings, Settings
 from mlmem_ros.host.design_check import Verdict
 
 from . import (
+    budget,
     disturb,
     echoes,
     launch,
@@ -41,6 +42,7 @@ CHECK_MODULES = (
     disturb,
     transducer,
     words,
+    budget,
 )
 """Modules with `check(subject)`, in the order of a report."""
 

@@ -151,26 +151,21 @@ class Subject:
         """Continuum energy of a wall at alpha = 1."""
         return wall_energy(self.design)
 
-    @property
-    def wall_width(self) -> float:
-        """Continuum width of a wall in cells: its step over its slope at the barrier top."""
-        psi = self.design.potential
-        barrier = float(psi.energy(self.design.D_barrier) - psi.energy(self.design.D_s1))
-        return (self.design.D_s2 - self.design.D_s1) / math.sqrt(2.0 * barrier)
+    def gradient_force_at(self, site: float) -> float:
+        """Return the mean force of the gradient on a wall, positive to the right.
 
-    @property
-    def gradient_force(self) -> float:
-        """Mean force of the gradient on a wall, positive to the right: -gamma E / 2.
-
-        Half of a wall's energy is in the potential, and only that is graded.
+        It is -gamma E / (2 alpha) with the alpha and the energy E of the site: half of a wall's
+        energy is in the potential, only that is graded, and E grows with the root of alpha.
         """
-        return -0.5 * self.design.gamma * self.wall_energy
+        gamma = self.design.gamma
+        return -0.5 * gamma * self.wall_energy / math.sqrt(1.0 + gamma * site)
 
-    @property
-    def drift_speed(self) -> float:
-        """Speed at which the gradient moves a wall against the damping: -gamma / (2 eta)."""
-        eta = self.design.eta
-        return -self.design.gamma / (2.0 * eta) if eta > 0.0 else math.inf
+    def drift_speed_at(self, site: float) -> float:
+        """Return the speed at which the gradient moves a wall against the damping at a site:
+        -gamma / (2 alpha eta).
+        """
+        gamma, eta = self.design.gamma, self.design.eta
+        return -gamma / (2.0 * eta * (1.0 + gamma * site)) if eta > 0.0 else math.inf
 
     def release_site(self, level: int) -> float:
         """Return the site from which a wall rolls on to the next level once the strain is zero.

@@ -14,6 +14,7 @@ import numpy as np
 from mlmem.instrument.drivers import steps_per_tick
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, INTEGRATORS, stable_step
+from mlmem.physics.wall import wall_width
 from mlmem.physics.waves import pass_band
 from mlmem.settings import ProbeSettings
 from mlmem_ros.host.design_check import Verdict, find_worst_verdict
@@ -54,10 +55,13 @@ def _check_material(subject: Subject) -> Iterator[Finding]:
     )
     yield grade_finding(
         'gradient',
-        {'force': subject.gradient_force},
+        {
+            'first cell': subject.gradient_force_at(1.0),
+            'last cell': subject.gradient_force_at(design.N),
+        },
         'k_r cells',
         Verdict.PASS if design.gamma < 0.0 else Verdict.FAIL,
-        'force that pulls a wall to the right between the defects, -gamma E / 2',
+        'force that pulls a wall to the right between the defects, -gamma E / (2 alpha)',
         'nothing pulls a wall to the right, from level to level: gamma must be negative',
         'the monotonic variation supports the uni-directional propagation of both kink and '
         'anti-kink (p. 2)',
@@ -197,7 +201,7 @@ MIN_WALL_WIDTH = 2.0
 
 def _check_wall(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on width and energy."""
-    width, J = subject.wall_width, subject.design.J
+    width, J = wall_width(subject.design), subject.design.J
     yield grade_finding(
         'wall_width',
         {'width': width, 'J': J},

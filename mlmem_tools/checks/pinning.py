@@ -35,7 +35,8 @@ def check(subject: Subject) -> Iterator[Finding]:
 def _judge_depth(subject: Subject) -> Finding:
     last = subject.design.levels - 1
     depths = {f'level {level}': _pin_depth(subject, level) for level in sorted({0, last})}
-    speed = min(abs(subject.drift_speed), 1.0)  # a wall is never faster than waves
+    speed = abs(subject.drift_speed_at(subject.design.defect_site(last)))
+    speed = min(speed, 1.0)  # a wall is never faster than waves
     incoming = 0.5 * subject.wall_energy * speed**2
     least = float(np.min(list(depths.values())))  # NaN if a level holds no wall
     spare = least / incoming if incoming > 0.0 else math.inf
@@ -112,7 +113,8 @@ def _judge_lattice(subject: Subject) -> Finding:
     ripple = compute_lattice_ripple(subject.design)
     pulls = {level: -float(way.slope.max()) for level, way in subject.landscapes.items()}
     weakest = min(pulls, key=lambda level: pulls[level])
-    verdict = _judge_pull(subject, pulls[weakest])
+    force = subject.gradient_force_at(subject.release_site(weakest))
+    verdict = _judge_pull(force, pulls[weakest])
     where = 'after a launch' if weakest == LAUNCH_LEVEL else f'after level {weakest}'
     stops = 'stops' if verdict is Verdict.FAIL else 'may stop'
     return grade_finding(
@@ -120,7 +122,7 @@ def _judge_lattice(subject: Subject) -> Finding:
         {
             'barrier': float(np.ptp(ripple.energy)),
             'barrier force': float(np.abs(ripple.slope).max()),
-            'gradient force': subject.gradient_force,
+            'gradient force': force,
             'least pull': pulls[weakest],
         },
         'k_r cells',
@@ -137,14 +139,15 @@ def _judge_rigidity(subject: Subject) -> Finding:
     design = subject.design
     X, own = compute_self_energy(design)
     slope = np.gradient(own, X)
+    force = subject.gradient_force_at(design.J)
     ways = subject.landscapes.values()
     back = [np.interp(way.X % design.J_s, X, slope) for way in ways]
     least = min(-float((way.slope + pull).max()) for way, pull in zip(ways, back, strict=True))
     if max(float(way.slope.max()) for way in ways) >= 0.0:
         # A stiffer substrate would not help: `peierls_nabarro` reports that.
-        least = subject.gradient_force - float(slope.max())
+        least = force - float(slope.max())
     rigid = design.substrate == 'rigid'
-    verdict = _judge_pull(subject, least)
+    verdict = _judge_pull(force, least)
     ratio = design.s_min / max(1.0, design.k_s1, design.k_s2)
     stiffness = f's_min is {ratio:.0f} times max(k_r, k_s)'
     return grade_finding(
@@ -160,8 +163,8 @@ def _judge_rigidity(subject: Subject) -> Finding:
     )
 
 
-def _judge_pull(subject: Subject, pull: float) -> Verdict:
-    share = pull / subject.gradient_force if subject.gradient_force > 0.0 else -math.inf
+def _judge_pull(gradient_force: float, pull: float) -> Verdict:
+    share = pull / gradient_force if gradient_force > 0.0 else -math.inf
     # Case II with a weaker gamma: its inertia carries a wall across all seven steps at -0.07, and
     # across six at -0.18
     return judge_value(share, -0.1, 0.05)

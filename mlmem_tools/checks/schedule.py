@@ -143,7 +143,7 @@ def _judge_shake(subject: Subject) -> Finding:
 def _judge_settling(subject: Subject) -> Finding:
     design, erase = subject.design, subject.settings.erase
     way = max(design.defect_site(n + 1) - subject.release_site(n) for n in subject.open_levels)
-    needed = way / subject.drift_speed if design.gamma < 0.0 else math.inf
+    needed = way / subject.drift_speed_at(1.0) if design.gamma < 0.0 else math.inf
     given = 0.5 * erase.release + erase.settle
     return grade_finding(
         'erase_settling',
@@ -151,7 +151,7 @@ def _judge_settling(subject: Subject) -> Finding:
         'time',
         judge_value(given / needed if needed else math.inf, 0.0, 1.0),
         'the wall has the time to roll to the next defect: the gradient moves it at '
-        '|gamma| / (2 eta)',
+        '|gamma| / (2 alpha eta)',
         'the next cycle may begin before the wall has rolled to its defect: choose longer release '
         'and settle, a greater |gamma| or less damping',
         'a transition wave will propagate to the right with constant speed until entering a '

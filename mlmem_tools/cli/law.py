@@ -5,8 +5,9 @@
 A file is one run: a CSV whose header names displacement (um, mm, cm, m) and force (mN, N, kN) with
 their units, as `displacement_mm,force_N`; other columns and lines that begin with # are left out.
 Where the displacement turns back, what follows is the way back, and the law is the mean of both.
-Several runs give the mean and its scatter: wells, barriers, the energy set free on passing. With
---mass and --coupling also the pass band of every well. A node's parameter `design.law` takes the
+Several runs give the mean and its scatter: wells, barriers, the energy set free on passing. Last
+comes whether kicks erase walls between two neighbouring wells, and, with --mass and --coupling,
+the pass band of every well. A node's parameter `design.law` takes the
 file that --output writes, and so does `mlmem design check --law`.
 
 Exit status 0: the law has two or more wells; 1: it has not, or could not be written; 2: a file is
@@ -37,6 +38,7 @@ from .output import create_console, create_table, print_failure, print_json
 )
 def law(arguments: argparse.Namespace) -> int:
     """Read, average, tell; return the exit status."""
+    from ..checks.budget import describe_erase
     from ..law.curves import CurveError, average_runs, load_run, save_law
 
     chain = arguments.mass, arguments.coupling
@@ -72,6 +74,12 @@ def law(arguments: argparse.Namespace) -> int:
                 _format_quantity(step, 'set_free', 1e3),
             )
         console.print(table)
+        for n, costs in enumerate(told['next_walls']):
+            below, above = (
+                math.inf if cost is None else cost for cost in (costs['below'], costs['above'])
+            )
+            clauses = '; '.join(describe_erase(below, above))
+            console.print(f'wells {n} and {n + 1}: {clauses}', soft_wrap=True)
         for low, high in told.get('bands', ()):
             console.print(f'pass band {low:.4g} to {high:.4g} Hz')
         for run in told['runs']:

@@ -26,6 +26,7 @@ from mlmem.parsing import DecodeError, read_file
 from mlmem.physics import DesignError
 from mlmem.physics.curve import Curve
 from mlmem.physics.potential import Array
+from mlmem.physics.wall import next_wall_costs
 from mlmem.schema import short_repr
 
 LENGTH_UNITS = {'displacement_um': 1e-6, 'displacement_mm': 1e-3, 'displacement_cm': 1e-2,
@@ -223,6 +224,20 @@ class Measured:
             self._add_spread(_measure_barrier, n) for n in range(len(self.curve.ground_states) - 1)
         ]
 
+    @property
+    def next_walls(self) -> list[dict[str, Any]]:
+        """For every pair of neighbouring ground states, the energies of the walls to the states
+        below and above them over that of their own wall, None where there is no such state.
+        """
+        pairs = (next_wall_costs(self.curve, n) for n in range(len(self.barriers)))
+        return [
+            {
+                name: cost if math.isfinite(cost) else None
+                for name, cost in zip(('below', 'above'), costs, strict=True)
+            }
+            for costs in pairs
+        ]
+
     def _add_spread(self, quantities: Quantities, n: int) -> dict[str, Any]:
         found: dict[str, Any] = {**quantities(self.curve, n)}
         alike = len({len(one.ground_states) for one in (self.curve, *self.each)}) == 1
@@ -249,6 +264,7 @@ class Measured:
             ],
             'wells': self.wells,
             'barriers': self.barriers,
+            'next_walls': self.next_walls,
         }
 
 
