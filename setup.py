@@ -99,6 +99,7 @@ setup(
         'console_scripts': [
             'memory_node = mlmem_ros.ros.main:main',
             'memory_bank = mlmem_ros.ros.main:bank',
+            'memory_clock = mlmem_ros.ros.clock:main',
             'mlmem = mlmem_tools.cli.main:main',
         ],
         # How mlmem_ros reaches mlmem_tools, which imports it.
