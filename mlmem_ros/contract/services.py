@@ -71,6 +71,12 @@ SIMULATOR_SERVICES = tuple(
             'Nothing is spawned, and no world is loaded',
         ),
         (
+            'get_entities',
+            'GetEntities',
+            'the full names of the elements of its process, such as those of a bank; filters are '
+            'not supported',
+        ),
+        (
             'get_simulation_state',
             'GetSimulationState',
             'playing or paused while active, stopped while inactive, without a world while '
@@ -92,7 +98,8 @@ SIMULATOR_SERVICES = tuple(
             'reset_simulation',
             'ResetSimulation',
             'begin anew at tick 0, in the present state, with `initial_content` if that is set, '
-            'else blank; state and time are reset together (scope 0, 3 or 255)',
+            'else blank, and with the random numbers of `faults.seed`; state and time are reset '
+            'together (scope 0, 3 or 255)',
         ),
     )
 )

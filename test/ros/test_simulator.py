@@ -14,7 +14,7 @@ from nodes import starting
 from rclpy.action import ActionClient
 from robot import EVERY_ONE, Robot
 from simulation_interfaces import action, srv
-from simulation_interfaces.msg import Result, SimulationState, SimulatorFeatures
+from simulation_interfaces.msg import EntityFilters, Result, SimulationState, SimulatorFeatures
 
 STOPPED, PLAYING = SimulationState.STATE_STOPPED, SimulationState.STATE_PLAYING
 PAUSED, NO_WORLD = SimulationState.STATE_PAUSED, SimulationState.STATE_NO_WORLD
@@ -85,6 +85,16 @@ def test_features_list_what_the_node_serves(tool):
         SimulatorFeatures.STEP_SIMULATION_MULTIPLE,
         SimulatorFeatures.STEP_SIMULATION_ACTION,
     }
+
+
+def test_entities_are_the_elements_of_the_process(tool):
+    answer = tool.call(srv.GetEntities, 'get_entities')
+    assert (answer.result.result, answer.entities) == (OK, [tool.robot.name('')[:-1]])
+
+
+def test_entities_with_a_filter_are_rejected(tool):
+    answer = tool.call(srv.GetEntities, 'get_entities', filters=EntityFilters(filter='(a+)+$'))
+    assert (answer.result.result, answer.entities) == (Result.RESULT_FEATURE_UNSUPPORTED, [])
 
 
 def test_simulation_state_pauses_plays_and_stops(tool):

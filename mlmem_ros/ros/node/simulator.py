@@ -42,8 +42,8 @@ TIME, STATE = 1, 2
 
 
 def load_types() -> dict[str, Any] | None:
-    """Return the types of the services and the action by name; None if they are not installed, or
-    only in part.
+    """Return the types of the services and the action by name, older ones without a few; None if
+    they are not installed.
     """
     try:
         services = import_module('simulation_interfaces.srv')
@@ -66,14 +66,15 @@ class Simulator:
         """Serve a node's host; it is inactive and blank when it has begun anew, and its time may
         begin paused when it is activated. Both raise one of `REFUSALS` if they cannot.
         """
-        self._host, self._begin_anew, self._activate = host, begin_anew, activate
+        self._node, self._host = node, host
+        self._begin_anew, self._activate = begin_anew, activate
         self._action: SimulateSteps | None = None
         if (kinds := load_types()) is None:
             return
-        for name, kind, _ in SIMULATOR_SERVICES:
+        for name, type_name, _ in SIMULATOR_SERVICES:
             answer = getattr(self, f'_{name}')
-            kind = kinds[kind.rpartition('/')[2]]
-            node.create_service(kind, f'~/{name}', answer, qos_profile=KEEP_ALL_PROFILE)
+            if (kind := kinds.get(type_name.rpartition('/')[2])) is not None:
+                node.create_service(kind, f'~/{name}', answer, qos_profile=KEEP_ALL_PROFILE)
         if node.get_parameter('actions').value:
             self._action = SimulateSteps(node, host, {}, STEPS_ACTION, kinds['SimulateSteps'])
 
@@ -107,6 +108,17 @@ class Simulator:
     def _get_simulation_state(self, _: Any, response: Any) -> Any:
         response.state.state, response.result.result = self.state, DONE
         return response
+
+    def _get_entities(self, request: Any, response: Any) -> Any:
+        filters = request.filters
+        if filters.filter or filters.categories or filters.tags.tags or filters.bounds.type:
+            why = 'filters must be empty: a node lists all elements of its process'
+            return _set_result(response, UNSUPPORTED, why)
+        nodes = [self._node] if self._node.executor is None else self._node.executor.get_nodes()
+        response.entities = sorted(
+            each.get_fully_qualified_name() for each in nodes if isinstance(each, type(self._node))
+        )
+        return _set_result(response, DONE, '')
 
     async def _set_simulation_state(self, request: Any, response: Any) -> Any:
         now, wanted = self.state, request.state.state
