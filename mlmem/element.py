@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -70,9 +70,6 @@ class MemoryElement(Memory):
 
             self.reader = WaveformReader(factory.rehearse_levels(design, settings))
         self._running: ProcedureRun | None = None
-
-    script: Sequence[tuple[int, Faults]] = ()
-    """The faults to come, with the ticks from which on they are all that is faulty."""
 
     # --- commands ------------------------------------------------------------------------
 

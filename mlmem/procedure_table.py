@@ -22,6 +22,9 @@ BLANK = -1
 UNDECODABLE = -2
 """Level reported when the reading is not clear."""
 
+UNSET_SEED = -1
+"""Stands for a seed that stays as it is."""
+
 UNSET_CONTENT = -1
 """Stands for no content in a request to write, and in the parameters that it takes."""
 
@@ -96,6 +99,13 @@ class Reset:
 
     content: int = describe_field(
         BLANK, 'level or word that the new element holds; -1: blank', low=BLANK, high=2**53 - 1
+    )
+    seed: int = describe_field(
+        UNSET_SEED,
+        'seed from which all random numbers of faults begin anew, until faults are set; '
+        '-1: they go on',
+        low=UNSET_SEED,
+        high=2**31 - 1,
     )
 
 

@@ -58,6 +58,7 @@ class Saved:
     ticks: int = _tick(MISSING, 'ticks done')
     last_moved: int = describe_field(MISSING, 'tick of the last motion', high=2**62)
     calibration_key: str = ''
+    random_since: int = _tick(0, 'tick from which random numbers are counted')
     steps: int = _tick(0, 'steps done')
     V_N: float = 0.0
     state: Array | None = None
@@ -109,6 +110,7 @@ def take_snapshot(element: MemoryElement) -> dict[str, Any]:
         'base': dataclasses.asdict(element.base.state),
         'faults': dataclasses.asdict(element.faults),
         'script': [[tick, dataclasses.asdict(faults)] for tick, faults in element.script],
+        'random_since': element.random_since,
         'late': encode_array(element.sensors.late),
         'slow': slow if slow is None else encode_array(slow),
         'reading': reading,
@@ -165,6 +167,8 @@ def restore_snapshot(element: MemoryElement, snapshot: Mapping[str, Any]) -> Non
             raise ValueError(
                 f'last_moved must be a past tick; got {saved.last_moved} at tick {saved.ticks}'
             )
+        if saved.random_since > saved.ticks:
+            raise ValueError(f'random_since must be a past tick; got {saved.random_since}')
         if saved.returns.keys() != set(End):
             raise ValueError('returns must be of both ends')
     except (KeyError, ValueError, Refused) as error:
@@ -191,6 +195,7 @@ def restore_snapshot(element: MemoryElement, snapshot: Mapping[str, Any]) -> Non
         saved.faults,
     )
     element.script = saved.script
+    element.random_since = saved.random_since
     element.sensors.late = saved.late
     element.sensors.slow = saved.slow
     element.transducer.recent = saved.recent

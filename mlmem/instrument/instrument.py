@@ -8,6 +8,7 @@ It knows neither commands nor levels: procedures act on it, and `MemoryElement` 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -45,6 +46,8 @@ class Instrument:
         last_moved: Tick after which substrate, base and material have not moved or changed, and no
             wall was kicked or a register cleared.
         substrate_speed: Mean speed of the substrate's end in the last tick.
+        script: The faults to come, with the ticks from which on they are all that is faulty.
+        random_since: Tick from which the random numbers of faults are counted.
         progress: Progress of the running procedure.
     """
 
@@ -69,6 +72,8 @@ class Instrument:
         self.transmission = Transmission(settings.actuator)
         self.base = Base(settings.disturbance, self.tick, design.holding_force)
         self.faults = NO_FAULTS
+        self.script: Sequence[tuple[int, Faults]] = ()
+        self.random_since = 0
         self.sensors = Sensors(self.driver.dt)
         self.transducer = Transducer(design, settings, self.driver)
         self.ticks = 0
@@ -186,6 +191,17 @@ class Instrument:
         self.sensors.change(faults)
         self.faults = faults
 
+    def restart_random_numbers(self, seed: int) -> None:
+        """Let the random numbers of all faults begin anew from a seed.
+
+        Raises:
+            Refused: As `specimen` does for the faults with this seed; nothing is changed.
+        """
+        self.set_faults(replace(self.faults, seed=seed))
+        self.sensors = Sensors(self.driver.dt)
+        self.script = [(tick, replace(faults, seed=seed)) for tick, faults in self.script]
+        self.random_since = self.ticks
+
     def replace_element(self) -> None:
         """Put a fresh blank element, unstrained and at rest, in the place of a simulated one.
 
@@ -237,7 +253,8 @@ class Instrument:
         before = actuator.state, transmission.state, transducer.held, self.base.state
         shake = self.base.advance(self._progress, ticks, shakes)
         commanded = actuator.advance(self._times, ticks)
-        strain = transmission.advance(commanded, self._substeps, self.faults, self.ticks)
+        random_tick = self.ticks - self.random_since
+        strain = transmission.advance(commanded, self._substeps, self.faults, random_tick)
         held_cell = transducer.held_cell(ticks * self.steps_per_tick, self.faults)
         V_N = strain * self.design.end_displacement(1.0)
         start = self.driver.V_N
@@ -257,7 +274,7 @@ class Instrument:
         if moved := max(_find_last_motion(V_N, strained, self._excites), shaken):
             self.last_moved = self.ticks + math.ceil(moved / len(self._times))
         last = transducer.recent[:, -1]
-        heard = self.sensors.apply_sensor_faults(ends, last, self.faults, self.ticks)
+        heard = self.sensors.apply_sensor_faults(ends, last, self.faults, random_tick)
         transducer.record(heard, ticks, self.driver.interrupted)
         self.ticks += ticks
         self.computed = self.ticks

@@ -103,7 +103,7 @@ def looking(element: Memory, end: str) -> float:
     return expected_wait(element) + reading(element)
 
 
-def resetting(element: Memory, content: int) -> float:
+def resetting(element: Memory, content: int, seed: int) -> float:
     """Return the time of a reset, which reads the new element."""
     return reading(element)
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from ..commands import Check
-from ..errors import ProcedureFailed
+from ..errors import ProcedureFailed, Refused
 from ..instrument.blocks import Procedure, catch_up, ramp, wait
 from ..instrument.end import End
 from ..memory import Memory
@@ -20,6 +20,7 @@ from ..moves.kick import erase_speed
 from ..moves.move import blank_content
 from ..moves.strain_cycle import return_to_zero
 from ..physics import StateError
+from ..procedure_table import UNSET_SEED
 from ..readers.decoding import MAX_THRESHOLD_FACTOR
 from ..readers.echo import detection_threshold
 from ..readers.listening import noise_floor, wait_for_decay
@@ -165,7 +166,7 @@ def _test_restore(element: Memory, content: Reading) -> Procedure[Tested]:
     return True, element.describe_content(content.level), {}
 
 
-def reset(element: Memory, content: int = BLANK) -> Procedure[Result]:
+def reset(element: Memory, content: int = BLANK, seed: int = UNSET_SEED) -> Procedure[Result]:
     """Replace a simulated element by a fresh one, unstrained and at rest, and read it.
 
     Cells driven out of their two phases stay in another ground state, from which neither an erase
@@ -174,15 +175,22 @@ def reset(element: Memory, content: int = BLANK) -> Procedure[Result]:
     Args:
         element: The element to replace.
         content: Level or word that the new element holds; `BLANK` for none.
+        seed: Of the random numbers of its faults, which begin anew: with the same seed, content
+            and faults the samples of all that follows are the same. `UNSET_SEED`: they go on.
 
     Raises:
-        ProcedureFailed: The element is real, the walls of the content do not rest there, or the
-            new element is not read as that content, for instance because of a fault.
+        ProcedureFailed: The element is real, the walls of the content do not rest there, no
+            material has the faults with this seed, or the new element is not read as that
+            content, for instance because of a fault.
     """
     if not element.simulated:
         raise ProcedureFailed('a real element has to be replaced by hand; its history is kept')
     try:
+        if seed != UNSET_SEED:
+            element.restart_random_numbers(seed)
         element.replace_element(content)
+    except Refused as refusal:
+        raise ProcedureFailed(str(refusal)) from refusal
     except StateError as error:
         raise ProcedureFailed(f'{element.describe_content(content)}: {error}') from error
     reading = yield from element.reader.read(element)

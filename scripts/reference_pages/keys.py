@@ -82,6 +82,7 @@ SNAPSHOT = {
     'linkage': 'state of the transmission between actuator and substrate',
     'base': 'acceleration of the base, and when it was last heard of',
     'faults': 'the active faults',
+    'random_since': 'tick from which the random numbers of faults are counted',
     'script': 'faults to come, with the ticks from which on they are all that is faulty',
     'late': 'samples of both ends that a late signal still has to show, with every bit',
     'slow': 'where slow signals are without noise (faults.sensor_lag), or null',

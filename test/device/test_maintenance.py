@@ -267,6 +267,28 @@ def test_reset_element_is_as_new(lost):
     assert rig.succeed(lost, Write(1)).level == 1
 
 
+def reset_and_read(seed, begun):
+    """Return all samples of a reset and a read of a noisy element after so many ticks."""
+    element = rig.device(2)
+    element.apply(SetFaults(Faults(sensor_noise=1e-5, sensor_delay=3.0, seed=1)))
+    element.advance(begun)
+    element.advance(begun)
+    events = []
+    for command in (Reset(content=2, seed=seed), Read()):
+        run = element.apply(command)
+        while run.outcome is None:
+            events += element.advance()
+    return [event.echo.v_m for event in events if isinstance(event, EchoReceived)]
+
+
+def test_reset_with_a_seed_repeats_the_noisy_samples():
+    first, again = reset_and_read(7, begun=3), reset_and_read(7, begun=16)
+    other = reset_and_read(8, begun=3)
+    assert len(first) == len(again) == len(other) >= 4
+    assert all(map(np.array_equal, first, again))
+    assert not any(map(np.array_equal, first, other))
+
+
 def test_reset_fails_if_new_element_is_not_heard(lost):
     lost.apply(SetFaults(Faults(sensor_dropout=1.0)))
     outcome = rig.run(lost, Reset())
