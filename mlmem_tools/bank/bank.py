@@ -4,18 +4,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from rclpy.node import Node
 
 from mlmem.procedure_table import BLANK
-from mlmem_ros.contract.answers import Decoded
 from mlmem_ros.contract.calls import BankFailed, RequestError
 from mlmem_ros.ros.client.client import MemoryClient
 from mlmem_ros.ros.client.node_connection import NodeConnection
 from mlmem_ros.ros.client.reply import Reply, ReplySteps
+
+T = TypeVar('T')
 
 
 @dataclass(frozen=True)
@@ -85,10 +86,8 @@ class MemoryBank:
         if base < 2:
             raise ValueError(f'base must be at least 2; got {base!r}')
         self.elements = tuple(elements)
-        self.base = base
-        self.size = base ** (len(elements) - 1)
-        self._names = tuple(element.name for element in elements)
-        peer = f'{self._names[0]} ... {self._names[-1]}'
+        self.base, self.size = base, base ** (len(elements) - 1)
+        peer = f'{elements[0].name} ... {elements[-1].name}'
         self._connection = NodeConnection(elements[0].node, peer, 0.0)
 
     @classmethod
@@ -130,7 +129,7 @@ class MemoryBank:
         recovered = ''
         if len(digits) < len(contents):
             lost = contents.index(None)
-            recovered = self._names[lost]
+            recovered = self.elements[lost].name
             digits.insert(lost, -sum(digits) % self.base)
         if sum(digits) % self.base != 0:
             raise BankCheckFailed(digits)
@@ -139,12 +138,9 @@ class MemoryBank:
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait until all elements are available, at most `timeout` seconds."""
-
-        def ready_steps() -> ReplySteps[None]:
-            replies = [element.ready(timeout) for element in self.elements]
-            yield from self._wait_for_all(replies, lost_allowed=0)
-
-        return Reply(self._connection, 'ready', ready_steps(), timeout + 5.0)
+        return self._request_all(
+            'ready', lambda each: each.ready(timeout), lambda _: None, timeout
+        )
 
     def write(self, value: int, timeout: float = 60.0) -> Reply[BankValue]:
         """Write a value; every element verifies its digit by an echo.
@@ -156,55 +152,48 @@ class MemoryBank:
         Raises:
             ValueError: The value is out of range.
         """
-        digits = self.encode(value)
-
-        def write_steps() -> ReplySteps[BankValue]:
-            writes = zip(self.elements, digits, strict=True)
-            replies = [element.write(digit, timeout) for element, digit in writes]
-            return self.decode((yield from self._wait_for_all(replies, lost_allowed=0)))
-
-        return Reply(self._connection, f'write {value}', write_steps(), timeout + 5.0)
+        digits = dict(zip(self.elements, self.encode(value), strict=True))
+        return self._request_all(
+            f'write {value}', lambda each: each.write(digits[each], timeout), self.decode, timeout
+        )
 
     def read(self, timeout: float = 10.0, *, end: str = '') -> Reply[BankValue]:
         """Read the value; `end` is the one to probe this time, as in `MemoryClient.read`."""
-
-        def read_steps() -> ReplySteps[BankValue]:
-            replies = [element.read(timeout, end=end) for element in self.elements]
-            return self.decode((yield from self._wait_for_all(replies, lost_allowed=1)))
-
-        return Reply(self._connection, 'read', read_steps(), timeout + 5.0)
+        return self._request_all(
+            'read', lambda each: each.read(timeout, end=end), self.decode, timeout, lost_allowed=1
+        )
 
     def erase(self, timeout: float = 60.0) -> Reply[BankValue]:
         """Erase all elements; an erased register holds 0, and so does a bank of registers."""
+        return self._request_all('erase', lambda each: each.erase(timeout), self.decode, timeout)
 
-        def erase_steps() -> ReplySteps[BankValue]:
-            replies = [element.erase(timeout) for element in self.elements]
-            return self.decode((yield from self._wait_for_all(replies, lost_allowed=0)))
+    def _request_all(
+        self,
+        name: str,
+        request: Callable[[MemoryClient], Reply[Any]],
+        decode: Callable[[Sequence[int | None]], T],
+        timeout: float,
+        lost_allowed: int = 0,
+    ) -> Reply[T]:
+        """Make a request to every element, and decode their contents once all have answered."""
 
-        return Reply(self._connection, 'erase', erase_steps(), timeout + 5.0)
-
-    def _wait_for_all(
-        self, replies: Sequence[Reply[Any]], lost_allowed: int
-    ) -> ReplySteps[list[int | None]]:
-        """Return the content that every element reports, None for one that failed.
-
-        Raises:
-            BankFailed: More elements failed than `lost_allowed`.
-        """
-        try:
-            yield replies
-        finally:  # whoever cancels the reply of the bank cancels those of the elements
-            for reply in replies:
-                reply.cancel()
-        errors: dict[str, RequestError] = {}
-        contents: list[int | None] = []
-        for name, reply in zip(self._names, replies, strict=True):
+        def request_steps() -> ReplySteps[T]:
+            replies = [request(element) for element in self.elements]
             try:
-                answer = reply.result(0)
-                contents.append(answer.content if isinstance(answer, Decoded) else None)
-            except RequestError as error:
-                errors[name] = error
-                contents.append(None)
-        if len(errors) > lost_allowed:
-            raise BankFailed(errors, len(replies))
-        return contents
+                yield replies
+            finally:  # whoever cancels the reply of the bank cancels those of the elements
+                for reply in replies:
+                    reply.cancel()
+            errors: dict[str, RequestError] = {}
+            contents: list[int | None] = []
+            for element, reply in zip(self.elements, replies, strict=True):
+                try:
+                    contents.append(getattr(reply.result(0), 'content', None))
+                except RequestError as error:
+                    errors[element.name] = error
+                    contents.append(None)
+            if len(errors) > lost_allowed:
+                raise BankFailed(errors, len(replies))
+            return decode(contents)
+
+        return Reply(self._connection, name, request_steps(), timeout + 5.0)
