@@ -10,6 +10,10 @@ and closed forms; with `--output FILE.yaml` it writes them as an element file, w
 they can be a memory with such springs and masses, with which gradient, and, without `--levels`, of
 how many levels (2, 4, 8 ... 256). If not, it says why.
 
+`--levels 8 --scatter 0.03 --friction 1e-3` searches an element for parts that scatter and rub. It
+prints first what the laws of such elements allow (`mlmem_tools.checks.budget`), and rejects what
+is impossible. The found element is written and erased by kicks alone.
+
 `check` takes an element file or the name of a preset, judges every quantity that the memory
 depends on, and says what goes wrong if one fails; then how much it holds by one wall, and by many
 that kicks put in place. `prove` simulates such designs: every level is
@@ -117,6 +121,23 @@ DESIGN_TASKS = {'check': check, 'prove': prove}
 @declare_command(
     'find a design for a number of levels, judge one, prove one',
     declare_option('--levels', type=int, metavar='P', help='find a design for 2 to 256 levels'),
+    declare_option(
+        '--scatter',
+        type=float,
+        metavar='SIGMA',
+        help='search cells whose on-site stiffness, springs and masses may scatter by so much '
+        '(relative standard deviation)',
+    ),
+    declare_option(
+        '--friction',
+        type=float,
+        default=0.0,
+        metavar='F',
+        help='with --scatter: dry friction of every cell in k_r times lattice constants',
+    ),
+    declare_option(
+        '--trials', type=int, default=500, metavar='N', help='with --scatter: designs to try'
+    ),
     declare_option('--law', type=Path, metavar='LAW.yaml', help='on-site law of the cells'),
     declare_option(
         '--phase', type=int, default=0, help='ground state of the law that is blank, from 0'
@@ -144,6 +165,8 @@ def design(arguments: argparse.Namespace) -> int:
     of_a_law = arguments.length, arguments.spring, arguments.mass
     if any((each is None) == (arguments.law is not None) for each in of_a_law):
         return print_failure('design', '--law, --length, --spring and --mass need each other', 2)
+    if arguments.scatter is not None and (error := _reject_request(arguments)):
+        return print_failure('design', error, 2)
     try:
         if arguments.task:
             return DESIGN_TASKS[arguments.task].run(arguments)
@@ -153,6 +176,29 @@ def design(arguments: argparse.Namespace) -> int:
         return print_failure('design', error, 2)
     except (DesignError, SettingsError, StateError, OSError) as error:
         return print_failure('design', error, 1)
+
+
+def _reject_request(arguments: argparse.Namespace) -> str:
+    """Print the budget of a robust element; return why there is none, or an empty text."""
+    from ..checks import Verdict
+    from ..checks.budget import judge_request
+
+    levels, scatter, friction = arguments.levels, arguments.scatter, arguments.friction
+    if arguments.law is not None or levels is None or not 2 <= levels <= 256:
+        return f'--scatter needs --levels from 2 to 256, and no --law; got {levels}'
+    if not (0.0 < scatter <= 0.3 and 0.0 <= friction <= 0.1 and arguments.trials >= 1):
+        return (
+            '--scatter must be above 0 and at most 0.3, --friction from 0 to 0.1, --trials at '
+            f'least 1; got {scatter:g}, {friction:g}, {arguments.trials}'
+        )
+    report = judge_request(levels, scatter, friction)
+    title = f'{levels} levels, scatter {scatter:g}, friction {friction:g}'
+    table = create_table(f'budget of {title}', '', 'quantity', 'value', 'what it means')
+    for finding in report.findings:
+        values = '\n'.join(f'{name} {value:.4g}' for name, value in finding.values.items())
+        table.add_row(finding.verdict.value, finding.name, values, finding.text)
+    create_console(aside=arguments.json).print(table)
+    return '; '.join(finding.text for finding in report.of(Verdict.FAIL))
 
 
 def print_capacity(console: Console, held: Iterable[Capacity]) -> None:

@@ -15,6 +15,7 @@ from mlmem.settings import Settings
 from mlmem_tools.checks import Verdict, budget
 from mlmem_tools.checks.budget import Budget, judge_request, most_levels_with_friction
 from mlmem_tools.checks.concern import Subject
+from mlmem_tools.cli.main import main
 
 ROBUST = load_element('robust_3').design
 
@@ -104,3 +105,13 @@ def test_next_walls_of_two_wells_do_not_exist():
     law = Potential.from_function(lambda D: (1.0 - D * D) ** 2, -1.6, 1.6)
     assert next_wall_costs(law, 0) == (math.inf, math.inf)
     assert np.isfinite(next_wall_costs(CASE_II.potential, 1)).all()
+
+
+def test_design_command_rejects_an_impossible_request(capsys):
+    assert main(['design', '--levels', '8', '--scatter', '0.03', '--friction', '0.01']) == 2
+    assert 'at most 5 levels' in capsys.readouterr().err
+
+
+def test_design_command_rejects_a_scatter_without_levels(capsys):
+    assert main(['design', '--scatter', '0.03']) == 2
+    assert '--levels' in capsys.readouterr().err

@@ -29,6 +29,7 @@ from ..studies.proof import Proof, Tally, evaluate_run
 from ..study import compute_rows
 from . import DesignNotFound, Proposal, propose_design
 from .pulses import dynamic_range
+from .robust_command import find_robust
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
 def find(arguments: argparse.Namespace) -> int:
     """Find a design and write it; return the exit status."""
     try:
+        if arguments.scatter is not None:
+            return find_robust(arguments)
         return _run_find(arguments)
     except DesignNotFound as error:
         return print_failure('design', error, 2)

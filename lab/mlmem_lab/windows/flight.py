@@ -9,7 +9,7 @@ quantities may be off.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -18,7 +18,18 @@ import numpy as np
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import BoundaryMotion, Kick
 from mlmem.move_settings import KickSettings
-from mlmem.physics import Chain, HeldCell, Specimen, StateError, find_level, substep_times
+from mlmem.physics import (
+    Chain,
+    Design,
+    HeldCell,
+    Scatter,
+    Specimen,
+    StateError,
+    find_level,
+    scattered,
+    substep_times,
+)
+from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.physics.potential import Array
 from mlmem.physics.wall import arrival_tolerance
@@ -100,6 +111,48 @@ def after_erase(
     chain.place(find_pinned_wall(chain.specimen, level))
     kick = build_kick(chain, shape.erase_speed, shape, quantity, off)
     return drive_end(chain, 1, kick, rest_time(chain))
+
+
+def find_scattered_ends(
+    design: Design,
+    settings: Settings,
+    scatter: float,
+    speeds: Mapping[int, Sequence[float]],
+    rest: float,
+) -> list[list[int]]:
+    """Return where kicks from blank leave the wall of elements whose parts scatter, as
+    `drive_end`, a row for each element.
+
+    Args:
+        design: The design.
+        settings: Its settings, which shape the kicks.
+        scatter: Relative standard deviation of on-site stiffness, springs and masses.
+        speeds: Mean speeds by the seed of the element.
+        rest: Time after a kick in which the wall comes to rest.
+    """
+    chain, deviations = (
+        build_chain(Specimen(design), settings),
+        Scatter(alpha=scatter, k_r=scatter, mass=scatter),
+    )
+    found = []
+    for seed, own in speeds.items():
+        chain.set_specimen(scattered(design, deviations, seed))
+        ends = []
+        for speed in own:
+            chain.place(make_blank(chain.specimen))
+            kick = build_kick(chain, float(speed), settings.kick)
+            ends.append(drive_end(chain, 1, kick, rest))
+        found.append(ends)
+    return found
+
+
+def measure_kick_energy(design: Design, settings: Settings, speed: float) -> float:
+    """Return the energy that a kick gives a blank element, in k_r a^2: kinetic and potential."""
+    chain = build_chain(Specimen(design), settings)
+    chain.place(make_blank(chain.specimen))
+    before = energy(chain).total
+    drive_end(chain, 1, build_kick(chain, speed, settings.kick), 0.0)
+    return energy(chain).total - before
 
 
 def margin_to_failure(fails: Callable[[float], bool], farthest: float = FARTHEST) -> float:

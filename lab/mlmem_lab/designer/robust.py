@@ -1,0 +1,236 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""From levels, scatter and friction to an element that one set of kicks writes.
+
+The search (CMA-ES, Hansen 2016, arXiv:1604.00772) varies what the laws of `checks.budget` leave
+open: width of the wall, cells per level, profile of the defects, gradient, damping, shape of the
+kick, rise behind the last level. A trial kicks a wall into scattered elements, each with its own
+speed, and counts the share of elements that come to the level that their speed stands for. Trials
+scatter by 2.5 times what is requested, so that rare failures show. The speeds are then chosen on
+other elements, and the result is counted on yet others.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mlmem import Settings
+from mlmem.move_settings import KickSettings, WriteSettings
+from mlmem.physics import Design, DesignError
+from mlmem.physics.potential import Array
+from mlmem.settings import ActuatorSettings, ReadSettings, RegisterSettings, TransducerSettings
+from mlmem_tools.checks.budget import USUAL_SHARE, most_levels_with_friction, width_for_scatter
+
+from ..windows.flight import find_scattered_ends
+from .proposal import DesignNotFound
+
+TRIAL_COUNT = 500
+"""Designs tried in a search."""
+
+TRIAL_SCATTER = 2.5
+"""Scatter of a trial over the requested scatter."""
+
+SPEEDS_PER_LEVEL, FINE_SPEEDS = 10, 40
+"""Speeds per level in a trial, and where speeds are chosen."""
+
+WINDOWS = (5, 3, 8, 12)
+"""Numbers of neighbouring speeds that should lead to one level."""
+
+SETTLE_TIME = 400.0
+"""Rest after a kick in time units."""
+
+SLOWEST, MAX_END_SPEED = 0.004, 2.0
+"""Least mean and greatest momentary speed of an end in cells per time unit."""
+
+MIN_TAIL = 8
+"""Least number of cells behind the last level; in fewer no wall is held, as a read expects."""
+
+TRIAL_SEEDS, SPEED_SEEDS = range(6), range(100, 124)
+"""Elements of trials, and for choosing speeds."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the element must be like.
+
+    Attributes:
+        levels: Number of levels.
+        scatter: Standard deviation of on-site stiffness, springs and masses, relative.
+        friction: Dry friction of every cell in k_r a.
+    """
+
+    levels: int
+    scatter: float
+    friction: float = 0.0
+
+
+@dataclass(frozen=True)
+class Range:
+    """A quantity that the search varies: where it begins, and its bounds."""
+
+    start: float
+    low: float
+    high: float
+
+
+def list_ranges(request: Request) -> dict[str, Range]:
+    """Return what the search varies, around what the laws say."""
+    wanted = width_for_scatter(request.levels, request.scatter, USUAL_SHARE)
+    braked = min(1.0, request.levels / most_levels_with_friction(request.friction))
+    # against friction a narrow wall has a shorter way to go
+    width = min(max(wanted * (1.0 - 0.5 * braked), 1.7), 8.0)
+    return {
+        'width': Range(width, 0.75 * width, 1.3 * width),
+        'cells per width': Range(1.85, 1.5, 2.6),
+        'middle': Range(0.17, 0.05, 0.6),
+        'side': Range(0.5, 0.1, 0.95),
+        'gradient': Range(0.1, -0.3, 0.5),
+        'damping': Range(1.4 * (1.0 - 0.9 * braked), 0.03, 2.5),
+        'late': Range(0.8, 0.0, 1.0),
+        'rise': Range(0.5, 0.0, 1.0),
+    }
+
+
+def build_candidate(request: Request, values: Sequence[float]) -> tuple[Design, Settings]:
+    """Return the design of values of `list_ranges`, in their order, with a kick without speeds.
+
+    Raises:
+        DesignError: They are none of a memory.
+    """
+    width, per_width, middle, side, gradient, damping, late, rise = values
+    J = max(3, round(per_width * width))
+    way, behind = request.levels * J, max(J, MIN_TAIL)
+    design = Design(
+        N=way + behind, J=J, J_s=2 * J, j_0=round(0.38 * 2 * J, 2), tail=behind - 1,
+        d=float(f'{0.25 / width**2:.4g}'), beta=0.0, gamma=float(f'{gradient / way:.3g}'),
+        eta=float(f'{damping / way:.4g}'), profile=f'{side:.3g} {middle:.3g} {side:.3g}',
+        rise=round(rise, 3), friction=request.friction,
+    )  # fmt: skip
+    design.require_memory()
+    low, high = math.sqrt(design.k_s1), math.sqrt(design.k_s2)
+    kick = KickSettings(
+        late=round(late, 3), settle=SETTLE_TIME, erase_speed=0.5, erase_settle=SETTLE_TIME
+    )
+    return design, Settings(
+        actuator=ActuatorSettings(present=False),
+        write=WriteSettings(method='kick'),
+        kick=kick,
+        transducer=TransducerSettings(max_speed=MAX_END_SPEED),
+        read=ReadSettings(method='waveform', end='both'),
+        # a carrier between the lower band edges, which a wall reflects whole
+        register=RegisterSettings(
+            omega_c=float(f'{low + 0.62 * (high - low):.4g}'), sigma=6.0, listen=240.0,
+            min_margin=0.3,
+        ),
+    )  # fmt: skip
+
+
+def list_speeds(settings: Settings, count: int) -> Array:
+    """Return mean speeds from the slowest to the fastest that an end can do, most of them slow."""
+    fastest = MAX_END_SPEED / settings.kick.peak_speed_ratio
+    return np.asarray(np.linspace(SLOWEST**0.4, fastest**0.4, count) ** 2.5)
+
+
+def try_candidate(request: Request, values: Sequence[float]) -> float:
+    """Return the cost of a design: the share of kicks that go astray, and a tenth of that of the
+    worst level; 2 for no memory.
+
+    Every speed is tried on one element. A window of neighbouring speeds thus has several elements;
+    what counts for a level is its best window, as the mean over windows of several widths.
+    """
+    try:
+        design, settings = build_candidate(request, values)
+        speeds = list_speeds(settings, SPEEDS_PER_LEVEL * request.levels)
+        count = len(TRIAL_SEEDS)
+        own = {seed: speeds[k::count].tolist() for k, seed in enumerate(TRIAL_SEEDS)}
+        found = find_scattered_ends(
+            design, settings, TRIAL_SCATTER * request.scatter, own, SETTLE_TIME
+        )
+    except DesignError:
+        return 2.0
+    ends = np.empty(len(speeds), dtype=np.int64)
+    for k, row in enumerate(found):
+        ends[k::count] = row
+    shares = np.mean([_best_shares(ends, request.levels, width) for width in WINDOWS], axis=0)
+    return float(1.0 - shares.mean() + 0.1 * (1.0 - shares.min()))
+
+
+def _best_shares(ends: NDArray[np.int64], levels: int, window: int) -> Array:
+    """Return the greatest share of neighbouring speeds that lead to a level, shape (levels,)."""
+    weights = np.full(window, 1.0 / window)
+    return np.array([np.convolve(ends == level, weights).max() for level in range(levels)])
+
+
+def search_values(
+    request: Request, pool: Executor | None, trials: int, take: Callable[[Array], object]
+) -> Iterator[float]:
+    """Search, and yield the cost of every trial.
+
+    Args:
+        pool: Evaluates trials side by side; None for this process.
+        trials: How many at least.
+        take: Is given the values with the least cost at the end of the search.
+    """
+    import cma
+
+    ranges = list(list_ranges(request).values())
+    low, high = (np.array([getattr(each, name) for each in ranges]) for name in ('low', 'high'))
+    start = (np.array([each.start for each in ranges]) - low) / (high - low)
+    options = {'bounds': [0.0, 1.0], 'seed': 1, 'verbose': -9}
+    search = cma.CMAEvolutionStrategy(start, 0.15, options)
+    best = math.inf, low
+    for _ in range(math.ceil(trials / search.popsize)):
+        points = search.ask()
+        values = [low + np.asarray(point) * (high - low) for point in points]
+        costs = []
+        for cost in (map if pool is None else pool.map)(
+            try_candidate, [request] * len(values), values
+        ):
+            costs.append(cost)
+            yield cost
+        search.tell(points, costs)
+        best = min(best, *zip(costs, values, strict=True), key=lambda each: each[0])
+    take(best[1])
+
+
+def try_speeds(request: Request, values: Sequence[float], seed: int) -> list[int]:
+    """Return where kicks of all speeds leave the wall of one scattered element."""
+    design, settings = build_candidate(request, values)
+    speeds = {seed: list_speeds(settings, FINE_SPEEDS * request.levels).tolist()}
+    scatter = TRIAL_SCATTER * request.scatter
+    return find_scattered_ends(design, settings, scatter, speeds, SETTLE_TIME)[0]
+
+
+def choose_speeds(
+    request: Request, values: Sequence[float], ends: Sequence[Sequence[int]]
+) -> tuple[Design, Settings]:
+    """Return a design with the speed to every level that leads most elements there.
+
+    Args:
+        values: Of the design.
+        ends: Of every element what `try_speeds` returned.
+
+    Raises:
+        DesignNotFound: No speed leads half of the elements to a level.
+    """
+    design, settings = build_candidate(request, values)
+    speeds = list_speeds(settings, FINE_SPEEDS * request.levels)
+    smooth = np.full(WINDOWS[0], 1.0 / WINDOWS[0])
+    shares = np.array([
+        np.convolve((np.array(ends) == level).mean(axis=0), smooth, 'same')
+        for level in range(request.levels)
+    ])  # fmt: skip
+    worst = int(shares.max(axis=1).argmin())
+    if shares[worst].max() < 0.5:
+        raise DesignNotFound(
+            f'a kick must bring half of the trial elements to level {worst}; at most '
+            f'{shares[worst].max():.0%} came: choose fewer levels, less scatter or less friction'
+        )
+    chosen = ' '.join(f'{speeds[row.argmax()]:.3g}' for row in shares)
+    return design, replace(settings, kick=replace(settings.kick, speeds=chosen))

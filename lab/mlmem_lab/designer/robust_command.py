@@ -1,0 +1,134 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem design --scatter`: searches an element, and shows it beside those that ship."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import TYPE_CHECKING
+
+from mlmem import preset
+from mlmem.element_file import as_designed, text_of
+from mlmem.errors import SettingsError
+from mlmem.physics import Specimen
+from mlmem.readers.one_wall import forecast_levels
+from mlmem.readers.reading import BLANK
+from mlmem_tools.checks.budget import Budget
+from mlmem_tools.cli.output import create_console, create_table, print_json, show_progress
+
+from ..study import count_cores, map_calls, provide_workers
+from ..windows.astray import count_astray
+from ..windows.flight import after_erase, build_chain, measure_kick_energy
+from .robust import (
+    SPEED_SEEDS,
+    TRIAL_COUNT,
+    Request,
+    choose_speeds,
+    search_values,
+    try_speeds,
+)
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from mlmem import Settings
+    from mlmem.physics import Design
+    from mlmem.physics.potential import Array
+
+COMPARED = {'paper': 'case_2', 'nine cells': 'kick_2', 'shipped robust': 'robust_3'}
+"""Shipped elements beside which the found one is shown."""
+
+COUNTED_ELEMENTS = 20
+"""Scattered elements in which the kicks of every column are counted."""
+
+
+def find_robust(arguments: argparse.Namespace) -> int:
+    """Search an element for levels, scatter and friction, and write its file; return 0.
+
+    Raises:
+        DesignNotFound: No speeds select the levels.
+    """
+    console = create_console(aside=arguments.json)
+    request = Request(arguments.levels, arguments.scatter, arguments.friction)
+    design, settings = search_element(console, request, arguments.jobs, arguments.trials)
+    shown: dict[str, tuple[Design, Settings]] = {
+        name: preset(source) for name, source in COMPARED.items()
+    }
+    shown['found'] = design, settings
+    columns = map_calls(
+        console, arguments.jobs or count_cores(), 'comparing', describe_element,
+        *zip(*((*each, request.scatter) for each in shown.values()), strict=True),
+    )  # fmt: skip
+    table = create_table('', '', *(f'>{name}' for name in shown))
+    for key in columns[-1]:
+        table.add_row(key, *(column[key] for column in columns))
+    console.print(table)
+    how = (
+        f'mlmem design --levels {request.levels} --scatter {request.scatter:g} '
+        f'--friction {request.friction:g}'
+    )
+    text = f'# {request.levels} levels, by `{how}`.\n' + text_of(as_designed(design, settings))
+    if arguments.json:
+        print_json({
+            'design': design, 'settings': settings, 'file': arguments.output,
+            'compared': dict(zip(shown, columns, strict=True)),
+        })  # fmt: skip
+    if arguments.output is None:
+        print(text, end='', file=console.file)
+    else:
+        arguments.output.write_text(text, encoding='utf-8')
+        console.print(f'written: {arguments.output}')
+    return 0
+
+
+def search_element(
+    console: Console, request: Request, jobs: int | None = None, trials: int = TRIAL_COUNT
+) -> tuple[Design, Settings]:
+    """Return the best element of a search; raises as `choose_speeds`."""
+    best: list[Array] = []
+    with provide_workers(jobs or count_cores()) as pool:
+        costs = search_values(request, pool, trials, best.append)
+        show_progress(console, costs, 0, trials, 'trials')
+    values = best[0].tolist()
+    count = len(SPEED_SEEDS)
+    ends = map_calls(
+        console, jobs or count_cores(), 'speeds', try_speeds,
+        [request] * count, [values] * count, SPEED_SEEDS,
+    )  # fmt: skip
+    return choose_speeds(request, values, ends)
+
+
+def describe_element(design: Design, settings: Settings, scatter: float) -> dict[str, str]:
+    """Return what the comparison says of an element, by heading."""
+    counted = count_astray(design, settings, scatter, COUNTED_ELEMENTS)
+    chain, kick = build_chain(Specimen(design), settings), settings.kick
+    levels = range(design.levels)
+    erased = sum(after_erase(chain, level, kick) == BLANK for level in levels)
+    stroke = abs(design.D_s2 - design.D_s1)
+    slowest, fastest = min(kick.wall_speeds), max(kick.wall_speeds)
+    return {
+        'levels': f'{design.levels}',
+        'cells': f'{design.N}',
+        'cells a level': f'{design.J}',
+        f'astray at {scatter:g}': '{astray} of {kicks}'.format(**counted),
+        'levels erased by a kick': f'{erased} of {design.levels}',
+        'friction of a cell': f'{design.friction:g}',
+        'allowed friction': f'{Budget(design).friction:.2g}',
+        'slowest kick, time units': f'{stroke / slowest + kick.hold + kick.settle:.0f}',
+        'energy of the fastest kick': f'{measure_kick_energy(design, settings, fastest):.3g}',
+        'highest speed of the end': f'{kick.peak_speed_ratio * fastest:.3g}',
+        'least difference of two echoes': _format_echo(design, settings),
+    }
+
+
+def _format_echo(design: Design, settings: Settings) -> str:
+    """Return the least distance of two forecasts over the pulse; '-' without forecasts."""
+    if settings.read.method != 'waveform':
+        return '-'
+    try:
+        found = forecast_levels(Specimen(design), settings)
+    except SettingsError:  # a level pins no wall
+        return 'none'
+    share = found.least / found.pulse
+    return '-' if math.isnan(share) else f'{share:.1%}'

@@ -1,0 +1,103 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Count kicks that go astray in elements whose parts scatter: paper, nine cells, robust.
+
+On-site stiffnesses, springs and masses scatter at once. A kick from blank goes astray if the wall
+does not rest within 1.5 cells of its level, or a quarter of J if that is less. One speed per level
+and design: that of its file, which was not chosen on any of these elements. No read verifies it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mlmem import Settings, preset
+from mlmem.physics import Design
+
+from ..studies import style
+from ..studies.tolerance.estimate import pool_failures
+from ..study import Study
+from .flight import DAMPING_TIMES, find_scattered_ends
+
+SEED = 4000
+
+SCATTERS = (0.0003, 0.001, 0.003, 0.01, 0.02, 0.03, 0.05, 0.08)
+
+ELEMENT_COUNT = 80
+"""Elements at every scatter; each has a kick to every level."""
+
+MAX_COUNTED_SHARE = 0.7
+"""Share astray above which no greater scatter is counted."""
+
+CASES = {
+    'case_2': "the paper's cells, 8 levels",
+    'kick_2': 'nine cells, 4 levels',
+    'robust_2': 'robust, 4 levels',
+    'robust_3': 'robust, 8 levels',
+}
+"""Counted elements, and their names in the figure."""
+
+
+def count_astray(
+    design: Design, settings: Settings, scatter: float, elements: int = ELEMENT_COUNT
+) -> dict[str, int]:
+    """Return how many kicks of scattered elements there were, and how many went astray.
+
+    `squares` is the sum of the square of the number of an element's failures.
+    """
+    speeds = dict.fromkeys(range(SEED, SEED + elements), settings.kick.wall_speeds)
+    rest = max(DAMPING_TIMES / design.eta, settings.kick.settle)
+    ends = np.array(find_scattered_ends(design, settings, scatter, speeds, rest))
+    missed = (ends != np.arange(design.levels)).sum(axis=1)
+    return {'kicks': ends.size, 'astray': int(missed.sum()), 'squares': int((missed**2).sum())}
+
+
+def measure_preset(name: str) -> dict[str, Any]:
+    """Return the counts of a shipped element by scatter."""
+    found: dict[str, Any] = {}
+    for scatter in SCATTERS:
+        found[f'{scatter:g}'] = row = count_astray(*preset(name), scatter)
+        if row['astray'] > MAX_COUNTED_SHARE * row['kicks']:
+            break
+    return found
+
+
+def draw_shares(result: Mapping[str, Any]) -> Any:
+    """Draw the share of kicks astray over the scatter, with intervals."""
+    figure = style.new_figure(3.4)
+    axes = style.axes_grid(figure)[0, 0]
+    colours = style.INACTIVE_COLOUR, style.MARK_COLOUR, style.TENSION_COLOUR, style.ACTIVE_COLOUR
+    for (name, label), colour, mark in zip(CASES.items(), colours, 'os^v', strict=True):
+        rows = result['presets'][name]
+        scatters = np.array([float(scatter) for scatter in rows])
+        rates = [
+            pool_failures(ELEMENT_COUNT, row['kicks'] // ELEMENT_COUNT, row['astray'],
+                row['squares'])
+            for row in rows.values()
+        ]  # fmt: skip
+        ends = np.array([rate.interval for rate in rates])
+        axes.vlines(scatters, np.maximum(ends[:, 0], 1e-6), ends[:, 1], color=colour, alpha=0.5)
+        shares = np.array([rate.value or math.nan for rate in rates])
+        axes.plot(scatters, shares, mark + '-', color=colour, markersize=4, label=label)
+    axes.set(
+        xscale='log', yscale='log', ylim=(5e-4, 1.1), ylabel='share of kicks that go astray',
+        xlabel='scatter of on-site stiffness, springs and masses at once',
+    )  # fmt: skip
+    axes.axvspan(0.01, 0.05, color=style.FAINT_COLOUR, alpha=0.25, linewidth=0)
+    axes.text(0.0105, 6.5e-4, 'printed and machined parts', fontsize=style.SMALL_FONT_SIZE)
+    axes.legend(loc='upper left')
+    return figure
+
+
+STUDY = Study(
+    'astray',
+    measure_preset,
+    tuple(CASES),
+    ('lab/mlmem_lab/windows/astray.py', 'lab/mlmem_lab/windows/flight.py'),
+    SEED,
+    draw=draw_shares,
+)
