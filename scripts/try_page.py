@@ -3,8 +3,8 @@
 """The page of the site that runs an element in the tab, drawn by the code of `mlmem view`.
 
 scripts/try_page.py [FOLDER]: writes try.html, and session.html with a recorded session. Modules of
-a page that is opened from a folder are not loaded by browsers, so scripts, style, loop, and data
-become part of it. Uses nothing but Python.
+a page that is opened from a folder are not loaded by browsers, so scripts, style, and data become
+part of it. Uses nothing but Python.
 """
 
 import base64
@@ -23,9 +23,8 @@ EXPORT = re.compile(r'^export ((?:class|const|async function|function) (\w+))', 
 def write(folder: Path) -> None:
     """Write the pages."""
     presets = (OWN / 'presets.json').read_text(encoding='utf-8')
-    loop = base64.b64encode((OWN / 'pefrl.wasm').read_bytes()).decode()
     session = base64.b64encode((OWN / 'session.gz').read_bytes()).decode()
-    live = f"window.mlmem_presets = {presets};\nwindow.mlmem_loop = '{loop}';"
+    live = f'window.mlmem_presets = {presets};'
     (folder / 'try.html').write_text(page('live', 'Try an element', live), encoding='utf-8')
     told = page('session', 'A recorded session', f"window.mlmem_session = '{session}';")
     (folder / 'session.html').write_text(told, encoding='utf-8')

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // An element and its instrument: plays what a write or an erase did in the product, and listens.
 
-import { Material, velocities } from './material.js';
+import { Material } from './material.js';
 
 const CHUNK = 10; // steps that are run at once; moves begin between them
 const KEPT = 512; // samples of either end
@@ -11,17 +11,17 @@ const FAINTEST = 1e-13; // least threshold
 const HALF = 0.5;
 
 export class Element {
-  /** @param {object} loop of WebAssembly; @param {object} preset as mlmem_lab.tab.presets tells it */
-  constructor(loop, preset) {
+  /** @param {object} preset as mlmem_lab.tab_presets tells it */
+  constructor(preset) {
     Object.assign(this, preset);
-    this.material = new Material(loop, preset.cells, CHUNK);
+    this.material = new Material(preset.cells, CHUNK);
     this.steps = 0;
     this.strain = 0;
     this.waiting = []; // events to come, in order
     this.ramp = null;
     this.held = null;
     this.listener = null;
-    const { v, cells: { n } } = this.material;
+    const { v, n } = this.material;
     this.recent = { left: Array(KEPT).fill(v[0]), right: Array(KEPT).fill(v[n - 1]) };
   }
 
@@ -77,7 +77,7 @@ export class Element {
     while (this.waiting.length && this.waiting[0].at <= this.time + 1e-6) this.begin(this.waiting.shift());
     const times = Array.from({ length: steps * this.nodes.length }, (_, i) => (Math.floor(i / this.nodes.length) + this.nodes[i % this.nodes.length]) * dt);
     this.straining(times);
-    const ends = material.advance(steps, this.driving(times, steps));
+    const ends = material.advance(steps, this.driving(times));
     this.steps += steps;
     for (const [row, end] of ['left', 'right'].entries()) this.hear(end, ends[row]);
   }
@@ -109,7 +109,7 @@ export class Element {
   }
 
   /** Put the motion of a driven end into the material's memory; return which it is, and how long. */
-  driving(times, steps) {
+  driving(times) {
     const { held, material } = this;
     if (!held) return undefined;
     const since = this.time - held.from;
@@ -118,7 +118,7 @@ export class Element {
       if (since + t > lasts(held) + 1e-9) break;
       const [v, speed] = motion(held, since + t);
       material.motion[driven] = v;
-      material.motion[velocities(steps) + driven] = speed;
+      material.speeds[driven] = speed;
       driven += 1;
     }
     if (driven < times.length) this.held = null;

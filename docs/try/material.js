@@ -1,44 +1,29 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// The material: the product's loop as WebAssembly, over one memory. Times are in time units.
+// The material: Eq. (1a) over a rigid substrate by PEFRL, as mlmem/physics/methods/pefrl.py steps it.
+// Times are in time units. Its results differ from the product's in the last bits.
 
 const NODES = 5; // times in a step at which PEFRL needs the prescribed motion
 const STILL = { site: 1, driven: 0 };
 
 export class Material {
   /**
-   * @param {object} loop `run` and `memory` of pefrl.wasm
    * @param {object} cells n, v, height, origin, mobility, under, decay, kick, push, drifts, a, b,
    *   stuck; a list of one number stands for all cells
    * @param {number} steps the most of a run
    */
-  constructor(loop, cells, steps) {
+  constructor(cells, steps) {
     const { n } = cells, nodes = NODES * steps;
-    this.loop = loop;
-    this.cells = cells;
+    Object.assign(this, { n, a: cells.a, b: cells.b, stuck: cells.stuck, drifts: cells.drifts });
     this.end = 0; // displacement of the substrate's end
-    let at = 64; // below it, what the loop returns
-    const place = (length, kind = Float64Array) => {
-      const from = at;
-      at += 8 * length;
-      const missing = Math.ceil((at - loop.memory.buffer.byteLength) / 65536);
-      if (missing > 0) loop.memory.grow(missing);
-      return { from, length, kind };
-    };
-    const plan = {
-      u: place(n + 2), du: place(n), x: place(2 * (n + 2)),
-      height: place(n), origin: place(n), mobility: place(n), under: place(n),
-      decay: place(2 * n), kick: place(2 * n), push: place(2 * n), drifts: place(5),
-      V_N: place(nodes), shake: place(nodes), motion: place(2 * nodes), ends: place(2 * steps),
-      stuck: place(cells.stuck.length, BigInt64Array),
-    };
-    this.from = Object.values(plan).map(({ from }) => from);
-    for (const [name, { from, length, kind }] of Object.entries(plan)) this[name] = new kind(loop.memory.buffer, from, length);
-    for (const name of ['height', 'origin', 'mobility', 'under', 'drifts']) spread(this[name], cells[name]);
-    for (const name of ['decay', 'kick', 'push']) cells[name].forEach((row, k) => spread(this[name].subarray(k * n, (k + 1) * n), row));
-    this.stuck.set(cells.stuck.map(BigInt));
-    this.v = this.u.subarray(1, n + 1);
-    spread(this.v, cells.v);
+    for (const name of ['v', 'height', 'origin', 'under']) this[name] = spread(cells[name], n);
+    for (const name of ['decay', 'kick', 'push']) this[name] = cells[name].map((row) => spread(row, n));
+    this.du = new Float64Array(n);
+    this.before = new Float64Array(n); // displacements at a kick
+    this.V_N = new Float64Array(nodes);
+    this.shake = new Float64Array(nodes);
+    this.motion = new Float64Array(nodes); // displacements and
+    this.speeds = new Float64Array(nodes); // velocities of a driven end
   }
 
   /**
@@ -48,20 +33,52 @@ export class Material {
    * @returns displacements of the first and the last cell after every step
    */
   advance(steps, { site, driven } = STILL) {
-    const { n, a, b, stuck } = this.cells;
-    const whole = [n, stuck.length, steps, driven, site].map(BigInt);
-    if (this.loop.run(0, 32, ...this.from, ...whole, a, b, this.end)) throw new Error('the loop failed');
-    this.end = this.V_N[NODES * steps - 1];
-    return [this.ends.subarray(0, steps), this.ends.subarray(steps, 2 * steps)];
+    const { n, v, du, drifts, motion, speeds, V_N } = this;
+    const ends = [new Float64Array(steps), new Float64Array(steps)];
+    for (let k = 0; k < steps; k++) {
+      const first = NODES * k, held = first + NODES <= driven;
+      for (let j = 0; j < n; j++) v[j] += drifts[0] * du[j];
+      for (let stage = 0; stage < 4; stage++) {
+        const node = first + [1, 0, 3, 2][stage];
+        if (held) v[site - 1] = motion[node];
+        this.kickAndDrift(stage, V_N[node], this.shake[node]);
+      }
+      const last = first + NODES - 1;
+      this.carryStuck(V_N[last]);
+      if (held) [v[site - 1], du[site - 1]] = [motion[last], speeds[last]];
+      [ends[0][k], ends[1][k]] = [v[0], v[n - 1]];
+    }
+    return ends;
+  }
+
+  /** Kick all cells at their places, then let them drift. */
+  kickAndDrift(stage, end, shake) {
+    const { n, v, du, before, a, b, height, origin, under } = this;
+    const inner = stage === 1 || stage === 2 ? 1 : 0, drift = this.drifts[stage + 1];
+    const [decay, kick, push] = [this.decay[inner], this.kick[inner], this.push[inner]];
+    this.carryStuck(end);
+    before.set(v);
+    for (let j = 0; j < n; j++) {
+      const here = before[j], left = before[Math.max(j - 1, 0)], right = before[Math.min(j + 1, n - 1)];
+      const y = here - end * under[j] - origin[j], square = y * y;
+      const slope = height[j] * (a + 3 * b * square);
+      const pull = left - 2 * here + right - slope * Math.sin(y * (a + b * square));
+      du[j] = decay[j] * du[j] + kick[j] * pull - push[j] * shake;
+      v[j] = here + drift * du[j];
+    }
+    for (const j of this.stuck) [v[j], du[j]] = [before[j], 0];
+  }
+
+  /** Let stuck cells follow the substrate. */
+  carryStuck(end) {
+    for (const j of this.stuck) this.v[j] += (end - this.end) * this.under[j];
+    this.end = end;
   }
 
   /** Return the configuration of a cell, counted from 0. */
   delta(j) { return this.v[j] - this.end * this.under[j]; }
 }
 
-/** Where the loop looks for the velocities of a driven end, behind its displacements. */
-export const velocities = (steps) => NODES * steps;
-
-function spread(into, values) {
-  if (values.length === 1) into.fill(values[0]); else into.set(values);
+function spread(values, n) {
+  return values.length === 1 ? new Float64Array(n).fill(values[0]) : Float64Array.from(values);
 }

@@ -19,9 +19,8 @@ const RELEASE = { ramp: 1200, settle: 1500 }; // of a strain set by hand, in tim
 const LAUNCH = 0.05; // speed of an end that is moved
 
 class Tab {
-  constructor(presets, loop) {
+  constructor(presets) {
     this.presets = presets;
-    this.loop = loop; // makes a new instance
     this.span = SPAN;
     this.panel = new Panel(this);
     this.speed = Number(find('speed').value);
@@ -56,7 +55,7 @@ class Tab {
 
   /** Show an element of a preset, in which something is written. */
   open(name) {
-    this.element = new Element(this.loop(), this.presets[name]);
+    this.element = new Element(this.presets[name]);
     this.about = this.element.about;
     this.track = new Track();
     this.action = null;
@@ -103,7 +102,7 @@ class Tab {
     const { element, action } = this, since = action && element.time - action.from;
     this.panel.show({
       column: this.shown, strain: element.strain, walls: element.walls, level: this.content, why: this.why,
-      doing: action && { name: action.name, level: action.level, for: since * element.unit, share: Math.min(1, since / action.duration) },
+      doing: action && { name: action.name, content: action.level, for: since * element.unit, share: Math.min(1, since / action.duration) },
     });
     this.panel.picture.draw();
     if (element.listening && performance.now() - (this.heard ?? 0) > DRAWN) {
@@ -245,8 +244,7 @@ async function recorded() {
 }
 
 async function live() {
-  const module = await WebAssembly.compile(bytes(window.mlmem_loop));
-  const shown = new Tab(window.mlmem_presets, () => new WebAssembly.Instance(module).exports);
+  const shown = new Tab(window.mlmem_presets);
   connectWaves(shown, find('speed'), '0.02');
   const asked = new URLSearchParams(location.search).get('preset');
   const name = asked in window.mlmem_presets ? asked : 'case_2';

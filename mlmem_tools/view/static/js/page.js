@@ -43,7 +43,7 @@ export const facts = ({ levels, words, cells, substrate }) => [
 ].join(', ');
 
 /** Return a content in words: the word of a register, or the level of one wall. */
-const describe = (content, isWord) => (content >= 0 ? (isWord ? `word ${spell(content)}` : `level ${content}`) : content === -1 ? 'blank' : 'unknown');
+export const describe = (content, isWord) => (content >= 0 ? (isWord ? `word ${spell(content)}` : `level ${content}`) : content === -1 ? 'blank' : 'unknown');
 
 /** Return a word in decimal and in hexadecimal. */
 export const spell = (word) => `${word} (0x${word.toString(16)})`;

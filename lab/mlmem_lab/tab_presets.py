@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What presets do, for a page without the product: python3 -m mlmem_lab.tab.presets [FOLDER].
+"""What presets do, for a page without the product: python3 -m mlmem_lab.tab_presets [FOLDER].
 
 A page that has the loop alone needs an element's cells, and what its instrument does in every
 write and erase. That is watched here: the strains and the driven ends of each way from one level
@@ -29,7 +29,8 @@ from mlmem.settings import ProbeSettings, Settings
 from mlmem_tools.view.about import About
 from mlmem_tools.view.session_frame import load_frame
 
-from .webassembly import MODULE_FOLDER
+PAGE_FOLDER = Path(__file__).parents[2] / 'docs' / 'try'
+"""Where the page is, in a checkout."""
 
 SHOWN_PRESETS = {
     'case_2': "by strain: the paper's element with eight levels",
@@ -40,12 +41,6 @@ SHOWN_PRESETS = {
 
 INITIAL_CONTENTS = {'case_2': 3, 'kick_2': 3, 'byte': 0b1100}
 """What they hold when the page is opened."""
-
-SESSION_FOLDER = MODULE_FOLDER.parents[1] / 'test' / 'data' / 'life'
-"""The recorded session."""
-
-SIGNIFICANT_DIGITS = 9
-"""Significant digits of what the page plays."""
 
 Event = dict[str, Any]
 """A move of the actuator or of an end, and the time `at` which it begins."""
@@ -219,9 +214,9 @@ def _describe_motion(motion: BoundaryMotion) -> dict[str, Any]:
 
 
 def round_numbers(value: Any) -> Any:
-    """Return a JSON value whose numbers have `SIGNIFICANT_DIGITS` digits."""
+    """Return a JSON value whose numbers have nine significant digits."""
     if isinstance(value, float):
-        return float(f'{value:.{SIGNIFICANT_DIGITS}g}')
+        return float(f'{value:.9g}')
     if isinstance(value, dict):
         return {key: round_numbers(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -237,10 +232,14 @@ def main(folder: Path) -> None:
         separators=(',', ':'),
     )
     file.write_text(text + '\n', encoding='utf-8')
-    recorded.write_bytes(gzip.compress(load_frame(SESSION_FOLDER).frame, 9, mtime=0))
+    recorded.write_bytes(
+        gzip.compress(
+            load_frame(PAGE_FOLDER.parents[1] / 'test' / 'data' / 'life').frame, 9, mtime=0
+        )
+    )
     for made in (file, recorded):
         print(f'{made}: {made.stat().st_size} bytes')
 
 
 if __name__ == '__main__':
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else MODULE_FOLDER)
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else PAGE_FOLDER)
