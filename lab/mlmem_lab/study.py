@@ -41,6 +41,7 @@ Result = TypeVar('Result')
 STUDY_PLACES = {
     'bad_cells': 'reads.bad_cells:STUDY',
     'cells': 'reads.count:CELLS_STUDY',
+    'curves': 'measured.study:CURVES_STUDY',
     'disturb': 'disturb:STUDY',
     'forecasts': 'forecasts:STUDY',
     'kicks': 'windows.kicks:STUDY',
@@ -50,6 +51,7 @@ STUDY_PLACES = {
     'shaken': 'shaken:STUDY',
     'times': 'times:STUDY',
     'twin': 'twins.study:STUDY',
+    'unseen': 'measured.study:UNSEEN_STUDY',
     'validity': 'validity:STUDY',
     'word_kicks': 'windows.words:STUDY',
     'words': 'words:STUDY',

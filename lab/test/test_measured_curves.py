@@ -2,15 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The measured lattices from the force curves of their shells."""
 
-import json
-
 import numpy as np
 import pytest
 
 from mlmem.physics import NOH_BATHE, HeldCell, substep_times
 from mlmem.physics.curve import Curve
 from mlmem_lab.lattices import Lattice, OnSite, PowerLaw
-from mlmem_lab.measured.curves import draw_speeds
 from mlmem_lab.measured.runs import (
     ALL_CASES,
     SILENT_CASES,
@@ -27,7 +24,7 @@ from mlmem_lab.measured.shells import (
     launch_waves,
     load_force_table,
 )
-from mlmem_tools.cli.main import main
+from mlmem_lab.measured.study import add_rows, predict_seen, predict_unseen
 
 
 class CurveLaw(OnSite):
@@ -56,8 +53,7 @@ def chains(name, spacing, tilt=0.01, damping=0.01):
     law, well = load_force_table(name)
     one = np.ones(1)
     return Chains(
-        law[None], well * one, spacing * one, tilt * one, damping * one, 0.0 * one, 0.0 * one, one,
-        25.0 * one,
+        law[None], well * one, spacing * one, tilt * one, damping * one, 0.0 * one, one, 25.0 * one
     )  # fmt: skip
 
 
@@ -120,20 +116,16 @@ def test_a_shell_that_sets_too_little_free_is_silent():
 
 
 @pytest.mark.slow
-def test_the_command(tmp_path, capsys):
-    """With few particles: nine rows, and what the data of a lattice add to it."""
-    given = ['measured', '--particles', '20', '--output', str(tmp_path), '--json']
-    assert main(given) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert set(told['evidence']) == {'viscous', 'snap', 'friction'}
-    assert [row['measured'] is None for row in told['cases']] == [
-        c in SILENT_CASES for c in ALL_CASES
+def test_predictions_have_a_row_for_every_lattice():
+    """With few particles: what its data add to a lattice, and what others say of it."""
+    seen = add_rows({}, 'all', predict_seen('all', 20))
+    assert [row['measured'] is None for row in seen['cases']] == [
+        case in SILENT_CASES for case in ALL_CASES
     ]
-    assert (tmp_path / 'curves.json').exists()
-    assert main([*given, '--left-out']) == 0
-    left = json.loads(capsys.readouterr().out)
-    assert [row['unseen']['silent'] <= 1.0 for row in left['cases']] == [True] * 9
-    draw_speeds(told, left, tmp_path)
-    assert (tmp_path / 'measured_curves.png').stat().st_size > 10_000
-    assert main(['measured', '--particles', '3']) == 2
-    assert '--particles must be' in capsys.readouterr().err
+    for case, row in zip(ALL_CASES, seen['cases'], strict=True):
+        if case not in SILENT_CASES:  # its own data narrow the interval of its speed
+            widths = [row[name]['high'] - row[name]['low'] for name in ('seen', 'curves')]
+            assert widths[0] < widths[1]
+    unseen = add_rows({}, '22.5/6', predict_unseen('22.5/6', 20))
+    assert unseen['speeds']['measured'] == 1
+    assert 0.0 <= unseen['cases'][0]['unseen']['silent'] <= 1.0

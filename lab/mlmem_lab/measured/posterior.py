@@ -4,19 +4,18 @@
 
 The law of a rail is a mixture of its force tests. A lattice has a tilt of its own, a constant
 force that stands for mounting, weight and the zero of the machine; tilts of a rail scatter about
-its mean. The hand of each lattice, damping, losses in the snap and dry friction are unknown, and
-the magnets to 5 %. Speeds and rises of the measured waves, and the two silences, are the data.
+its mean. The hand of each lattice, damping and the loss in the snap are unknown, and the magnets
+to 5 %. Speeds and rises of the measured waves, and the two silences, are the data.
 
 The posterior is sampled by tempering: particles of the prior see more and more of the data, and
 are moved by Metropolis steps, unknowns of one lattice, of one rail, or common ones at a time, as
-only these waves change. The products of the mean weights are the evidence (Del Moral, Doucet &
-Jasra, J. R. Stat. Soc. B 68, 411, 2006). To leave a lattice out is to sample without its data, and
-to draw its own unknowns afresh.
+only these waves change (Del Moral, Doucet & Jasra, J. R. Stat. Soc. B 68, 411, 2006). To leave a
+lattice out is to sample without its data, and to draw its own unknowns afresh.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -39,16 +38,10 @@ PASSES_SILENCE = 0.02
 STOP_LOG_LIKELIHOODS = -20.0, -3.0
 """Logarithm of the likelihood of a wave that stops, and for each element that it lacks."""
 
-LOSS_MODELS = {'viscous': (False, False), 'snap': (True, False), 'friction': (False, True)}
-"""Which losses act beside viscous damping: in the snap, dry friction."""
-
-COMMON_UNKNOWNS = 5
-"""Logarithms of damping and damping of the snap (per ms), friction (10 N), logarithm of the
-factor of the magnets, scatter of the tilts (10 N)."""
-
-PRIOR_MEAN = np.array([np.log(0.012), np.log(0.02), 0.0, 0.0, 0.0])
-PRIOR_WIDTH = np.array([0.7, 1.0, 0.01, 0.05, 0.005])
-"""Mean and width of their priors; friction and scatter are the upper half of a normal."""
+PRIOR_MEAN = np.array([np.log(0.012), np.log(0.02), 0.0, 0.0])
+PRIOR_WIDTH = np.array([0.7, 1.0, 0.05, 0.005])
+"""Priors of the common unknowns: logarithms of damping and damping of the snap (per ms), logarithm
+of the factor of the magnets, scatter of the tilts (10 N), which is the upper half of a normal."""
 
 TILT_WIDTH = 0.01
 """Width of a rail's mean tilt, 10 N: 0.1 N is half the weight of an element."""
@@ -59,19 +52,13 @@ HAND_TIME_BOUNDS_MS = 10.0, 100.0
 WELL_DEVIATION_CM = 0.2
 """Uncertainty of the second well where no wave has shown it, cm."""
 
-PARTICLES, SWEEPS, SETTLE = 250, 1, 4
-"""How many there are, how often they are moved for every weight of the data, and in the end."""
-
-DRAWS_PER_PARTICLE = 20
-"""Of the unknowns of a lattice that is left out, for every particle."""
-
 
 @dataclass
 class Particles:
     """Draws of all unknowns, and what follows from them.
 
     Attributes:
-        common: Shape (n, COMMON).
+        common: See `PRIOR_MEAN`, shape (n, 4).
         shares: Logits of the force tests of each rail, (n, 3, 3); those of no test are -inf.
         mean: Mean tilt of each rail, 10 N, (n, 3).
         tilt, hand, well: Of each lattice: 10 N, logarithm of ms, cm, shape (n, 9).
@@ -113,8 +100,7 @@ class Particles:
             tilt=self.tilt[:, case],
             damping=np.exp(common[0]),
             snap=np.exp(common[1]),
-            friction=common[2],
-            magnets=np.exp(common[3]),
+            magnets=np.exp(common[2]),
             hand=np.exp(self.hand[:, case]),
         )
 
@@ -153,18 +139,17 @@ def mean_measurement(case: Case) -> Data:
 class Model:
     """Prior and likelihood, and moves that leave the posterior as it is."""
 
-    def __init__(self, losses: str, rng: np.random.Generator) -> None:
-        """Take some losses of `LOSS_MODELS`."""
-        self.losses, self.rng = losses, rng
+    def __init__(self, rng: np.random.Generator, snap: bool) -> None:
+        """Take viscous damping, and with `snap` a loss in the snap beside it."""
+        self.rng, self.free = rng, np.array([True, snap, True, True])
         self.data = [mean_measurement(case) for case in ALL_CASES]
-        self.free = np.array([True, *LOSS_MODELS[losses], True, True])
 
     def draw(self, n: int) -> Particles:
         """Return particles of the prior, with their waves."""
         normal = self.rng.standard_normal
-        common = PRIOR_MEAN + PRIOR_WIDTH * normal((n, COMMON_UNKNOWNS))
-        common[:, [2, 4]] = np.abs(common[:, [2, 4]])
-        common[:, ~self.free] = np.array([0.0, -99.0, 0.0, 0.0, 0.0])[~self.free]
+        common = PRIOR_MEAN + PRIOR_WIDTH * normal((n, len(PRIOR_MEAN)))
+        common[:, 3] = np.abs(common[:, 3])
+        common[:, ~self.free] = -99.0  # the logarithm of no loss
         shares = normal((n, 3, 3))
         shares[:, 2, 2] = -np.inf
         mean = TILT_WIDTH * normal((n, 3))
@@ -177,13 +162,13 @@ class Model:
     def _refresh_unknowns(self, at: Particles, case: int) -> None:
         """Draw the unknowns of a lattice of their prior."""
         n, normal, low, high = len(at.tilt), self.rng.standard_normal, *np.log(HAND_TIME_BOUNDS_MS)
-        at.tilt[:, case] = at.mean[:, case // 3] + at.common[:, 4] * normal(n)
+        at.tilt[:, case] = at.mean[:, case // 3] + at.common[:, 3] * normal(n)
         at.hand[:, case] = self.rng.uniform(low, high, n)
         at.well[:, case] = self.data[case].well
         if ALL_CASES[case] in SILENT_CASES:
             at.well[:, case] += WELL_DEVIATION_CM * normal(n)
 
-    def predicted(self, at: Particles, case: int, draws: int = DRAWS_PER_PARTICLE) -> Array:
+    def predicted(self, at: Particles, case: int, draws: int = 20) -> Array:
         """Return speeds of a lattice whose own unknowns are drawn afresh, NaN for silence.
 
         Shape (draws, n).
@@ -201,7 +186,7 @@ class Model:
         found = -0.5 * (z[:, self.free] ** 2).sum(axis=1)
         found -= 0.5 * (np.where(np.isfinite(at.shares), at.shares, 0.0) ** 2).sum(axis=(1, 2))
         found -= 0.5 * ((at.mean / TILT_WIDTH) ** 2).sum(axis=1)
-        spread = at.common[:, 4:]
+        spread = at.common[:, 3:]
         with np.errstate(all='ignore'):
             off = (at.tilt - np.repeat(at.mean, 3, axis=1)) / spread
             found -= 0.5 * (off**2).sum(axis=1) + 9.0 * np.log(spread[:, 0])
@@ -209,7 +194,7 @@ class Model:
             found -= 0.5 * ((at.well[:, case] - self.data[case].well) / WELL_DEVIATION_CM) ** 2
         low, high = np.log(HAND_TIME_BOUNDS_MS)
         bad = (at.hand < low).any(axis=1) | (at.hand > high).any(axis=1)
-        bad |= (at.common[:, [2, 4]] < 0.0).any(axis=1)
+        bad |= at.common[:, 3] < 0.0
         return np.asarray(np.where(bad, -np.inf, found))
 
     def log_likelihood(self, at: Particles) -> Array:
@@ -232,31 +217,23 @@ class Model:
 
     # --- moves ---------------------------------------------------------------------------
 
-    def move(self, at: Particles, weight: Array) -> float:
-        """Move all particles once, of data with a weight per lattice; return what was accepted."""
-        taken = [
-            *(
-                self._step(at, weight, partial(self._propose_common, size=s), range(9))
-                for s in (0.3, 1.0)
-            ),
-            *(
-                self._step(
-                    at, weight, partial(self._propose_shares, rail=rail), _rail_columns(rail)
-                )
-                for rail in range(3)
-            ),
-            *(
-                self._step(at, weight, partial(self._lattice, case=case), [case])
-                for case in range(9)
-            ),
-            *(self._step(at, weight, self._propose_tilts, []) for _ in range(5)),
-        ]
-        return float(np.mean(taken))
+    def move(self, at: Particles, weight: Array) -> None:
+        """Move all particles once, of data with a weight per lattice."""
+        for size in (0.3, 1.0):
+            self._step(at, weight, partial(self._propose_common, size=size), range(9))
+        for rail in range(3):
+            shares = partial(self._propose_shares, rail=rail)
+            self._step(at, weight, shares, range(3 * rail, 3 * rail + 3))
+        for case in range(9):
+            self._step(at, weight, partial(self._propose_lattice, case=case), [case])
+        for _ in range(5):
+            self._step(at, weight, self._propose_tilts, [])
 
     def _step(
         self, at: Particles, weight: Array, change: Callable[[Particles], None],
         cases: Sequence[int],
-    ) -> float:  # fmt: skip
+    ) -> None:  # fmt: skip
+        """Accept or reject a change of every particle, which changes the waves of some cases."""
         new = Particles(*(each.copy() for each in vars(at).values()))
         change(new)
         before, after = self.prior(at), self.prior(new)
@@ -272,7 +249,6 @@ class Model:
             take = legal & (np.log(self.rng.uniform(size=len(legal))) < after - before)
         for name, value in vars(at).items():
             value[take] = getattr(new, name)[take]
-        return float(take.mean())
 
     def _propose_jump(self, x: Array) -> Array:
         """Return differences of pairs of particles, and a little noise: as wide as they lie."""
@@ -283,33 +259,29 @@ class Model:
         return np.asarray(size * (x[a] - x[b]) + noise)
 
     def _propose_common(self, new: Particles, size: float) -> None:
-        own = np.flatnonzero(self.free[:4])
+        own = np.flatnonzero(self.free[:3])
         new.common[:, own] += size * self._propose_jump(new.common[:, own])
 
     def _propose_shares(self, new: Particles, rail: int) -> None:
         k = len(TESTS_BY_RAIL[RAIL_DISTANCES_CM[rail]])
         new.shares[:, rail, :k] += self._propose_jump(new.shares[:, rail, :k])
 
-    def _lattice(self, new: Particles, case: int) -> None:
+    def _propose_lattice(self, new: Particles, case: int) -> None:
         names = ['tilt', 'hand', *(['well'] if ALL_CASES[case] in SILENT_CASES else [])]
         columns = np.array([getattr(new, name)[:, case] for name in names]).T
         for name, jump in zip(names, self._propose_jump(columns).T, strict=True):
             getattr(new, name)[:, case] += jump
 
     def _propose_tilts(self, new: Particles) -> None:
-        both = self._propose_jump(np.column_stack((new.mean, new.common[:, 4])))
+        both = self._propose_jump(np.column_stack((new.mean, new.common[:, 3])))
         new.mean += both[:, :3]
-        new.common[:, 4] += both[:, 3]
+        new.common[:, 3] += both[:, 3]
 
     # --- tempering -----------------------------------------------------------------------
 
-    def sample(
-        self, n: int, without: int | None = None
-    ) -> Iterator[tuple[float, Particles, float]]:
-        """Go from the prior to the posterior, of all lattices or without the data of one; yield
-        the share done, particles, log evidence.
-        """
-        at, weight, done, evidence = self.draw(n), np.ones(9), 0.0, 0.0
+    def sample(self, n: int, without: int | None = None) -> Particles:
+        """Return particles of the posterior, of all lattices or without the data of one."""
+        at, weight, done = self.draw(n), np.ones(9), 0.0
         if without is not None:
             weight[without] = 0.0
         while done < 1.0:
@@ -317,15 +289,10 @@ class Model:
             step = _largest_step(gain, 1.0 - done)
             done = 1.0 if step >= 1.0 - done else done + step
             w = np.exp(step * (gain - gain.max()))
-            evidence += float(np.log(w.mean()) + step * gain.max())
             at = at.select_particles(_resample_particles(w / w.sum(), self.rng))
-            for _ in range(SWEEPS + SETTLE * (done == 1.0)):
+            for _ in range(5 if done == 1.0 else 1):
                 self.move(at, done * weight)
-            yield done, at, evidence
-
-
-def _rail_columns(rail: int) -> Sequence[int]:
-    return range(3 * rail, 3 * rail + 3)
+        return at
 
 
 def _largest_step(gain: Array, most: float) -> float:

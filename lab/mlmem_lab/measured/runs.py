@@ -41,11 +41,6 @@ ALL_CASES = tuple(Case(rail, spacing) for rail in RAIL_DISTANCES_CM for spacing 
 SILENT_CASES = (Case(21.5, 7.0), Case(22.0, 7.0))
 """Where no wave was seen to propagate."""
 
-DATA_ATTRIBUTION = (
-    'Measured: Nadkarni, Arrieta, Chong, Kochmann & Daraio, Phys. Rev. Lett. 116, 244501 (2016), '
-    'Daraio-lab/Neel-PRL, CC BY 4.0'
-)
-
 
 @dataclass(frozen=True)
 class MeasuredRun:

@@ -112,7 +112,6 @@ class Chains:
         tilt: Constant force along the wave, 10 N.
         damping: Rate of viscous drag, per ms.
         snap: Its rate in the middle of the way, in addition.
-        friction: Dry friction, 10 N.
         magnets: Factor on the repulsion.
         hand: Time in which the first element is pushed over, ms.
     """
@@ -123,7 +122,6 @@ class Chains:
     tilt: Array
     damping: Array
     snap: Array
-    friction: Array
     magnets: Array
     hand: Array
 
@@ -141,8 +139,8 @@ def launch_waves(chains: Chains, dt: float = 0.4) -> tuple[Array, Array, Array]:
     n = len(chains.well)
     found = np.empty((n, 3))
     numbers = np.array((
-        chains.well, chains.spacing, chains.tilt, chains.damping, chains.snap, chains.friction,
-        chains.magnets, chains.hand,
+        chains.well, chains.spacing, chains.tilt, chains.damping, chains.snap, chains.magnets,
+        chains.hand,
     ))  # fmt: skip
     _run_chains(np.ascontiguousarray(chains.laws), numbers, tabulate_repulsion(), dt, found)
     return found[:, 0], found[:, 1], found[:, 2]
@@ -152,7 +150,7 @@ def launch_waves(chains: Chains, dt: float = 0.4) -> tuple[Array, Array, Array]:
 def _run_chains(laws: Array, numbers: Array, near: Array, dt: float, found: Array) -> None:
     """Step each chain by the leap-frog method, drag in the middle."""
     n = ELEMENT_COUNT + 1
-    well, spacing, tilt, damping, snap, friction, magnets, hand = numbers
+    well, spacing, tilt, damping, snap, magnets, hand = numbers
     u, v, f = np.zeros(n), np.zeros(n), np.zeros(n)
     marks = np.zeros((3, n))
     per = (laws.shape[1] - 1) / 3.0
@@ -186,8 +184,6 @@ def _run_chains(laws: Array, numbers: Array, near: Array, dt: float, found: Arra
                 rate = damping[k]
                 if 0.0 < s < 1.0:
                     rate += snap[k] * 16.0 * s * s * (1.0 - s) * (1.0 - s)
-                if friction[k] > 0.0:
-                    force -= friction[k] * v[j] / np.sqrt(v[j] * v[j] + 4e-6)
                 drag = 0.5 * dt * rate
                 v[j] = ((1.0 - drag) * v[j] + dt * force / ELEMENT_MASS) / (1.0 + drag)
                 before = u[j]
