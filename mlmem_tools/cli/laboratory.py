@@ -18,7 +18,7 @@ PICTURE_PART = 'session_figure'
 """Draws a session to a file: `draw(session, path)`."""
 
 LABORATORY_COMMANDS = (
-    'bench', 'figures', 'fit', 'plan', 'standard_problems', 'study', 'tolerance', 'windows',
+    'bench', 'figures', 'fit', 'plan', 'standard_problems', 'study', 'tolerance',
 )  # fmt: skip
 """Its commands, so that we can say what to install."""
 

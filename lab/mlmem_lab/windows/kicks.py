@@ -1,17 +1,16 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Measure kicks, how exact they must be, and count writes without strain.
+"""Measure kicks, how exact their speeds must be, and count writes without strain.
 
 Every kick starts from a blank element at rest, one that erases from a level, on a bare chain as
-the device steps it. For each kick that ships, every quantity is off until the kick fails. Then the
-device writes random levels, any to any, and the true wall is compared with each answer.
+the device steps it. Then the device writes random levels, any to any, and the true wall is
+compared with each answer.
 """
 
 from __future__ import annotations
 
 import random
 from collections.abc import Mapping
-from dataclasses import replace
 from statistics import median
 from typing import Any
 
@@ -25,61 +24,42 @@ from mlmem.readers.reading import BLANK
 
 from ..studies import style
 from ..study import Study
-from .flight import (
-    KICK_SPEEDS,
-    after_erase,
-    after_kick,
-    build_chain,
-    erase_margins,
-    kick_margins,
-    speed_edge,
-)
-
-PROCEDURE_COUNT = 2000
-"""Random procedures of each preset."""
-
-PROCEDURES_PER_ERASE = 10
-"""Every so many procedures is an erase."""
+from .flight import KICK_SPEEDS, after_erase, after_kick, build_chain, find_speed_edge
 
 SEED = 0
 
-ERASE_SPEEDS = KICK_SPEEDS[::5]
-"""Mean speeds of kicks that erase."""
-
 
 def measure_kicks(name: str) -> dict[str, Any]:
-    """Return where kicks of a preset end, how far each may be off, and the count of writes."""
+    """Return where kicks of a preset end, how far speeds may be off, and the count of writes."""
     design, settings = preset(name)
     chain, shape = build_chain(Specimen(design), settings), settings.kick
-    ends = np.array([after_kick(chain, float(u), shape) for u in KICK_SPEEDS])
+    ends = [after_kick(chain, float(u), shape) for u in KICK_SPEEDS]
     levels = []
     for level, speed in enumerate(shape.wall_speeds):
-        at = int(np.argmin(np.abs(KICK_SPEEDS - speed)))
-        low, high = (
-            speed_edge(chain, shape, level, KICK_SPEEDS, ends, at, way) for way in (-1, 1)
-        )
+
+        def leads_there(speed: float, level: int = level) -> bool:
+            return after_kick(chain, speed, shape) == level
+
+        low, high = (find_speed_edge(leads_there, speed, step) for step in (1.0 / 1.04, 1.04))
         levels.append({
             'level': level, 'speed': speed, 'low': round(low, 5), 'high': round(high, 5),
             'room': round(min(speed / low, high / speed) - 1.0, 3),
-            'rooms': kick_margins(chain, level, shape),
         })  # fmt: skip
-    shares = []
-    for speed in ERASE_SPEEDS.tolist():
-        kick = replace(shape, erase_speed=speed)
-        erased = [after_erase(chain, level, kick) == BLANK for level in range(design.levels)]
-        shares.append(float(np.mean(erased)))
+    speeds, shares = KICK_SPEEDS[::5], []
+    for speed in speeds.tolist():
+        contents = [after_erase(chain, level, speed, shape) for level in range(design.levels)]
+        shares.append(float(np.mean(np.array(contents) == BLANK)))
     return {
         'speeds': KICK_SPEEDS.round(5),
         'ends': ends,
         'levels': levels,
-        'erases': [erase_margins(chain, level, shape) for level in range(design.levels)],
-        'erased': {'speeds': ERASE_SPEEDS.round(5), 'shares': shares},
-        'written': count_writes(name, PROCEDURE_COUNT, SEED),
+        'erased': {'speeds': speeds.round(5), 'shares': shares},
+        'written': count_writes(name, 2000, SEED),
     }
 
 
 def count_writes(name: str, procedures: int, seed: int) -> dict[str, Any]:
-    """Write random levels, any to any, with an erase now and then; compare with the true wall."""
+    """Write random levels, every tenth procedure an erase; compare with the true wall."""
     element, rng = MemoryElement(use_kicks(preset(name))), random.Random(seed)
     levels = range(element.design.levels)
     near = arrival_tolerance(element.design)
@@ -89,7 +69,7 @@ def count_writes(name: str, procedures: int, seed: int) -> dict[str, Any]:
     wrong = failed = again = strained = 0
     for k in range(1, procedures + 1):
         before = element.actuator.motion
-        if k % PROCEDURES_PER_ERASE:
+        if k % 10:
             wanted = rng.choice([level for level in levels if level != present])
             outcome = element.perform(Write(wanted))
         else:

@@ -9,24 +9,18 @@ least relative change of the speed that leads elsewhere, or moves what rests alr
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from mlmem import preset
-from mlmem.instrument.drivers import Simulation
-from mlmem.instrument.end import Kick
 from mlmem.move_settings import KickSettings
 from mlmem.physics import Chain, Specimen, StateError
 from mlmem.readers.register import find_wall_levels, pin_walls
 
 from ..study import Study
-from .flight import drive_end, rest_time
+from .flight import build_chain, build_kick, drive_end, find_speed_edge
 
 STEP_KINDS = ('wall', 'kink')
-
-STEP, FINE, FARTHEST = 1.04, 0.003, 2.0
-"""Ratio of speeds that are tried, relative error of an edge, and the widest window looked for."""
 
 
 def cases_ahead(levels: int, spacing: int, level: int, kind: int) -> list[tuple[int, ...]]:
@@ -47,28 +41,14 @@ def kicked_behind(
         chain.place(pin_walls(chain.specimen, walls))
     except StateError:
         return None
-    target = design.D_s1 if len(walls) % 2 else design.D_s2
-    drive_end(chain, 1, Kick(chain.end(1), target, speed, shape), rest_time(chain))
+    drive_end(chain, build_kick(chain, speed, shape))
     return find_wall_levels(design, chain.configuration)
-
-
-def speed_edge(good: Callable[[float], bool], speed: float, step: float) -> float:
-    """Return how far a speed may change to one side."""
-    inside = speed
-    while good(outside := inside * step):
-        inside = outside
-        if max(inside / speed, speed / inside) > FARTHEST:
-            return inside
-    while abs(outside / inside - 1.0) > FINE:
-        middle = math.sqrt(inside * outside)
-        inside, outside = (middle, outside) if good(middle) else (inside, middle)
-    return inside
 
 
 def measure_windows(name: str) -> list[dict[str, Any]]:
     """Return the window of every kick of a register."""
     design, settings = preset(name)
-    chain = Simulation.of(Specimen(design), settings.time).chain
+    chain = build_chain(Specimen(design), settings)
     found = []
     for kind, speeds in enumerate((settings.kick.wall_speeds, settings.kick.kink_speeds)):
         for level in range(design.levels):
@@ -88,8 +68,7 @@ def measure_windows(name: str) -> list[dict[str, Any]]:
             low, high = speed, speed
             if right := is_good_speed(speed):
                 low, high = (
-                    speed_edge(is_good_speed, speed, 1.0 / STEP),
-                    speed_edge(is_good_speed, speed, STEP),
+                    find_speed_edge(is_good_speed, speed, step) for step in (1.0 / 1.04, 1.04)
                 )
             found.append({
                 'kind': STEP_KINDS[kind], 'level': level, 'speed': speed, 'right': right,
