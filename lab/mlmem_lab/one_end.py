@@ -34,8 +34,6 @@ SEED, DRAWS = 1, 8
 READ_ENDS = ('left', 'right', 'both')
 """Settings of `read.end`."""
 
-END_PHASES = (1, 0)
-"""Of the ends of an element that stores a level."""
 
 Spoil = Callable[[np.random.Generator, Echo], Echo]
 
@@ -110,6 +108,7 @@ def count_reads(name: str) -> dict[str, Counter[str]]:
     element, found = MemoryElement(preset(name)), dict[str, Counter[str]]()
     random = np.random.Generator(np.random.PCG64(SEED))
     step = max(1, design.levels // 32)
+    end_phases = (1, 0)  # of the ends of an element that stores a level
     for level in range(0, design.levels, step):
         sound = record_echoes(element, level, Faults())
         weak = record_echoes(element, level, Faults(damping_factor=8.0))
@@ -124,7 +123,7 @@ def count_reads(name: str) -> dict[str, Counter[str]]:
                 for _ in range(DRAWS)
             ]
             for what, echoes in tried:
-                said = decode_echoes(design, read, element.calibration, echoes, END_PHASES).level
+                said = decode_echoes(design, read, element.calibration, echoes, end_phases).level
                 kind = 'undecodable' if said == UNDECODABLE else 'wrong'
                 counts = found.setdefault(f'{what}, {names}', Counter())
                 counts.update(['reads', 'right' if said == level else kind])

@@ -32,10 +32,6 @@ STANDARD_GRAVITY = 9.81
 IMU_RATE = 200.0
 """IMU messages per second; a sine is updated every tick."""
 
-STEPS_PER_SECOND = 2.0
-HARMONIC_COUNT = 8
-SLAM_EVERY = 0.3
-
 
 @dataclass(frozen=True)
 class Shaking:
@@ -92,23 +88,26 @@ def _white_noise(random: np.random.Generator) -> Iterator[float]:
 
 
 def _random_walk(random: np.random.Generator) -> Iterator[float]:
-    phases = random.uniform(0.0, 2.0 * math.pi, HARMONIC_COUNT)
-    order = np.arange(1, HARMONIC_COUNT + 1)
+    harmonic_count = 8
+    phases = random.uniform(0.0, 2.0 * math.pi, harmonic_count)
+    order = np.arange(1, harmonic_count + 1)
     footfall, height, omega = 0.0, 0.0, 0.0
+    steps_per_second = 2.0
     for n in itertools.count():
         t = n / IMU_RATE
-        if t >= footfall + 1.0 / STEPS_PER_SECOND:
+        if t >= footfall + 1.0 / steps_per_second:
             footfall = t
             height = random.uniform(0.5, 1.0) * random.choice((-1.0, 1.0))
             omega = 2.0 * math.pi * random.uniform(20.0, 90.0)
-        sway = np.sin(2.0 * math.pi * STEPS_PER_SECOND * order * t + phases) @ (0.3 / order)
+        sway = np.sin(2.0 * math.pi * steps_per_second * order * t + phases) @ (0.3 / order)
         ring = height * math.exp((footfall - t) / 0.03) * math.sin(omega * (t - footfall))
         yield float(sway + ring)
 
 
 def _slam_pulses(random: np.random.Generator) -> Iterator[float]:
+    slam_every = 0.3
     while True:
-        slam = random.uniform() < 1.0 / (SLAM_EVERY * IMU_RATE)
+        slam = random.uniform() < 1.0 / (slam_every * IMU_RATE)
         yield float(random.choice((-1.0, 1.0)) if slam else 1e-4 * random.standard_normal())
 
 

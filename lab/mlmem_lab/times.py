@@ -22,10 +22,6 @@ from .study import Study
 
 RANDOM_SEED = 1
 WRITE_COUNT = 100
-READ_COUNT = 1000
-
-SETTLE_RUNS = 20
-"""Runs of 50 ticks: 80 damping times."""
 
 
 def measure_times(name: str) -> dict[str, Any]:
@@ -41,10 +37,11 @@ def measure_times(name: str) -> dict[str, Any]:
         'self test': _time_command(element, SelfTest()),
     }
     reads, shift = [], 0.0
+    read_count = 1000
     for level in range(0, design.levels, max(1, design.levels // 8)):
         element.perform(Write(level))
         before = _settle_wall(element)
-        reads += [_time_command(element, Read()) for _ in range(READ_COUNT)]
+        reads += [_time_command(element, Read()) for _ in range(read_count)]
         shift = max(shift, abs(_settle_wall(element) - before))
     erased = []
     for level in random.integers(design.levels, size=10):
@@ -90,7 +87,8 @@ def _time_command(element: MemoryElement, command: Read | Erase | SelfTest) -> f
 
 def _settle_wall(element: MemoryElement) -> float:
     """Return where the wall is once it no longer swings in its well."""
-    for _ in range(SETTLE_RUNS):
+    settle_runs = 20  # runs of 50 ticks: 80 damping times
+    for _ in range(settle_runs):
         element.advance(50)
     (wall,) = find_walls(element.design, element.chain.configuration)
     return wall.position

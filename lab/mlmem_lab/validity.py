@@ -32,10 +32,6 @@ Damping of v - V; dry friction of a cell, in k_r cells; mass of both end cells, 
 transducers; loss of alpha in all cells alike, relative, as with a rising temperature.
 """
 
-HIGHEST_LEVEL = 3
-"""Levels 0 to this are written by strain in turn, then 0 again: a step is like another. By kicks
-all are, because each level has its own."""
-
 
 @dataclass(frozen=True)
 class Trial:
@@ -74,7 +70,10 @@ def try_amount(name: str, way: str, amount: float) -> Trial:
     element = MemoryElement(design, settings, known)
     body = _build_body(design, element.driver.dt, way, amount)
     element = MemoryElement(design, settings, known, body)
-    highest = design.levels - 1 if is_kicked(name) else min(HIGHEST_LEVEL, design.levels - 1)
+    # levels 0 to this are written by strain in turn, then 0 again: a step is like another. By
+    # kicks all are, because each level has its own.
+    highest_level = 3
+    highest = design.levels - 1 if is_kicked(name) else min(highest_level, design.levels - 1)
     levels = [*range(highest + 1), 0]
     reached = read = 0
     for level in levels:

@@ -114,9 +114,6 @@ def define_troubles(
     }
 
 
-SCATTER_DEVIATIONS = (3e-4, 1e-3, 3e-3)
-
-
 def draw_word(random: Rng, words: int) -> int:
     """Return a random word of so many; of more than an integer holds, by twice as many bits."""
     if words < 2**63:
@@ -247,7 +244,8 @@ def count_preset(name: str) -> dict[str, Any]:
     }
     healthy = make_specimens(name, Scatter())
     of_writes = {'as designed': count_writes(healthy, random, written // SPECIMENS)}
-    for size, kind in itertools.product(SCATTER_DEVIATIONS, ('alpha', 'k_r')):
+    scatter_deviations = (3e-4, 1e-3, 3e-3)
+    for size, kind in itertools.product(scatter_deviations, ('alpha', 'k_r')):
         what = f'{kind} scattered by {size:g}'
         elements = make_specimens(name, Scatter(**{kind: size}))
         of_writes[what] = count_writes(elements, random, COUNT // SPECIMENS)

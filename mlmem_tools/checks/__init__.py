@@ -46,10 +46,6 @@ CHECK_MODULES = (
 )
 """Modules with `check(subject)`, in the order of a report."""
 
-GENTLE_DEFECT_FINDINGS = ('gradient', 'wall_width', 'pin_depth')
-"""Rules for a wall that a gradient drives over shallow defects, as in the paper. Elements read by
-waveform have deep, near defects and strong damping; counted writes judge them."""
-
 
 def check(
     design: Design, settings: Settings | None = None, element: Element | None = None
@@ -65,6 +61,9 @@ def check(
     if element is not None:
         made = replace(element.timed_specimen, stuck=())
         subject = Subject(made.design, sound, made, tuple(element.corrections_by_level(settings)))
+    # rules for a wall that a gradient drives over shallow defects, as in the paper. Elements read
+    # by waveform have deep, near defects and strong damping; counted writes judge them.
+    gentle_defect_findings = ('gradient', 'wall_width', 'pin_depth')
     found = [
         finding
         for concern in CHECK_MODULES
@@ -75,7 +74,7 @@ def check(
         # it judges the delays by which one wall is read
         if settings.read.method == 'delay' or concern is not echoes
         for finding in concern.check(subject)
-        if settings.read.method == 'delay' or finding.name not in GENTLE_DEFECT_FINDINGS
+        if settings.read.method == 'delay' or finding.name not in gentle_defect_findings
     ]
     if settings.element.bad_cells:
         found.append(words.judge_bad_cells(design, settings))

@@ -33,8 +33,6 @@ FINDING_NAME = 'read_disturb'
 AMPLITUDE_STEPS = tuple(1.25**k for k in range(24))
 """Amplitudes that are tried, over that of the pulse: up to 170 times."""
 
-NEAREST_LEVELS = 2
-"""Levels that are tried at either end."""
 
 PAPER_SOURCE = (
     'a non-destructive read-out: small amplitude harmonic pulses, which the transition wave '
@@ -73,10 +71,11 @@ def _find_loudest(
 ) -> float:
     chain = build_bare_chain(Specimen.of(made), time)
     levels = range(chain.design.levels)
+    nearest_levels = 2  # levels that are tried at either end
     near = (
-        levels[:NEAREST_LEVELS]
+        levels[:nearest_levels]
         if end is End.LEFT
-        else (*levels[: -NEAREST_LEVELS - 1 : -1], BLANK)
+        else (*levels[: -nearest_levels - 1 : -1], BLANK)
     )
     return find_safe_limit(chain, near, end, probe)
 

@@ -195,24 +195,21 @@ def _energy_share(omega: float, sigma: float, window: Window) -> float:
     return max(0.0, 0.5 * (high - low))
 
 
-MIN_WALL_WIDTH = 2.0
-"""Width in cells below which the lattice itself pins a wall."""
-
-
 def _check_wall(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on width and energy."""
-    width, J = wall_width(subject.design), subject.design.J
+    width, J = subject.wall_width, subject.design.J
+    min_wall_width = 2.0  # width in cells below which the lattice itself pins a wall
     yield grade_finding(
         'wall_width',
         {'width': width, 'J': J},
         'cells',
         find_worst_verdict(
-            (judge_value(width, MIN_WALL_WIDTH, MIN_WALL_WIDTH), judge_value(J / width, 1.0, 1.25))
+            (judge_value(width, min_wall_width, min_wall_width), judge_value(J / width, 1.0, 1.25))
         ),
         'the wall spans several cells, and fits between two defects',
         'the wall is as narrow as the lattice spacing, so the lattice pins it anywhere: choose a '
         'smaller d'
-        if width < MIN_WALL_WIDTH
+        if width < min_wall_width
         else 'the wall is as wide as a level, so it feels two defects at once: choose a greater J '
         'or d',
         'transition wavefronts separating domains of opposing ground states (Fig. 1c)',

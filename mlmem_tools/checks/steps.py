@@ -20,12 +20,6 @@ from mlmem_ros.host.design_check import Verdict
 from .bare import COARSE_TIME_STEP, measure_departures, scale_peaks
 from .concern import MAX_CELL_STEPS, MIN_STEP_CELLS, Finding, Subject
 
-STEPS_IN_ROW = 2
-"""Steps in a row."""
-
-PEAK_DEVIATION = 0.15
-"""How far off both peaks may be at once; an operating point nearer to failure gets a warning."""
-
 PAPER_SOURCE = (
     'upon recovery of the zero strain condition, the transition wave becomes pinned at a soft '
     'defect site different from the one from which it originated (p. 5)'
@@ -36,7 +30,9 @@ def check(subject: Subject) -> Iterator[Finding]:
     """Yield the finding on the steps of a write."""
     if not subject.steps:
         return
-    corners = list(itertools.product((1.0 - PEAK_DEVIATION, 1.0 + PEAK_DEVIATION), repeat=2))
+    # how far off both peaks may be at once; an operating point nearer to failure gets a warning
+    peak_deviation = 0.15
+    corners = list(itertools.product((1.0 - peak_deviation, 1.0 + peak_deviation), repeat=2))
     if (1 + len(corners)) * _estimate_work(subject) > MAX_CELL_STEPS:
         text = 'the steps take too long to simulate in a check: choose shorter times (write.*)'
         yield Finding('write_steps', {}, '', Verdict.WARN, text, PAPER_SOURCE)
@@ -58,7 +54,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         )
     else:
         verdict = Verdict.PASS
-        text = f'the steps succeed, even with both peaks {PEAK_DEVIATION:.0%} off'
+        text = f'the steps succeed, even with both peaks {peak_deviation:.0%} off'
     values = {
         'steps': float(len(subject.steps)),
         'lost': float(len(own)),
@@ -87,8 +83,9 @@ def _find_lost_levels(subject: Subject, compression: float, tension: float) -> l
     write = scale_peaks(subject.settings.write, compression, tension)
     rate = subject.settings.actuator.max_rate
     lost = []
-    for start in subject.steps[::STEPS_IN_ROW]:
-        goal = min(start + STEPS_IN_ROW, design.levels - 1)
+    steps_in_row = 2  # steps in a row
+    for start in subject.steps[::steps_in_row]:
+        goal = min(start + steps_in_row, design.levels - 1)
         try:
             away = list(
                 measure_departures(

@@ -19,8 +19,6 @@ from mlmem_ros.packages import format_install_advice
 
 PASS, WARN, FAIL = Verdict.PASS, Verdict.WARN, Verdict.FAIL
 
-TESTED_PYTHONS = ((3, 10), (3, 14))
-"""Oldest and newest tested Python."""
 
 LIBRARY_USES = {
     'numpy': '',
@@ -31,9 +29,6 @@ LIBRARY_USES = {
     'rich': 'most commands',
 }
 """Python packages, and what needs them; without those that are empty here no node starts."""
-
-MAX_SAFE_DOMAIN = 101
-"""Greatest one whose ports Linux does not use."""
 
 
 @dataclass(frozen=True)
@@ -75,10 +70,11 @@ def examine_machine(node: str, wait: float, records: Path) -> Iterator[Diagnosis
 
 def check_python(version: tuple[int, ...]) -> Diagnosis:
     """Check the version of Python."""
-    seen, oldest, newest = ('.'.join(map(str, each)) for each in (version, *TESTED_PYTHONS))
-    if TESTED_PYTHONS[0] <= version <= TESTED_PYTHONS[1]:
+    tested_pythons = ((3, 10), (3, 14))  # oldest and newest tested Python
+    seen, oldest, newest = ('.'.join(map(str, each)) for each in (version, *tested_pythons))
+    if tested_pythons[0] <= version <= tested_pythons[1]:
         return Diagnosis('Python', PASS, seen)
-    verdict = FAIL if version < TESTED_PYTHONS[0] else WARN
+    verdict = FAIL if version < tested_pythons[0] else WARN
     return Diagnosis('Python', verdict, seen, f'use Python {oldest} to {newest}')
 
 
@@ -187,10 +183,11 @@ def check_domain(value: str | None) -> Diagnosis:
             return Diagnosis(what, PASS, 'not set: 0, on this machine only')
         seen = 'not set: 0, shared with everybody on this network'
         return Diagnosis(what, WARN, seen, 'give your robot its own number')
+    max_safe_domain = 101  # greatest one whose ports Linux does not use
     if not value.isdecimal() or int(value) > 232:  # above it DDS has no ports left
-        return Diagnosis(what, FAIL, value, f'set a number from 0 to {MAX_SAFE_DOMAIN}')
-    if int(value) > MAX_SAFE_DOMAIN:
-        advice = f'above {MAX_SAFE_DOMAIN} Linux may use its ports for something else'
+        return Diagnosis(what, FAIL, value, f'set a number from 0 to {max_safe_domain}')
+    if int(value) > max_safe_domain:
+        advice = f'above {max_safe_domain} Linux may use its ports for something else'
         return Diagnosis(what, WARN, value, advice)
     return Diagnosis(what, PASS, value)
 

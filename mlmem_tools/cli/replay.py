@@ -31,9 +31,6 @@ if TYPE_CHECKING:
 FOREIGN_BAG_PRESET = 'case_2'
 """Element for a bag that names none."""
 
-MAX_LISTED = 20
-"""Most levels or procedures listed."""
-
 
 @declare_command(
     'run a recorded session again without ROS, and compare',
@@ -142,8 +139,9 @@ def _format_comparison(
 
 
 def _format_values(values: Sequence[object]) -> str:
-    more = ', ...' if len(values) > MAX_LISTED else ''
-    return ', '.join(map(str, values[:MAX_LISTED])) + more
+    max_listed = 20  # most levels or procedures listed
+    more = ', ...' if len(values) > max_listed else ''
+    return ', '.join(map(str, values[:max_listed])) + more
 
 
 def _print_lines(lines: Sequence[str]) -> None:

@@ -33,12 +33,6 @@ LENGTH_UNITS = {'displacement_um': 1e-6, 'displacement_mm': 1e-3, 'displacement_
            'displacement_m': 1.0}  # fmt: skip
 FORCE_UNITS = {'force_mN': 1e-3, 'force_N': 1.0, 'force_kN': 1e3}
 
-MIN_ROWS = 16
-"""Fewest rows of a curve."""
-
-MAX_ROWS = 300_000
-"""Most rows of a file: minutes of a test machine, and a second of ours."""
-
 
 class CurveError(DecodeError):
     """A file is no force-displacement curve, or its law is not that of a bistable element."""
@@ -88,15 +82,16 @@ def load_run(path: Path) -> MeasuredCurve:
     first, names, rows = read_table(path, 'displacement_mm,force_N')
     x, f = (find_column(path, first, names, known) for known in (LENGTH_UNITS, FORCE_UNITS))
     values = np.array([parse_numbers(path, k, line, names, (x[0], f[0])) for k, line in rows])
-    if len(values) < MIN_ROWS:
-        raise CurveError(f'{path}: it must have at least {MIN_ROWS} rows; got {len(values)}')
+    min_rows = 16  # fewest rows of a curve
+    if len(values) < min_rows:
+        raise CurveError(f'{path}: it must have at least {min_rows} rows; got {len(values)}')
     D, force = values.T * [[x[1]], [f[1]]]
     turn = int(np.argmax(D))
     ways = _sort_rising(D[: turn + 1], force[: turn + 1]), _sort_rising(D[turn:], force[turn:])
-    if ways[0].shape[1] < MIN_ROWS:
-        raise CurveError(f'{path}: its displacement must rise over at least {MIN_ROWS} rows')
+    if ways[0].shape[1] < min_rows:
+        raise CurveError(f'{path}: its displacement must rise over at least {min_rows} rows')
     return MeasuredCurve(
-        str(path), ways[0], ways[1] if ways[1].shape[1] >= MIN_ROWS else np.empty((2, 0))
+        str(path), ways[0], ways[1] if ways[1].shape[1] >= min_rows else np.empty((2, 0))
     )
 
 
@@ -110,8 +105,9 @@ def read_table(path: Path, example: str) -> tuple[int, list[str], list[tuple[int
         lines = read_file(path).splitlines()
     except DecodeError as error:
         raise CurveError(f'{path}: {error}') from error
-    if len(lines) > MAX_ROWS:
-        raise CurveError(f'{path}: it must have at most {MAX_ROWS} lines; got {len(lines)}')
+    max_rows = 300_000  # most rows of a file: minutes of a test machine, and a second of ours
+    if len(lines) > max_rows:
+        raise CurveError(f'{path}: it must have at most {max_rows} lines; got {len(lines)}')
     rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and line[:1] != '#']
     if not rows:
         raise CurveError(f'{path}: it must begin with a header, {example}; got none')

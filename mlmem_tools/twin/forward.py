@@ -30,13 +30,6 @@ from mlmem.physics.potential import Array
 from . import tangent
 from .unknowns import SHARED_UNKNOWNS, Unknowns, skew_law
 
-MAX_STEP = 0.35
-"""Largest step in time units: the error is below 1e-6 cells then."""
-
-MAX_DERIVATIVE_STEP = 0.5
-"""Largest step of the derivatives: they are a hundredth of their size off then, and a fit only
-descends along them; it compares with the motion alone."""
-
 INTERPOLATION_NODES = 8
 """Neighbours between which a waveform is interpolated."""
 
@@ -63,7 +56,8 @@ class Clock:
         """Return the clock for samples dt apart, of a simulated element or a real one."""
         if integrator is not None:
             return cls(integrator, 1, 1)
-        return cls(PEFRL, max(1, math.ceil(dt / MAX_STEP)), max(1, math.floor(MAX_STEP / dt)))
+        max_step = 0.35  # largest step in time units: the error is below 1e-6 cells then
+        return cls(PEFRL, max(1, math.ceil(dt / max_step)), max(1, math.floor(max_step / dt)))
 
 
 def solve_equilibrium(specimen: Specimen, wall: float, strain: float) -> Array:
@@ -236,10 +230,13 @@ class Forward:
 
         samples, interval = steps // clock.parts, shot.dt * clock.stride
         # steps of a sample, or samples of a step
+        # largest step of the derivatives: they are a hundredth of their size off then, and a fit
+        # only descends along them; it compares with the motion alone
+        max_derivative_step = 0.5
         parts = (
-            float(math.ceil(interval / MAX_DERIVATIVE_STEP))
-            if interval > MAX_DERIVATIVE_STEP
-            else 1.0 / (MAX_DERIVATIVE_STEP // interval)
+            float(math.ceil(interval / max_derivative_step))
+            if interval > max_derivative_step
+            else 1.0 / (max_derivative_step // interval)
         )
         dt = interval / parts
         late = unknowns.end_values(self.x, 'late') / dt

@@ -16,9 +16,6 @@ from .tangent import Single
 MIN_NOISE_CELLS = 1e-6
 """Least standard deviation of a sample in cells: the error of the forward model's step."""
 
-DIFFERENCE_ORDER = 12
-"""Order of the difference of samples that measures noise."""
-
 
 def estimate_noise(shot: Shot) -> Array:
     """Return the standard deviation of a sample of either end after the pulse, shape (2,)."""
@@ -36,8 +33,9 @@ def estimate_sample_noise(samples: Array) -> float:
     Args:
         samples: Shape (n,), equally spaced, at most 0.5 time units apart; NaN where missing.
     """
-    differences = np.abs(np.diff(samples, DIFFERENCE_ORDER))
-    gain = math.sqrt(math.comb(2 * DIFFERENCE_ORDER, DIFFERENCE_ORDER))
+    difference_order = 12  # order of the difference of samples that measures noise
+    differences = np.abs(np.diff(samples, difference_order))
+    gain = math.sqrt(math.comb(2 * difference_order, difference_order))
     middle = float(np.nanmedian(differences)) if np.isfinite(differences).any() else 0.0
     return max(MIN_NOISE_CELLS, middle / (0.674489750196 * gain))
 

@@ -99,9 +99,6 @@ class Change:
 MIN_SAMPLE_SPACING = 1.0
 """Least time between two samples that are compared: the pass bands end well below its Nyquist."""
 
-STRAIN_STEP = 1e-5
-"""Strain for a difference quotient."""
-
 
 @dataclass(frozen=True, eq=False)
 class Forecast:
@@ -147,11 +144,12 @@ class Forecasts:
         clock = Clock.of(first.dt, self._integrator)
         sparse = max(1, every // clock.stride)
         columns = [J[:, ::sparse, unknowns.alpha] * self._element.specimen.alpha]
+        strain_step = 1e-5  # strain for a difference quotient
         for name in SHARED_KINDS:
             if name == 'strain':
-                strained = [replace(shot, strain=shot.strain + STRAIN_STEP) for shot in shots]
+                strained = [replace(shot, strain=shot.strain + strain_step) for shot in shots]
                 moved = self.forward.predict_exchange(strained, duration) - predicted
-                columns.append(moved[:, ::sparse, None] / STRAIN_STEP)
+                columns.append(moved[:, ::sparse, None] / strain_step)
                 continue
             column = J[:, ::sparse, unknowns.shared(name)] * self.forward.x[unknowns.shared(name)]
             if name.startswith('gain_'):  # less motion is driven where more is read
@@ -194,9 +192,6 @@ ZERO_DRIFT_CELLS = 1e-3
 MIN_AGREEING_READS = 2
 """Reads in a row that must agree before a change is told."""
 
-MIN_SIGNIFICANCE = 10.0
-"""Standard deviations from which a change is believed, half of it by either read: residuals that
-are left by a fit, and by its linearisation, reach 7."""
 
 MAX_UNEXPLAINED_RESIDUAL = 8.0
 """Residual, over that of noise and fit, from which one that no change explains is told: waves that
@@ -365,13 +360,16 @@ class Residuals:
         name, site = ('cell', best + 1) if of_cell else (list(SHARED_KINDS)[best - self._N], 0)
         change = Change(name, site, float(g[best] / alone[best]), float(alone[best] ** -0.5))
         least = (CELL_KIND if of_cell else SHARED_KINDS[name]).least
-        believed = abs(change.amount) > max(least, MIN_SIGNIFICANCE * change.deviation)
+        # standard deviations from which a change is believed, half of it by either read: residuals
+        # that are left by a fit, and by its linearisation, reach 7
+        min_significance = 10.0
+        believed = abs(change.amount) > max(least, min_significance * change.deviation)
         agree = min(
             math.copysign(read.z[best], change.amount * read.z[best]) for read in self._reads
         )
         explains = min(read.share[best] for read in self._reads)
         # or the change is not what has happened
-        if believed and agree > MIN_SIGNIFICANCE / 2.0 and explains > 0.3:
+        if believed and agree > min_significance / 2.0 and explains > 0.3:
             return change, str(change)
         if min(read.excess for read in self._reads) > MAX_UNEXPLAINED_RESIDUAL:
             return None, 'the echo is not as forecast, and no single change explains it'

@@ -80,9 +80,6 @@ def thin_echo(message: Any) -> NDArray[np.float32]:
 PICTURED_STREAMS = ('field', 'wall', 'joint_states')
 """Streams that a picture shows."""
 
-MAX_UNSENT_S = 0.25
-"""Longest time in seconds for which a picture that is like the last one is not sent."""
-
 
 class Pictures:
     """Makes pictures of the newest messages; any thread may call `take`, the loop the rest."""
@@ -120,8 +117,10 @@ class Pictures:
             column = scale_configuration(np.asarray(field.data)[:: about.stride], about.phases)
         shown = {'strain': strain, 'walls': self._walls(), **doing}
         bits = b'' if column is None else column.tobytes()
-        since = self._history[-1] if self._history else (self._held - MAX_UNSENT_S, 0.0, None)
-        if (shown, bits) == self._shown and self.clock - since[0] < MAX_UNSENT_S:
+        # longest time in seconds for which a picture that is like the last one is not sent
+        max_unsent_s = 0.25
+        since = self._history[-1] if self._history else (self._held - max_unsent_s, 0.0, None)
+        if (shown, bits) == self._shown and self.clock - since[0] < max_unsent_s:
             self._held = self.clock
             return None
         self._shown = shown, bits

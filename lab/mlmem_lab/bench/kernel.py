@@ -92,14 +92,12 @@ class Problem:
 
 TITLE = 'ns per site and sub-step compared with C and NumPy'
 
-SITE_STEPS_PER_CALL = 450_000
-"""Site steps per call: enough to make call overhead negligible."""
-
 
 def run(repeats: int) -> list[Comparison]:
     """Measure the kernels at N = 225."""
     problem = Problem.with_cells(CASE_II.N)
-    steps = SITE_STEPS_PER_CALL // CASE_II.N
+    site_steps_per_call = 450_000  # site steps per call: enough to make call overhead negligible
+    steps = site_steps_per_call // CASE_II.N
     fourth, skipped = problem.chain(integrator=PEFRL), {}
     ours, elastic = problem.chain(dt=TIME_STEP), problem.chain('elastic')
     work = 2.0 * steps * CASE_II.N
@@ -108,7 +106,8 @@ def run(repeats: int) -> list[Comparison]:
         Contender('ours, elastic', partial(elastic.rest, steps), work),
         Contender('ours, PEFRL, rigid', partial(fourth.rest, steps // 2), work),
     ]
-    for name, flags in (('C', ()), ('C, widest vectors', (WIDE_VECTOR_FLAG,))):
+    wide_vector_flag = '-mprefer-vector-width=512'
+    for name, flags in (('C', ()), ('C, widest vectors', (wide_vector_flag,))):
         try:
             runner = c_runner(problem, *flags)
         except NoCompiler as error:
@@ -151,11 +150,6 @@ def numpy_runner(problem: Problem) -> Runner:
     return Runner(advance, lambda: u)
 
 
-COMPILER_FLAGS = ('-O3', '-march=native', '-ffast-math', '-fPIC')
-WIDE_VECTOR_FLAG = '-mprefer-vector-width=512'
-LINKED_LIBRARIES = ('-lmvec', '-lm')
-
-
 class NoCompiler(Exception):
     """There is no C compiler, or it fails; the message says why."""
 
@@ -170,13 +164,15 @@ def compile_library(*more_flags: str) -> ctypes.CDLL:
     if gcc is None:
         raise NoCompiler('gcc is missing')
     source = resources.files(__package__).joinpath('rigid.c').read_text(encoding='utf-8')
+    compiler_flags = ('-O3', '-march=native', '-ffast-math', '-fPIC')
+    linked_libraries = ('-lmvec', '-lm')
     with tempfile.TemporaryDirectory() as folder:
         unit, library = Path(folder) / 'rigid.o', Path(folder) / 'rigid.so'
         # Linked with -ffast-math, older gcc add start-up code that turns denormal numbers off
         # in the whole process, ours and its bits included.
         for command in (
-            [gcc, *COMPILER_FLAGS, *more_flags, '-x', 'c', '-c', '-', '-o', str(unit)],
-            [gcc, '-shared', str(unit), '-o', str(library), *LINKED_LIBRARIES],
+            [gcc, *compiler_flags, *more_flags, '-x', 'c', '-c', '-', '-o', str(unit)],
+            [gcc, '-shared', str(unit), '-o', str(library), *linked_libraries],
         ):
             done = subprocess.run(command, input=source, capture_output=True, text=True)
             if done.returncode:

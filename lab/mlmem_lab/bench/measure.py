@@ -27,11 +27,9 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
-REPORTED_PACKAGES = ('mlmem_ros', 'numpy', 'numba', 'llvmlite', 'mcap', 'rosbags', 'rclpy')
-
-
 def describe_host() -> dict[str, Any]:
     """Return processor, vector units, cores, load and versions."""
+    reported_packages = ('mlmem_ros', 'numpy', 'numba', 'llvmlite', 'mcap', 'rosbags', 'rclpy')
     return {
         'processor': describe_processor(),
         'vector_units': [
@@ -43,7 +41,7 @@ def describe_host() -> dict[str, Any]:
         'python': platform.python_version(),
         'versions': {
             name: version
-            for name in REPORTED_PACKAGES
+            for name in reported_packages
             if (version := find_installed_version(name))
         },
     }
@@ -69,9 +67,6 @@ MAX_OTHER_LOAD_PERCENT = 10.0
 
 CLOCK_TICKS_PER_S = os.sysconf('SC_CLK_TCK')
 
-IDLE_COLUMNS = (3, 4)
-"""Columns of /proc/stat in which no work is done: idle and iowait."""
-
 
 class Load:
     """Measures from its start which share of a core others use.
@@ -94,7 +89,8 @@ class Load:
 
     def _known(self) -> float:
         """Return the seconds, summed over cores, that were idle or ours."""
-        idle = sum(int(_read_cpu_lines()[0].split()[1:][column]) for column in IDLE_COLUMNS)
+        idle_columns = (3, 4)  # columns of /proc/stat in which no work is done: idle and iowait
+        idle = sum(int(_read_cpu_lines()[0].split()[1:][column]) for column in idle_columns)
         return idle / CLOCK_TICKS_PER_S + sum(map(read_cpu_seconds, self._ours))
 
 
@@ -112,10 +108,6 @@ def read_cpu_seconds(process: int) -> float:
     """Return the seconds that a process has used, in its code and the system's."""
     fields = Path(f'/proc/{process}/stat').read_text(encoding='utf-8').rpartition(')')[2].split()
     return (int(fields[11]) + int(fields[12])) / CLOCK_TICKS_PER_S
-
-
-LEAST_SECONDS = 0.03
-"""A sample repeats its call for at least this long."""
 
 
 @dataclass(frozen=True)
@@ -213,7 +205,8 @@ def _calls_per_sample(contender: Contender) -> int:
     begun = time.perf_counter()
     contender.call()
     seconds = max(time.perf_counter() - begun, 1e-9)
-    return max(1, round(LEAST_SECONDS / seconds))
+    least_seconds = 0.03  # a sample repeats its call for at least this long
+    return max(1, round(least_seconds / seconds))
 
 
 def _format_number(number: float) -> str:

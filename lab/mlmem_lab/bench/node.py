@@ -40,8 +40,6 @@ from .node_process import (
 
 TITLE = 'share of a core, tick lateness, read latency, start-up time and memory'
 
-SETTLE_TIME_S = 5.0
-"""Seconds after the start in which nothing is measured: discovery is under way."""
 
 IDLE_TIME_S = 10.0
 """Idle time per repeat."""
@@ -51,9 +49,6 @@ BANK_ELEMENTS = 4
 
 LARGE_BANK_ELEMENTS = 100
 """Elements of a large bank, which is measured once: it takes a minute to start."""
-
-READS_PER_REPEAT = 15
-"""Reads per repeat."""
 
 
 class Figure(NamedTuple):
@@ -147,14 +142,17 @@ def _collect_reports(repeats: int) -> list[Seen]:
     found: list[Seen] = []
     with tempfile.TemporaryDirectory() as cache, NodeProcess(NUMBA_CACHE_DIR=cache) as cold:
         found.append({'cold': (cold.ready, cold.others)})
+    # seconds after the start in which nothing is measured: discovery is under way
+    settle_time_s = 5.0
     with NodeProcess(LARGE_BANK_ELEMENTS) as bank:
-        bank.watch(SETTLE_TIME_S)
+        bank.watch(settle_time_s)
         report = bank.watch(IDLE_TIME_S)
     found[0] |= _extract_figures(report, hundred='share', hundred_memory='memory')
     found[0]['hundred_ready'] = bank.ready, bank.others
+    reads_per_repeat = 15
     for _ in range(repeats):
         with NodeProcess() as node:
-            node.watch(SETTLE_TIME_S)
+            node.watch(settle_time_s)
             seen: Seen = {'ready': (node.ready, node.others)}
             seen |= _extract_figures(
                 node.watch(IDLE_TIME_S), 'share', 'p50', 'p99', 'worst', 'overruns', 'memory'
@@ -176,16 +174,16 @@ def _collect_reports(repeats: int) -> list[Seen]:
                 load = node.load()
                 taken = [
                     [measure_overhead_ms(ask) for ask in asked.values()]
-                    for _ in range(READS_PER_REPEAT)
+                    for _ in range(reads_per_repeat)
                 ]
                 for key, each in zip(asked, zip(*taken, strict=True), strict=True):  # by turns
                     seen[key] = statistics.median(each), load.others()
             with open_page('mlmem'):
-                node.watch(SETTLE_TIME_S)
+                node.watch(settle_time_s)
                 page = node.watch(IDLE_TIME_S)
             seen |= _extract_figures(page, seen='share', seen_p50='p50', seen_p99='p99')
         with NodeProcess(BANK_ELEMENTS) as bank:
-            bank.watch(SETTLE_TIME_S)
+            bank.watch(settle_time_s)
             four = bank.watch(IDLE_TIME_S)
         found.append(seen | _extract_figures(four, bank='share', bank_memory='memory'))
     return found

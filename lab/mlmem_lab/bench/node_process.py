@@ -19,14 +19,9 @@ from .measure import Load
 if TYPE_CHECKING:
     from mlmem_ros.ros.client.client import MemoryClient
 
-TICK_MS = 2.0
-"""Milliseconds of a tick at the defaults."""
 
 IMU_RATE = 200.0
 """Messages per second from a base that shakes."""
-
-SHAKE_ACCELERATION = 0.01
-"""Its acceleration in m/s^2."""
 
 
 class NodeProcess:
@@ -99,7 +94,8 @@ def measure_overhead_ms(ask: Callable[[], Any]) -> float:
     ticks, begun = 0.0, time.monotonic()
     with suppress(RequestRefused):
         ticks = ask().wait().details['ticks']
-    return 1e3 * (time.monotonic() - begun) - TICK_MS * ticks
+    tick_ms = 2.0  # milliseconds of a tick at the defaults
+    return 1e3 * (time.monotonic() - begun) - tick_ms * ticks
 
 
 def write(memory: MemoryClient, seconds: float) -> None:
@@ -139,9 +135,11 @@ def _start_shaking(memory: MemoryClient) -> None:
 
     base = memory.node.create_publisher(Imu, f'{memory.name}/disturbance', 10)
 
+    shake_acceleration = 0.01  # its acceleration in m/s^2
+
     def publish_acceleration() -> None:
         message = Imu()
-        message.linear_acceleration.x = random.uniform(-SHAKE_ACCELERATION, SHAKE_ACCELERATION)
+        message.linear_acceleration.x = random.uniform(-shake_acceleration, shake_acceleration)
         base.publish(message)
 
     memory.node.create_timer(1.0 / IMU_RATE, publish_acceleration)

@@ -31,15 +31,6 @@ from mlmem_ros.session.records import STRING_TYPE
 
 from .measure import Comparison, Contender, measure_contenders
 
-TICK_NS = 2_000_000
-"""Nanoseconds of a default tick."""
-
-STREAM_EVERY = 5
-"""Ticks between two messages of the streams field, wall and joint_states."""
-
-ECHO_EVERY = 500
-"""Ticks between two reads, and between two hashes of the state."""
-
 MATRIX_TYPE = 'std_msgs/msg/Float32MultiArray'
 
 TYPES_BY_TOPIC = {
@@ -65,12 +56,15 @@ def build_traffic(seconds: float) -> list[Message]:
     """Return the messages of a session: a wall that is strained, and one read a second."""
     chain = Chain(CASE_II, 0.25)
     chain.place(find_pinned_wall(Specimen(CASE_II), 3))
-    steps = 80 * STREAM_EVERY
+    stream_every = 5  # ticks between two messages of the streams field, wall and joint_states
+    steps = 80 * stream_every
     phase = substep_times(steps, chain.dt)
     messages = []
-    for number in range(round(seconds * 1e9 / TICK_NS / STREAM_EVERY)):
-        ticks = STREAM_EVERY * (number + 1)
-        time = TICK_NS * ticks
+    tick_ns = 2_000_000  # nanoseconds of a default tick
+    echo_every = 500  # ticks between two reads, and between two hashes of the state
+    for number in range(round(seconds * 1e9 / tick_ns / stream_every)):
+        ticks = stream_every * (number + 1)
+        time = tick_ns * ticks
         V_N = 2.0 * np.sin(1e-3 * (chain.time + phase))
         ends = chain.advance(V_N)
         messages += [
@@ -78,7 +72,7 @@ def build_traffic(seconds: float) -> list[Message]:
             _build_message('/mlmem/wall', _build_array(np.array([100.3]), np.float64), time),
             _build_message('/mlmem/joint_states', _joint_states(chain, time), time),
         ]
-        if ticks % ECHO_EVERY == 0:
+        if ticks % echo_every == 0:
             echo = np.resize(ends[0], (3, 3200))
             v = [value.hex() for value in chain.v.tolist()]
             messages += [

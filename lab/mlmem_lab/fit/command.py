@@ -74,15 +74,13 @@ def fit(arguments: argparse.Namespace) -> int:
     return 0
 
 
-END_UNKNOWNS = 'zero', 'gain', 'drive', 'late', 'lag'
-
-
 def build_element(found: Fit) -> Element:
     """Return a fit as the element of a file."""
     unknowns, x = found.unknowns, found.x
+    end_unknowns = 'zero', 'gain', 'drive', 'late', 'lag'
     return Element(
         found.specimen, found.deviations[unknowns.alpha], float(x[unknowns.shared('time_unit')]),
-        {name: _parse_pair(unknowns.end_values(x, name)) for name in END_UNKNOWNS},
+        {name: _parse_pair(unknowns.end_values(x, name)) for name in end_unknowns},
         found.chi2, found.data, found.untold,
     )  # fmt: skip
 

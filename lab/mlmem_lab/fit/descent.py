@@ -13,15 +13,6 @@ from mlmem.physics.potential import Array
 
 from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, Misfit, Normal, Slopes, free_basis
 
-SMALL_DAMPING = 1e-2
-"""Damping up to which a small decrease means that the minimum is near."""
-
-SMALL_DECREASE = 1e-3
-"""Decrease of a misfit beyond what is allowed that is little: such a model lacks something."""
-
-MAX_FORECAST_ERROR = 0.2
-"""Error of the decrease that is foreseen up to which derivatives are kept, relative."""
-
 
 @dataclass(frozen=True)
 class Stage:
@@ -73,6 +64,11 @@ def minimise_misfit(
     shared, damping, left = stage.free == 'shared', 0.0, stage.iterations
     sure, last = stage.blur > 0.0, np.inf
     near: Normal | None = None
+    small_damping = 1e-2  # damping up to which a small decrease means that the minimum is near
+    # decrease of a misfit beyond what is allowed that is little: such a model lacks something
+    small_decrease = 1e-3
+    # error of the decrease that is foreseen up to which derivatives are kept, relative
+    max_forecast_error = 0.2
     while left > 0:
         new = slopes is None or slopes.window < stage.window or slopes.shared is not shared
         if new:
@@ -97,18 +93,18 @@ def minimise_misfit(
             damping = max(1e-4, 10.0 * damping)
         foreseen = float(step @ (2.0 * scale * g - H @ step))
         beyond = now - MAX_MISFIT_PER_DATUM * normal.data
-        enough = max(stage.least, stage.enough * now, SMALL_DECREASE * beyond)
+        enough = max(stage.least, stage.enough * now, small_decrease * beyond)
         if not then < now:
-            if new or (sure and damping < SMALL_DAMPING and foreseen < enough):
+            if new or (sure and damping < small_damping and foreseen < enough):
                 return x, now / max(1, normal.data), slopes
             slopes = None
             continue
         x, damping, left = moved, damping / 10.0 if damping > 1e-4 else 0.0, left - 1
-        little = now - then < enough and (damping < SMALL_DAMPING or last < enough)
+        little = now - then < enough and (damping < small_damping or last < enough)
         last = now - then
         if little and sure:
             break
-        if little or abs(now - then - foreseen) > max(MAX_FORECAST_ERROR * foreseen, enough):
+        if little or abs(now - then - foreseen) > max(max_forecast_error * foreseen, enough):
             slopes = None
     return x, then / max(1, normal.data), slopes
 

@@ -41,22 +41,6 @@ from .fitted import (
 from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, Misfit, Prior, Slopes
 from .trusted import held_out, list_doubts, needs_term
 
-WAVEFORM_WINDOW = 300.0
-"""Time after a pulse in which its waveforms are compared."""
-
-MIN_SAMPLE_DEVIATION = 3e-4
-"""Least standard deviation of a sample: the element is not yet known well."""
-
-
-MAX_TRIED_PLACES = 3
-"""Places that are tried for the first wall."""
-
-MIN_PLACE_DISTANCE = 2.0
-"""Least distance between two of them in cells: a fit moves between nearer ones."""
-
-WRONG_PLACE_RATIO = 4.0
-"""Misfit of a wrong place over that of the best."""
-
 
 def locate_walls(misfit: Misfit, x: Array) -> tuple[Misfit, Array]:
     """Return a misfit with the walls where they most probably were, and better values.
@@ -68,12 +52,13 @@ def locate_walls(misfit: Misfit, x: Array) -> tuple[Misfit, Array]:
     x are values as fitted to the blank element.
     """
     found = {0.0: 0.0}
+    max_tried_places = 3  # places that are tried for the first wall
     for supposed in _list_walls(misfit):
         same = _shots_with_wall(misfit, supposed)
         places = rank_places(misfit, x, same)
         if places and places[0] and not any(found.values()):
             nearest = min(places, key=lambda place: abs(place - supposed))
-            tried = dict.fromkeys((nearest, *_drop_close_places(places)[:MAX_TRIED_PLACES]))
+            tried = dict.fromkeys((nearest, *_drop_close_places(places)[:max_tried_places]))
             guesses = [
                 misfit.only(_shots_with_wall(misfit, 0.0) + _move_walls(same, place))
                 for place in tried
@@ -116,10 +101,13 @@ def rank_places(
     if near is not None:
         sites, lost = sites[np.abs(sites - near) <= MAX_WALL_OFFSET_CELLS], []
     scores = {}
+    waveform_window = 300.0  # time after a pulse in which its waveforms are compared
+    # least standard deviation of a sample: the element is not yet known well
+    min_sample_deviation = 3e-4
     for place in (*lost, *find_equilibria(misfit.forward(x), shots[0], sites)):
         try:
             each = (
-                misfit.residuals(x, shot, WAVEFORM_WINDOW, MIN_SAMPLE_DEVIATION)[0]
+                misfit.residuals(x, shot, waveform_window, min_sample_deviation)[0]
                 for shot in _move_walls(shots, place)
             )
             scores[place] = sum(float(np.sum(values**2)) for values in each)
@@ -135,8 +123,10 @@ def _move_walls(shots: Sequence[Shot], place: float) -> list[Shot]:
 def _drop_close_places(places: Sequence[float]) -> list[float]:
     """Return places that are not close to a better one."""
     kept: list[float] = []
+    # least distance between two of them in cells: a fit moves between nearer ones
+    min_place_distance = 2.0
     for place in places:
-        if all(abs(place - other) > MIN_PLACE_DISTANCE for other in kept):
+        if all(abs(place - other) > min_place_distance for other in kept):
             kept.append(place)
     return kept
 
@@ -147,19 +137,13 @@ def _choose_best(guesses: Sequence[Misfit], x: Array) -> tuple[Misfit, Array]:
     Those that are far behind on a window are not tried on a longer one.
     """
     tried = [(guess, x, 0.0) for guess in guesses]
+    wrong_place_ratio = 4.0  # misfit of a wrong place over that of the best
     for stage in SHARED_STAGES:
         tried = [(guess, *minimise_misfit(guess, at, stage)[:2]) for guess, at, _ in tried]
         least = min(cost for *_, cost in tried)
-        tried = [each for each in tried if each[2] <= WRONG_PLACE_RATIO * least]
+        tried = [each for each in tried if each[2] <= wrong_place_ratio * least]
     best, x, _ = min(tried, key=lambda each: each[2])
     return best, x
-
-
-MAX_WALL_SHIFT = 0.5
-"""Cells from its place at which a wall is at another one; it follows what is fitted by less."""
-
-MAX_PREDICTED_MISFIT = 2.0
-"""Largest misfit per datum of a shot as the others predict it."""
 
 
 class Misfitting(Exception):
@@ -213,10 +197,11 @@ def _predict_shots(found: Fit) -> Fit:
     and they do not.
     """
     worst = int(np.argmax(found.held_out))
-    if not found.held_out[worst] <= MAX_PREDICTED_MISFIT:  # also NaN
+    max_predicted_misfit = 2.0  # largest misfit per datum of a shot as the others predict it
+    if not found.held_out[worst] <= max_predicted_misfit:  # also NaN
         raise Misfitting(
             f'the fit cannot be trusted: the other shots predict shot {worst + 1} with a misfit '
-            f'of {found.held_out[worst]:.3g} per datum, where {MAX_PREDICTED_MISFIT:g} is '
+            f'of {found.held_out[worst]:.3g} per datum, where {max_predicted_misfit:g} is '
             f'allowed; the fit '
             'is far from its minimum: survey again'
         )
@@ -302,7 +287,9 @@ def _move_strayed_walls(misfit: Misfit, x: Array) -> Misfit:
     """Return a misfit with the walls that were beside their places there; the same without any."""
     again = relocate_walls(misfit, x)
     pairs = zip(again.shots, misfit.shots, strict=True)
-    return again if any(abs(a.wall - b.wall) > MAX_WALL_SHIFT for a, b in pairs) else misfit
+    # cells from its place at which a wall is at another one; it follows what is fitted by less
+    max_wall_shift = 0.5
+    return again if any(abs(a.wall - b.wall) > max_wall_shift for a, b in pairs) else misfit
 
 
 def _describe_misfit_place(found: Fit) -> str:

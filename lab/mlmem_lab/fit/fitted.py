@@ -25,20 +25,9 @@ from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, ZERO_DRIFT_CELLS, Misfit
 SCATTER_UNKNOWNS = {'mass': 'mass', 'offset': 'offset', 'k_r': 'k_r', 'damping': 'damped'}
 """Standard deviations of a `Prior` that the data tell better, and the unknowns that have them."""
 
-SCATTER_ROUNDS = 10
-"""In which such a deviation settles: each leaves an eighth of its error."""
-
-LEAST_SCATTER = 0.01
-"""Least one that is believed, over what was expected."""
-
-MAX_KNOWN_VARIANCE = 1e-12
-"""Variance below which a value is known beforehand."""
 
 MIN_DIVISOR = 1e-300
 """Keeps quotients finite."""
-
-MAX_DEVIATION_RATIO = 0.7
-"""Fraction of its prior deviation below which the deviation of an unknown counts as told."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +124,9 @@ def rescale_scatter(misfit: Misfit, x: Array, slopes: Slopes | None) -> Misfit:
         return misfit
     normal, off = misfit.normal(x, WHOLE_WINDOW, slopes=slopes), x - unknowns.mean
     scatter = {name: getattr(prior, name) for name in own}
-    for _ in range(SCATTER_ROUNDS):
+    scatter_rounds = 10  # in which such a deviation settles: each leaves an eighth of its error
+    least_scatter = 0.01  # least one that is believed, over what was expected
+    for _ in range(scatter_rounds):
         precision = replace(prior, **scatter).precision(unknowns)
         covariance = invert_matrix(normal.H + precision)
         best = off - covariance @ (normal.g + precision @ off)
@@ -143,7 +134,7 @@ def rescale_scatter(misfit: Misfit, x: Array, slopes: Slopes | None) -> Misfit:
             most, left = getattr(prior, name), np.trace(covariance[where, where])
             told = where.stop - where.start - left / scatter[name] ** 2 - 2.0
             shown = float(best[where] @ best[where]) / told if told > 0.0 else most**2
-            scatter[name] = min(max(math.sqrt(shown), LEAST_SCATTER * most), most)
+            scatter[name] = min(max(math.sqrt(shown), least_scatter * most), most)
     return replace(misfit, scatter=scatter)
 
 
@@ -173,7 +164,8 @@ def _band_misfit(misfit: Misfit, x: Array, slopes: Slopes, H: Array) -> tuple[fl
         variance += float(np.sum(free**2))
     if not power:
         return 1.0, MIN_BAND_MISFIT
-    return both / power, (expected + MIN_BAND_DEVIATIONS * math.sqrt(variance)) / power
+    min_band_deviations = 3.0  # the same in standard deviations above what noise leaves of it
+    return both / power, (expected + min_band_deviations * math.sqrt(variance)) / power
 
 
 def invert_matrix(matrix: Array) -> Array:
@@ -190,14 +182,17 @@ def _describe_undetermined(found: Fit, normal: Normal, before: Array) -> list[st
         'gamma, beta and the overall stiffness from alpha: only alpha_j d acts; '
         "they are held at the design's values"
     ]
+    # fraction of its prior deviation below which the deviation of an unknown counts as told
+    max_deviation_ratio = 0.7
     if silent := [
-        str(j + 1) for j in np.flatnonzero(remaining[unknowns.alpha] > MAX_DEVIATION_RATIO)
+        str(j + 1) for j in np.flatnonzero(remaining[unknowns.alpha] > max_deviation_ratio)
     ]:
         words.append(f'alpha of cells {", ".join(silent)}')
+    max_known_variance = 1e-12  # variance below which a value is known beforehand
     words += [
         f'{name}: {found.x[place]:.4g} is mostly the prior'
         for name, place in ((name, unknowns.shared(name)) for name in SHARED_UNKNOWNS)
-        if remaining[place] > MAX_DEVIATION_RATIO and before[place, place] > MAX_KNOWN_VARIANCE
+        if remaining[place] > max_deviation_ratio and before[place, place] > max_known_variance
     ]
     return words
 
@@ -219,28 +214,14 @@ LINE_TERMS = ('latency', 'drift')
 ADDED_TERMS = (*LINE_TERMS, 'masses', 'offsets', 'springs', 'damping')
 """Those that can be added to it."""
 
-GAIN_DRIFT = 0.005
-"""Standard deviation of a gain from shot to shot, where it is taken to drift."""
 
 MIN_BAND_MISFIT = 1.2
 """Misfit per datum at the frequencies of the echoes from which a missing term is sought, however
 uncertain it is."""
 
-MIN_BAND_DEVIATIONS = 3.0
-"""The same in standard deviations above what noise leaves of it."""
-
-MIN_EXPLAINED_PART = 0.2
-"""Least part of the misfit beyond noise that a missing term explains."""
-
-FULLY_EXPLAINED_PART = 0.9
-"""Part of the misfit beyond noise from which a term explains it, so that no other is tried."""
 
 MIN_EVIDENCE_GAIN = 10.0
 """Least gain of twice the logarithm of the evidence for which a term is added."""
-
-MAX_WHITE_CORRELATION = 0.3
-"""Correlation from sample to sample of what residuals have beyond noise, below which no motion
-leaves them: waves last some samples."""
 
 
 def has_term(misfit: Misfit, term: str) -> bool:
@@ -250,8 +231,10 @@ def has_term(misfit: Misfit, term: str) -> bool:
 
 def with_term(misfit: Misfit, term: str) -> Misfit:
     """Return a model with one more term."""
+    # standard deviation of a gain from shot to shot, where it is taken to drift
+    gain_drift = 0.005
     if term == 'drift':
-        return replace(misfit, gain_drift=GAIN_DRIFT, drift=ZERO_DRIFT_CELLS)
+        return replace(misfit, gain_drift=gain_drift, drift=ZERO_DRIFT_CELLS)
     added: dict[str, Any] = {term: True}
     return replace(misfit, unknowns=replace(misfit.unknowns, **added))
 
@@ -282,13 +265,16 @@ def missing_term(own: Fit) -> Missing:
     explained = own.chi2 <= MAX_MISFIT_PER_DATUM
     beyond, gain = 0.0 if explained else (own.chi2 - 1.0) * own.data, dict[str, float]()
     fuller, slopes = own.misfit, own.slopes
+    # part of the misfit beyond noise from which a term explains it, so that no other is tried
+    fully_explained_part = 0.9
     for terms in ([term for term in lacking if term == 'drift'], lacking):
-        if explained or max(gain.values(), default=0.0) <= FULLY_EXPLAINED_PART * beyond:
+        if explained or max(gain.values(), default=0.0) <= fully_explained_part * beyond:
             untried = [term for term in terms if term not in gain]
             gains, fuller, slopes = _evidence_gains(own, untried)
             gain |= gains
     term = max(gain, key=lambda each: gain[each], default='')
-    helps = term and gain[term] > max(MIN_EVIDENCE_GAIN, MIN_EXPLAINED_PART * beyond)
+    min_explained_part = 0.2  # least part of the misfit beyond noise that a missing term explains
+    helps = term and gain[term] > max(MIN_EVIDENCE_GAIN, min_explained_part * beyond)
     if not helps and not explained and (late := estimate_jitter(own)):
         return Missing('', (
             'what is left differs from sample to sample, more where the ends are faster: samples '
@@ -378,7 +364,10 @@ def estimate_jitter(found: Fit) -> float:
         along += float(np.sum(r[:, 1:] * r[:, :-1]))
         beyond += float(np.sum(r**2 - (weights[:, 1:] > 0.0)))
         slopes += float(np.sum(slope**2))
-    if beyond <= 0.0 or abs(along) > MAX_WHITE_CORRELATION * beyond:
+    # correlation from sample to sample of what residuals have beyond noise, below which no motion
+    # leaves them: waves last some samples
+    max_white_correlation = 0.3
+    if beyond <= 0.0 or abs(along) > max_white_correlation * beyond:
         return 0.0
     stride = Clock.of(misfit.shots[0].dt, misfit.integrator).stride
     return stride * float(np.sqrt(beyond / slopes))

@@ -28,9 +28,6 @@ from mlmem_tools.twin.unknowns import SHARED_UNKNOWNS, Unknowns
 EQUILIBRIUM_UNKNOWNS = ('D_s1', 'D_s2', 'zero_left', 'zero_right', 'gain_left', 'gain_right')
 """Unknowns that the displacements at rest show."""
 
-KNOWN_DEVIATION = 1e-9
-"""Standard deviation of what is known."""
-
 
 @dataclass(frozen=True)
 class Prior:
@@ -88,12 +85,13 @@ class Prior:
         shared = relative[:, None] * alpha_patterns(design)
         spread = np.diag((self.scatter * alpha) ** 2) + shared.T @ shared
         deviations = np.zeros(unknowns.size)
+        known_deviation = 1e-9  # standard deviation of what is known
         deviations[design.N : unknowns.shared_end] = (
             self.ground_state, self.ground_state, self.skew if design.law else self.c,
             self.eta * max(design.eta, 1e-4), self.time_unit,
             self.substrate_ratio * design.s_max / design.s_min, self.j_0,
             *(self.zero,) * 2, *(self.gain,) * 4,
-            *(self.late if unknowns.latency else KNOWN_DEVIATION,) * 4,
+            *(self.late if unknowns.latency else known_deviation,) * 4,
         )  # fmt: skip
         deviations[unknowns.mass], deviations[unknowns.offset] = self.mass, self.offset
         deviations[unknowns.k_r], deviations[unknowns.damped] = self.k_r, self.damping
@@ -140,13 +138,6 @@ known."""
 
 LEAST_DRIFT = 1e-5
 """Least one that is believed."""
-
-PULSE_DRIFT_RATIO = 0.1
-"""How far a gain drifts during half a pulse, over how far it drifts from shot to shot: the element
-rests for some ten times as long in between."""
-
-HELD_END_DEVIATION = 1e-4
-"""Standard deviation of where an end is held from where it rests in cells, if gains drift."""
 
 
 class Normal(NamedTuple):
@@ -289,13 +280,18 @@ class Misfit:
         if not self.gain_drift:
             return np.zeros((0, *predicted.shape))
         heard = self.whitened(shot, predicted, weights)
+        # standard deviation of where an end is held from where it rests in cells, if gains drift
+        held_end_deviation = 1e-4
         moved = (
-            self.forward(x).predict(shot, shot.pulse.duration + window, HELD_END_DEVIATION)
+            self.forward(x).predict(shot, shot.pulse.duration + window, held_end_deviation)
             - predicted
         )
         changes = np.zeros((6, *heard.shape))
         changes[0, 0], changes[1, 1], changes[2, :, 1:] = heard[0], heard[1], heard[:, 1:]
-        changes[3:5] = PULSE_DRIFT_RATIO * np.linspace(-1.0, 1.0, heard.shape[1]) * changes[:2]
+        # how far a gain drifts during half a pulse, over how far it drifts from shot to shot: the
+        # element rests for some ten times as long in between
+        pulse_drift_ratio = 0.1
+        changes[3:5] = pulse_drift_ratio * np.linspace(-1.0, 1.0, heard.shape[1]) * changes[:2]
         changes[:5] *= self.gain_drift
         changes[5] = self.whitened(shot, moved, weights)
         return changes

@@ -16,21 +16,6 @@ from mlmem_tools.twin.unknowns import SHARED_UNKNOWNS
 from .fitted import MIN_BAND_MISFIT, MIN_DIVISOR, MIN_EVIDENCE_GAIN, Fit, invert_matrix
 from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, alpha_patterns
 
-MAX_BAND_MISFIT = 2.0
-"""Largest one at the frequencies of the echoes; up to there, intervals are widened."""
-
-MAX_PRIOR_MISFIT = 2.5
-"""Largest misfit of the prior per cell: 0.3 in sound fits, 1 where cells scatter as expected."""
-
-MAX_NEIGHBOUR_CORRELATION = 5.0
-"""Largest correlation of neighbouring cells, in standard deviations."""
-
-MAX_SHARED_DEVIATION = 4.5
-"""Farthest that a shared value may be from what is expected, in standard deviations."""
-
-CELL_UNKNOWNS = ('alpha', 'mass', 'offset', 'k_r', 'damped')
-"""Unknowns of every cell, as `Unknowns` names them."""
-
 
 def list_doubts(found: Fit) -> list[str]:
     """Return why a fit cannot be trusted, in words; nothing if it can."""
@@ -40,32 +25,42 @@ def list_doubts(found: Fit) -> list[str]:
         why.append(
             f'the misfit is {found.chi2:.3g} per datum, where {MAX_MISFIT_PER_DATUM:g} is allowed'
         )
-    if not found.in_band <= MAX_BAND_MISFIT:
+    # largest one at the frequencies of the echoes; up to there, intervals are widened
+    max_band_misfit = 2.0
+    if not found.in_band <= max_band_misfit:
         why.append(
             f'at the frequencies of the echoes the misfit is {found.in_band:.3g} per datum, '
-            f'where {MAX_BAND_MISFIT:g} is allowed'
+            f'where {max_band_misfit:g} is allowed'
         )
     off = found.x - unknowns.mean
-    for name in CELL_UNKNOWNS:
+    # largest misfit of the prior per cell: 0.3 in sound fits, 1 where cells scatter as expected
+    max_prior_misfit = 2.5
+    # largest correlation of neighbouring cells, in standard deviations
+    max_neighbour_correlation = 5.0
+    # unknowns of every cell, as `Unknowns` names them
+    cell_unknowns = ('alpha', 'mass', 'offset', 'k_r', 'damped')
+    for name in cell_unknowns:
         where = getattr(unknowns, name, slice(0, 0))
         if where.stop == where.start:
             continue
         prior = precision[where, where]
         each = float(off[where] @ prior @ off[where]) / len(prior)
-        if each > MAX_PRIOR_MISFIT:
+        if each > max_prior_misfit:
             why.append(
                 f'{name} would have to scatter {math.sqrt(each):.2g} times as much as expected'
             )
         sure = neighbour_correlation(found, where)
-        if abs(sure) > MAX_NEIGHBOUR_CORRELATION:
+        if abs(sure) > max_neighbour_correlation:
             way = 'alternates from cell to cell' if sure < 0.0 else 'is alike in neighbours'
             why.append(f'{name} {way}, which chance does to one element in millions')
     deviations = 1.0 / np.sqrt(np.diag(precision))
+    # farthest that a shared value may be from what is expected, in standard deviations
+    max_shared_deviation = 4.5
     why += [
         f'{name} would have to be {found.x[place]:.4g}, {abs(off[place] / deviations[place]):.2g} '
         'standard deviations off what is expected'
         for name, place in ((name, unknowns.shared(name)) for name in SHARED_UNKNOWNS)
-        if abs(off[place]) > MAX_SHARED_DEVIATION * deviations[place]
+        if abs(off[place]) > max_shared_deviation * deviations[place]
     ]
     return why
 

@@ -26,18 +26,6 @@ from mlmem.physics.potential import Array
 from .runs import ALL_CASES, RAIL_DISTANCES_CM, SILENT_CASES, Case, load_runs
 from .shells import TESTS_BY_RAIL, Chains, launch_waves, load_force_table
 
-SPEED_ERROR = 0.06
-"""Relative: two runs of one lattice differ by 5.3 %, and elements are not alike."""
-
-RISE_ERROR = 0.2
-"""Of a rise, relative: those of the four elements differ by as much."""
-
-PASSES_SILENCE = 0.02
-"""Likelihood that a wave was missed."""
-
-STOP_LOG_LIKELIHOODS = -20.0, -3.0
-"""Logarithm of the likelihood of a wave that stops, and for each element that it lacks."""
-
 PRIOR_MEAN = np.array([np.log(0.012), np.log(0.02), 0.0, 0.0])
 PRIOR_WIDTH = np.array([0.7, 1.0, 0.05, 0.005])
 """Priors of the common unknowns: logarithms of damping and damping of the snap (per ms), logarithm
@@ -200,14 +188,20 @@ class Model:
     def log_likelihood(self, at: Particles) -> Array:
         """Return the logarithm of the likelihood of each lattice, (n, 9)."""
         found = np.zeros_like(at.speed)
+        # relative: two runs of one lattice differ by 5.3 %, and elements are not alike
+        speed_error = 0.06
+        rise_error = 0.2  # of a rise, relative: those of the four elements differ by as much
+        passes_silence = 0.02  # likelihood that a wave was missed
+        # logarithm of the likelihood of a wave that stops, and for each element that it lacks
+        stop_log_likelihoods = -20.0, -3.0
         for case, data in enumerate(self.data):
             passes = np.isfinite(at.speed[:, case])
             if np.isnan(data.speed):
-                found[:, case] = np.where(passes, np.log(PASSES_SILENCE), 0.0)
+                found[:, case] = np.where(passes, np.log(passes_silence), 0.0)
                 continue
-            speed = np.log(at.speed[:, case] / data.speed) / SPEED_ERROR
-            rise = np.log(at.rise[:, case] / data.rise) / RISE_ERROR
-            stopped = STOP_LOG_LIKELIHOODS[0] + STOP_LOG_LIKELIHOODS[1] * (
+            speed = np.log(at.speed[:, case] / data.speed) / speed_error
+            rise = np.log(at.rise[:, case] / data.rise) / rise_error
+            stopped = stop_log_likelihoods[0] + stop_log_likelihoods[1] * (
                 11.0 - at.passed[:, case]
             )
             rise = np.where(np.isfinite(rise), rise, 3.0)

@@ -18,11 +18,6 @@ import numpy as np
 from mlmem.physics.potential import Array
 
 DATA_FOLDER = Path(__file__).parent / 'data'
-CM_PER_MS = 10.0
-"""A centimetre per millisecond, in m/s."""
-
-REST_WINDOW_MS = 40.0
-"""The last part of a run over which rest positions are averaged, ms."""
 
 
 class Case(NamedTuple):
@@ -58,7 +53,8 @@ class MeasuredRun:
     @cached_property
     def rest(self) -> Array:
         """Where each element comes to rest, in cm, shape (4,)."""
-        return np.asarray(self.u[:, self.t > self.t[-1] - REST_WINDOW_MS].mean(axis=1))
+        rest_window_ms = 40.0  # the last part of a run over which rest positions are averaged, ms
+        return np.asarray(self.u[:, self.t > self.t[-1] - rest_window_ms].mean(axis=1))
 
     @cached_property
     def arrivals(self) -> Array:
@@ -81,7 +77,8 @@ class MeasuredRun:
 def mean_speed(case: Case, arrivals: Array) -> float:
     """Return the mean speed in m/s of a wave that arrives at neighbours at these times in ms."""
     steps = len(arrivals) - 1
-    return float(CM_PER_MS * case.spacing * steps / (arrivals[-1] - arrivals[0]))
+    cm_per_ms = 10.0  # a centimetre per millisecond, in m/s
+    return float(cm_per_ms * case.spacing * steps / (arrivals[-1] - arrivals[0]))
 
 
 def first_crossing(t: Array, u: Array, level: float) -> float:

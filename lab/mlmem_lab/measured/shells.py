@@ -37,8 +37,6 @@ FAR_REPULSION = {6.0: 0.0420, 7.0: 0.0232, 8.0: 0.0134}
 """Repulsion of the magnets at the spacings in use, 10 N: what was measured there of a longer
 travel than the file has."""
 
-CONTACT_DISTANCE_MM = 142.0
-"""Distance of the magnets at no travel, mm."""
 
 KNOTS, ENDS = 601, (-1.0, 2.0)
 """Of the table of a law, over the place of the second well."""
@@ -83,7 +81,8 @@ def fit_magnets() -> tuple[float, float, float]:
         FORCE_FOLDER / 'magnets.csv', delimiter=',', skiprows=1, unpack=True
     )
     near = np.linspace(0, len(travel) - 1, 3 * len(FAR_REPULSION)).astype(int)
-    r = np.append((CONTACT_DISTANCE_MM - travel[near]) / 10.0, list(FAR_REPULSION))
+    contact_distance_mm = 142.0  # distance of the magnets at no travel, mm
+    r = np.append((contact_distance_mm - travel[near]) / 10.0, list(FAR_REPULSION))
     pushed = np.log(np.append(force[near] / 10.0, list(FAR_REPULSION.values())))
 
     def force_residual(x: Array) -> Array:

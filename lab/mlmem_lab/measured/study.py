@@ -26,8 +26,6 @@ DATA_ATTRIBUTION = (
     'Daraio-lab/Neel-PRL, CC BY 4.0'
 )
 
-QUANTILES = (0.5, 0.05, 0.95)
-"""Of a prediction: its median and the ends of its interval."""
 
 SEED = 1
 
@@ -96,7 +94,8 @@ def compare_speeds(cases: Sequence[Mapping[str, Any]]) -> dict[str, float | None
 
 def summarise_values(values: Array) -> dict[str, float]:
     """Return median and interval of equally probable values."""
-    middle, low, high = np.quantile(values, QUANTILES)
+    quantiles = (0.5, 0.05, 0.95)  # of a prediction: its median and the ends of its interval
+    middle, low, high = np.quantile(values, quantiles)
     return {'median': float(middle), 'low': float(low), 'high': float(high)}
 
 

@@ -27,19 +27,8 @@ from mlmem.settings import Settings
 from ..windows.flight import Found, build_chain, least_erase_margin, search_kicks
 from .words import search_words
 
-TRIAL_RADII = (0.05, 0.1, 0.15)
-"""Relative changes at which a pulse is tried, too; the distance to failure follows."""
-
-ENOUGH_MARGIN = 0.15
-"""Distance to failure at which no better pulse is sought."""
-
 MAX_ARRIVAL_ERROR_CELLS = 1.0
 """Cells from its defect within which a wall has arrived."""
-
-PEAK_FACTORS = (1.0, 0.9, 1.15, 0.8, 1.3, 1.5, 0.7, 1.8, 2.2)
-TIME_FACTORS = (1.0, 0.42, 0.5, 1.3, 0.3, 0.36, 0.7, 1.6, 0.2, 2.2)
-LAUNCH_SPEEDS = (1.0, 2.0)
-"""Factors that are tried, nearest to the settings first."""
 
 
 @dataclass(frozen=True)
@@ -148,14 +137,20 @@ def _correct_kick(level: int, speed: float, found: Found) -> Step:
 def _choose_best(tried: _Trial, state: Array, level: int) -> tuple[Step, Array]:
     """Return the pulse to a level that is farthest from failure, and the state after it."""
     best, after = Step(level, PulseCorrection(), -1.0), tried.at(level)
-    speeds = (1.0,) if level else LAUNCH_SPEEDS
-    for speed, times, peak in itertools.product(speeds, TIME_FACTORS, PEAK_FACTORS):
+    launch_speeds = (1.0, 2.0)  # factors that are tried, nearest to the settings first
+    speeds = (1.0,) if level else launch_speeds
+    # relative changes at which a pulse is tried, too; the distance to failure follows
+    trial_radii = (0.05, 0.1, 0.15)
+    enough_margin = 0.15  # distance to failure at which no better pulse is sought
+    peak_factors = (1.0, 0.9, 1.15, 0.8, 1.3, 1.5, 0.7, 1.8, 2.2)
+    time_factors = (1.0, 0.42, 0.5, 1.3, 0.3, 0.36, 0.7, 1.6, 0.2, 2.2)
+    for speed, times, peak in itertools.product(speeds, time_factors, peak_factors):
         correction = PulseCorrection(peak, times, speed)
         reached = tried.try_pulse(state, level, correction)
         if reached is None:
             continue
         margin = 0.0
-        for radius in TRIAL_RADII:
+        for radius in trial_radii:
             around = (
                 replace(correction, peak=correction.peak * (1.0 + by)) for by in (-radius, radius)
             )
@@ -164,7 +159,7 @@ def _choose_best(tried: _Trial, state: Array, level: int) -> tuple[Step, Array]:
             margin = radius
         if margin > best.margin:
             best, after = Step(level, correction, margin), reached
-        if margin >= ENOUGH_MARGIN:
+        if margin >= enough_margin:
             break
     return best, after
 

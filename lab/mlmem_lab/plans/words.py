@@ -16,9 +16,6 @@ from mlmem.settings import Settings
 from ..windows.flight import KICK_SPEEDS, Found, build_chain, middle_speed
 from ..windows.words import STEP_KINDS, cases_ahead, kicked_behind
 
-MAX_SPEED_FACTOR = 2.5
-"""Most by which a speed may differ from that in the settings."""
-
 
 def search_words(
     made: Specimen, settings: Settings, report: Callable[[str, float], object] | None = None
@@ -39,6 +36,7 @@ def search_words(
     speeds = KICK_SPEEDS[
         settings.kick.peak_speed_ratio * KICK_SPEEDS <= settings.transducer.max_speed
     ]
+    max_speed_factor = 2.5  # most by which a speed may differ from that in the settings
     for kind, shipped in enumerate((settings.kick.wall_speeds, settings.kick.kink_speeds)):
         found.append([])
         for level in range(levels):
@@ -49,7 +47,7 @@ def search_words(
                 break
             cases.sort(key=lambda each: (len(each), *(-wall for wall in each)))  # common ones
             good = [
-                abs(math.log(speed / shipped[level])) <= math.log(MAX_SPEED_FACTOR)
+                abs(math.log(speed / shipped[level])) <= math.log(max_speed_factor)
                 and all(walls_after_kick(each, speed) == (level, *each) for each in cases)
                 for speed in map(float, speeds)
             ]

@@ -103,13 +103,6 @@ READ_OUTCOMES = ('right', 'wrong', 'undecodable', 'no level')
 READS_PER_MOVE = 10
 """Reads after every move."""
 
-MOVE_KINDS = ('write', 'erase', 'strain', 'abort')
-"""What happens before a row of reads: a write; an erase and a write; a strain by hand, let go; a
-read that is aborted while it listens."""
-
-HAND_STRAIN = 0.005
-"""Strain by hand, well below that which moves a wall."""
-
 
 @dataclass
 class Counts:
@@ -192,12 +185,15 @@ def count_rows(
     """Move the wall of an element at random, and read ten times after every move."""
     random = np.random.Generator(np.random.PCG64([seed, finer, specimen or 0]))
     element, counts = build_device(name, finer, specimen), Counts()
+    # what happens before a row of reads: a write; an erase and a write; a strain by hand, let go;
+    # a read that is aborted while it listens
+    move_kinds = ('write', 'erase', 'strain', 'abort')
     for row in range(count):
         before = dict(counts.found)
         _move_wall(
             element,
             counts,
-            MOVE_KINDS[row % len(MOVE_KINDS)],
+            move_kinds[row % len(move_kinds)],
             int(random.integers(element.reader.content_count)),
         )
         for number in range(READS_PER_MOVE):
@@ -234,11 +230,12 @@ def bad_cells(
 def _move_wall(element: MemoryElement, counts: Counts, how: str, level: int) -> None:
     if how == 'erase':
         element.perform(Erase())
+    hand_strain = 0.005  # strain by hand, well below that which moves a wall
     if how in ('write', 'erase'):
         _write_level(element, counts, level)
     elif how == 'strain':
         before, sign = true_level(element), (-1) ** level
-        for strain in (sign * HAND_STRAIN, 0.0):
+        for strain in (sign * hand_strain, 0.0):
             element.apply(SetStrain(strain))
             while element.actuator.is_moving:
                 element.advance()
@@ -297,7 +294,6 @@ def sum_counts(found: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
 ROWS, SPECIMENS, SPECIMEN_ROWS = 100, 20, 4
 """Rows of an element as designed, fewer at finer steps; scattered specimens, and rows of each."""
 
-BAD_CELL_KINDS = ('stuck', 'alpha 0.3', 'alpha 3', 'mass 0.3', 'mass 3')
 
 BAD_CELL_SITES = {
     'case_1': (14, math.inf), 'case_2': (12, math.inf), 'bits_1': (14, math.inf),
@@ -323,7 +319,8 @@ def count_bad_cells(name: str) -> dict[str, Any]:
     """Return the counts of an element with one bad cell, by what is wrong with it."""
     every, reach = BAD_CELL_SITES[name]
     found = {}
-    for kind in BAD_CELL_KINDS:
+    bad_cell_kinds = ('stuck', 'alpha 0.3', 'alpha 3', 'mass 0.3', 'mass 3')
+    for kind in bad_cell_kinds:
         counts = Counts()
         for site in range(2, find_preset(name)[0].N, every):
             counts.add(bad_cells(name, kind, site, site % (7 * every) == 2, reach))

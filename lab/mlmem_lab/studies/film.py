@@ -30,15 +30,11 @@ FRAMES_BY_PROCEDURE = {'write': 46, 'read': 26, 'erase': 20}
 """Frames of each procedure."""
 
 FRAME_TIME_MS = 100
-LAST_FRAME_TIME_MS = 900
-"""How long a frame is shown, and the last of a procedure."""
 
 READ_GAIN = 40.0
 """By how much small waves are magnified during the read."""
 
 PALETTE_COLOURS = 32
-FIGURE_SIZE = 7.2, 3.9
-FIGURE_DPI = 100
 
 COLOUR_THEMES: Mapping[str, Mapping[str, str]] = {
     'film': {
@@ -87,7 +83,8 @@ def draw_frames(
     ink, faint = theme['ink'], theme['faint']
     t = 1e-3 * np.array(trace.t)
     field, strain = np.array(trace.configuration), 1e3 * np.array(trace.strain)
-    figure = style.new_figure(FIGURE_SIZE[1], FIGURE_SIZE[0])
+    figure_size = 7.2, 3.9
+    figure = style.new_figure(figure_size[1], figure_size[0])
     figure.set_facecolor(theme['ground'])
     grid = figure.add_gridspec(3, 2, width_ratios=(1.9, 1.0), height_ratios=(1.0, 2.0, 0.9))
     cells, over, lower = (figure.add_subplot(grid[row, 0]) for row in range(3))
@@ -134,9 +131,11 @@ def draw_frames(
     delay = echo.delay
     assert delay is not None
     canvas = FigureCanvasAgg(figure)
-    figure.set_dpi(FIGURE_DPI)
+    figure_dpi = 100
+    figure.set_dpi(figure_dpi)
     title = cells.set_title(' ', color=ink, loc='left', fontsize=12)
     begun = 0
+    last_frame_time_ms = 900  # how long a frame is shown, and the last of a procedure
     for name, count in FRAMES_BY_PROCEDURE.items():
         ticks = np.unique(np.linspace(begun, ended[name] - 1, count).astype(int))
         for number, tick in enumerate(ticks):
@@ -163,7 +162,7 @@ def draw_frames(
             canvas.draw()
             yield (
                 np.asarray(canvas.buffer_rgba()).copy(),
-                LAST_FRAME_TIME_MS if share == 1.0 else FRAME_TIME_MS,
+                last_frame_time_ms if share == 1.0 else FRAME_TIME_MS,
             )
         begun = ended[name]
 

@@ -39,7 +39,6 @@ from .trace import least_margins, write_upward
 Values = Mapping[str, Any]
 """Numbers and strings by name: what JSON can hold."""
 
-RUN_KINDS = ('upward', 'down', 'erase', 'read')
 
 READS_PER_LEVEL = 10
 """Reads of a level, one after the other."""
@@ -181,7 +180,8 @@ class Tally:
     def of(cls, rows: Iterable[Values]) -> Tally:
         """Add up the rows of all runs; one of them is the upward run."""
         rows = list(rows)
-        of_kind = {kind: [row for row in rows if row['kind'] == kind] for kind in RUN_KINDS}
+        run_kinds = ('upward', 'down', 'erase', 'read')
+        of_kind = {kind: [row for row in rows if row['kind'] == kind] for kind in run_kinds}
         done = {kind: sum(row['done'] for row in some) for kind, some in of_kind.items()}
         margins = [row['level_margin'] for row in rows if row['level_margin'] is not None]
         return cls(

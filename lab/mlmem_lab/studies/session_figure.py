@@ -18,15 +18,6 @@ from mlmem_ros.session.data import SessionData
 from ..results import keep_picture
 from . import style
 
-MAX_ECHO_ROWS = 8
-"""Most echoes that are shown; of more levels every second, third ..."""
-
-SHOWN_AMPLITUDES = (0.05, 20.0)
-"""Range of v_c over the threshold that is shown."""
-
-DECADE_HEIGHT_ROWS = 0.35
-"""Height of a factor of ten, in rows."""
-
 
 def draw(session: SessionData, path: str | Path) -> Path:
     """Draw a session and save it.
@@ -53,7 +44,8 @@ def build_figure(session: SessionData) -> Any:
     heard = session.reads(end, ('read', 'write'))
     last = {int(values['level']): (echo, float(values['delay'])) for echo, values in heard}
     reads = {level: last[level] for level in sorted(last) if level >= 0}
-    chosen = list(reads)[:: -(-len(reads) // MAX_ECHO_ROWS) or 1]
+    max_echo_rows = 8  # most echoes that are shown; of more levels every second, third ..
+    chosen = list(reads)[:: -(-len(reads) // max_echo_rows) or 1]
     height = 0.8 + 0.45 * max(3, len(chosen))
     figure = style.new_figure(4.2 + height)
     upper, lower = figure.subfigures(2, 1, height_ratios=(4.2, height))
@@ -100,7 +92,9 @@ def _draw_history(figure: Any, session: SessionData) -> None:
 
 def _draw_echo(axes: Any, row: int, t: Array, ratio: Array, delay: float) -> None:
     """Draw v_c over its threshold, on a logarithmic scale about a row."""
-    height = row + DECADE_HEIGHT_ROWS * np.log10(np.clip(ratio, *SHOWN_AMPLITUDES))
+    shown_amplitudes = (0.05, 20.0)  # range of v_c over the threshold that is shown
+    decade_height_rows = 0.35  # height of a factor of ten, in rows
+    height = row + decade_height_rows * np.log10(np.clip(ratio, *shown_amplitudes))
     first = row == 0
     axes.axhline(row, color=style.MARK_COLOUR, ls='--', label='threshold' if first else None)
     axes.plot(t, height, color=style.ACTIVE_COLOUR, label='$v_c$, logarithmic' if first else None)

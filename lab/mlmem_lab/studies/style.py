@@ -87,9 +87,6 @@ MIDDLE_SITE = 100.0
 TIME_LABEL = 'time $t$ (1000 time units)'
 STRAIN_LABEL = 'strain ($10^{-3}$)'
 
-MAX_CONTOUR_COLUMNS = 1200
-"""Most columns of a contour: a screen shows no more."""
-
 
 def style_context() -> AbstractContextManager[None]:
     """Return the context in which figures are drawn and saved."""
@@ -142,7 +139,8 @@ def draw_contour(axes: Any, t: np.ndarray, x: np.ndarray, field: np.ndarray) -> 
     Returns:
         The mesh, for a colour bar.
     """
-    thin = max(1, len(t) // MAX_CONTOUR_COLUMNS)
+    max_contour_columns = 1200  # most columns of a contour: a screen shows no more
+    thin = max(1, len(t) // max_contour_columns)
     return axes.pcolormesh(
         t[::thin], x, field[::thin].T, cmap=PHASE_COLOURS, vmin=-1.3, vmax=1.3, shading='nearest',
         rasterized=True,

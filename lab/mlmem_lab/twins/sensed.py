@@ -151,10 +151,6 @@ class AtOnce(Tcp):
         """Do nothing: nobody else waits for the rig."""
 
 
-FIT_ALPHA_ERROR = 5e-4
-"""Error of every alpha that a fit leaves, relative (s.d.): twice what fits of surveys have."""
-
-
 def make_specimen(name: str, scatter: float, seed: int) -> Specimen:
     """Return an element of a preset whose alpha scatters."""
     return scattered(PRESETS[name].design, Scatter(alpha=scatter), seed)
@@ -163,9 +159,11 @@ def make_specimen(name: str, scatter: float, seed: int) -> Specimen:
 def fit_specimen(specimen: Specimen, seed: int) -> Element:
     """Return what a fit knows of it."""
     design = specimen.design
-    error = FIT_ALPHA_ERROR * np.random.default_rng(seed).standard_normal(design.N)
+    # error of every alpha that a fit leaves, relative (s.d.): twice what fits of surveys have
+    fit_alpha_error = 5e-4
+    error = fit_alpha_error * np.random.default_rng(seed).standard_normal(design.N)
     known = replace(specimen, alpha_factor=specimen.alpha_factor * (1.0 + error))
-    return Element(known, FIT_ALPHA_ERROR * known.alpha)
+    return Element(known, fit_alpha_error * known.alpha)
 
 
 def build_device(name: str, specimen: Specimen, noise: float = 0.0) -> MemoryElement:

@@ -31,8 +31,6 @@ ELEMENT_COUNT = 4
 SCATTER = 0.01
 """Of alpha, relative."""
 
-FIRST_FIT_SEED = 81400
-"""Of the elements that are fitted: none of these was used to make the fit."""
 
 FITTED_PRESETS = ('bits_1', 'bits_4', 'case_2')
 WATCHED_PRESET = 'bits_4'
@@ -42,9 +40,11 @@ def count_elements(case: str) -> dict[str, Any]:
     """Return the entry of a case: its part, preset, and kind or change."""
     part, preset, *rest = case.split(', ', 2)
     entry: dict[str, Any] = {'preset': preset, 'scatter': SCATTER}
+    # of the elements that are fitted: none of these was used to make the fit
+    first_fit_seed = 81400
     if part == 'fits':
         entry['kind'] = rest[0]
-        seeds = range(FIRST_FIT_SEED, FIRST_FIT_SEED + ELEMENT_COUNT)
+        seeds = range(first_fit_seed, first_fit_seed + ELEMENT_COUNT)
         rows = [survey_element(preset, SCATTER, seed, rest[0]) for seed in seeds]
         return entry | {'seed': seeds[0], **summarise_fits(rows), 'rows': rows}
     if part == 'healthy':

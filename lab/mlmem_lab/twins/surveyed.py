@@ -34,20 +34,9 @@ from .sensed import AtOnce, HiddenElement, perform_command
 TRANSDUCER_NOISE_CELLS = 1e-5
 """Of the transducers, in cells."""
 
-MAX_SHARED_ERROR = 0.02
-"""Most by which what all cells share is off, relative."""
-
-GAIN_DEVIATION = 0.01
-"""Standard deviation of a transducer's gain."""
 
 SAMPLE_PERIOD = 0.25
 """Time units between two samples of a transducer."""
-
-MIN_LIE_RATIO = 3.0
-"""Error over what a fit states from which it lies."""
-
-INTERVAL_DEVIATIONS = 1.959964
-"""Standard deviations to either side of a 95 % interval."""
 
 
 ALPHA_KIND = 'alpha'
@@ -80,8 +69,10 @@ def make_hidden_element(
         return Element(scattered(design, Scatter(alpha=scatter), seed), np.zeros(design.N))
     random = np.random.default_rng([seed, design.N])
 
+    max_shared_error = 0.02  # most by which what all cells share is off, relative
+
     def draw_about(value: float) -> float:
-        return float(value * (1.0 + MAX_SHARED_ERROR * random.uniform(-1.0, 1.0)))
+        return float(value * (1.0 + max_shared_error * random.uniform(-1.0, 1.0)))
 
     made = replace(
         design, d=draw_about(design.d), a=draw_about(design.a), eta=draw_about(design.eta),
@@ -118,10 +109,11 @@ def survey_element(
     alpha, deviation = (each[fitted.unknowns.alpha] for each in (fitted.x, fitted.deviations))
     own = {'mass': ('mass', made.masses), 'k_r': ('k_r', made.k_r)}
     inside = {}
+    interval_deviations = 1.959964  # standard deviations to either side of a 95 % interval
     for name, (cells, values) in own.items():
         where = getattr(fitted.unknowns, cells)
         if HIDDEN_KINDS[kind].get(name) and where.stop > where.start:
-            off = np.abs(fitted.x[where] - values) < INTERVAL_DEVIATIONS * fitted.deviations[where]
+            off = np.abs(fitted.x[where] - values) < interval_deviations * fitted.deviations[where]
             inside = {'inside own': float(np.mean(off))}
     return (
         found
@@ -131,7 +123,7 @@ def survey_element(
             'chi2': fitted.chi2,
             'in band': fitted.in_band,
             'added': [term for term in ADDED_TERMS if has_term(fitted.misfit, term)],
-            'inside': float(np.mean(np.abs(alpha - strength) < INTERVAL_DEVIATIONS * deviation)),
+            'inside': float(np.mean(np.abs(alpha - strength) < interval_deviations * deviation)),
             'error': float(np.sqrt(np.mean((alpha / strength - 1.0) ** 2))),
             'stated': float(np.sqrt(np.mean((deviation / strength) ** 2))),
         }
@@ -148,7 +140,8 @@ def survey_shots(
     """
     design, settings = PRESETS[preset]
     random, amount = np.random.default_rng([seed, 1]), HIDDEN_KINDS[kind]
-    gains = 1.0 + GAIN_DEVIATION * random.standard_normal(2)
+    gain_deviation = 0.01  # standard deviation of a transducer's gain
+    gains = 1.0 + gain_deviation * random.standard_normal(2)
     late = random.integers(1, HiddenElement.PARTS + 1, 2) if 'latency' in amount else (0, 0)
     uneven = 1.0 + amount.get('damping', 0.0) * random.standard_normal(design.N)
     driver: Driver
@@ -193,8 +186,9 @@ def summarise_fits(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
     if 'inside own' in every:
         told['inside own'] = 100.0 * np.mean(every['inside own'])
+    min_lie_ratio = 3.0  # error over what a fit states from which it lies
     return told | {
-        'lies': int(np.sum(every['error'] > MIN_LIE_RATIO * every['stated'])),
+        'lies': int(np.sum(every['error'] > min_lie_ratio * every['stated'])),
         'most off': np.max(every['error'] / every['stated']),
         'added': dict(Counter(', '.join(row['added']) or 'nothing' for row in fits)),
         'inside': 100.0 * np.mean(every['inside']), 'least inside': 100.0 * every['inside'].min(),

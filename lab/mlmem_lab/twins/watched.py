@@ -41,8 +41,6 @@ HEALTHY_READS = 280
 SETTLE_DAMPING_TIMES = 10.0
 """Damping times before a read: only if the element was at rest is a read compared."""
 
-MAX_CHANGED_READS = 10
-"""Reads after which a change that has not been told is given up."""
 
 MAX_RELATIVE_ERROR = 0.5
 """A change counts as found if what is told of it is off by at most this fraction."""
@@ -169,7 +167,8 @@ def watch_changed(preset: str, scatter: float, seed: int, change: str) -> dict[s
         'seed': seed, 'site': site, 'wall': bench.wall, 'alarm': any(before), 'text': '',
         'reads': None, 'named': False, 'off': None,
     }  # fmt: skip
-    for number in range(1, MAX_CHANGED_READS + 1):
+    max_changed_reads = 10  # reads after which a change that has not been told is given up
+    for number in range(1, max_changed_reads + 1):
         seen = bench.read()
         if seen is not None and seen.text:
             found |= {'text': seen.text, 'reads': number}

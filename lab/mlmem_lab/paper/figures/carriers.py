@@ -28,12 +28,6 @@ FIGURE = Figure(
 
 THRESHOLD_GRID = np.geomspace(1e-6, 2e-2, 431)
 
-MIN_DELAY_SPACING = 20.0
-"""Least difference of the delays of two neighbouring levels that counts as distinct."""
-
-COMPENSATED_GAIN_DECAY = 0.002
-"""The device's gain decay, eta / 2; the paper's plain threshold has none."""
-
 
 @FIGURE.data
 def compute_data(quality: Quality) -> Data:
@@ -74,7 +68,9 @@ def _one_carrier(omega: float, walls: list[np.ndarray], end: End, duration: floa
         'echo': [float(echo.v_c.max()) for echo in alone],
         'quiet': float(background.v_c[late].max()),
     }
-    for name, decay in (('plain', 0.0), ('compensated', COMPENSATED_GAIN_DECAY)):
+    # the device's gain decay, eta / 2; the paper's plain threshold has none
+    compensated_gain_decay = 0.002
+    for name, decay in (('plain', 0.0), ('compensated', compensated_gain_decay)):
         row[name] = _usable_thresholds(echoes, probe, decay, 1.0 if end is End.LEFT else -1.0)
     return row
 
@@ -90,7 +86,9 @@ def _usable_thresholds(
         first = np.searchsorted(highest, THRESHOLD_GRID, side='right')
         delays.append(np.where(first < len(highest), echo.t[np.minimum(first, len(echo.t) - 1)],
                                np.nan))  # fmt: skip
-    good = np.all(sign * np.diff(np.array(delays), axis=0) > MIN_DELAY_SPACING, axis=0)
+    # least difference of the delays of two neighbouring levels that counts as distinct
+    min_delay_spacing = 20.0
+    good = np.all(sign * np.diff(np.array(delays), axis=0) > min_delay_spacing, axis=0)
     edges = np.flatnonzero(np.diff(np.r_[False, good, False].astype(int)))
     if not len(edges):
         return float('nan'), float('nan')

@@ -24,24 +24,20 @@ FIGURE = Figure(
     seconds=1,
 )
 
-SHOWN_SITES = (20.0, 80.0)
-"""Sites that are shown: level 0 to level 2."""
-
-WEAK_GRADIENT = -6e-5
-"""A gradient that leaves the wall to the lattice."""
-
 
 @FIGURE.data
 def compute_data(quality: Quality) -> Data:
     """Return landscapes by strain, the pull on the way to a defect by gamma, and the bands."""
     write = Settings().write
-    low, high = SHOWN_SITES[0], quality.pick(SHOWN_SITES[0] + 30.0, SHOWN_SITES[1])
+    shown_sites = (20.0, 80.0)  # sites that are shown: level 0 to level 2
+    low, high = shown_sites[0], quality.pick(shown_sites[0] + 30.0, shown_sites[1])
     data: Data = {'strains': np.array([0.0, write.compression, write.tension])}
     landscapes = [compute_held_landscape(CASE_II, low, high, strain) for strain in data['strains']]
     data['X'] = landscapes[0].X
     data['U'] = np.array([landscape.energy for landscape in landscapes])
     # Level 0: the extremum that compression drives to is 17 cells ahead of the defect.
-    gammas = np.array([CASE_II.gamma, WEAK_GRADIENT])
+    weak_gradient = -6e-5  # a gradient that leaves the wall to the lattice
+    gammas = np.array([CASE_II.gamma, weak_gradient])
     ways = [
         compute_held_landscape(dataclasses.replace(CASE_II, gamma=gamma), 42.0, 49.5)
         for gamma in gammas

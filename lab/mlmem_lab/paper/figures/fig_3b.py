@@ -25,15 +25,14 @@ FIGURE = Figure(
 
 SHORT_DESIGN = dataclasses.replace(CASE_II, N=200)
 
-WALL_LEVELS = (1, 3)
-"""Walls at j = 50 and 100: cells 51 and 101 are the first inactive ones, as the paper counts."""
-
 
 @FIGURE.data
 def compute_data(quality: Quality) -> Data:
     """Return v_m, v_c and the delay for both walls, with our carrier and the printed one."""
     data: Data = {'sites': SHORT_DESIGN.sites, 'states': [SHORT_DESIGN.D_s1, SHORT_DESIGN.D_s2]}
-    for number, level in enumerate(WALL_LEVELS):
+    # walls at j = 50 and 100: cells 51 and 101 are the first inactive ones, as the paper counts
+    wall_levels = (1, 3)
+    for number, level in enumerate(wall_levels):
         v = find_pinned_wall(Specimen(SHORT_DESIGN), level)
         data[f'configuration_{number}'] = v
         data[f'wall_{number}'] = SHORT_DESIGN.defect_site(level)

@@ -23,9 +23,6 @@ FIGURE = Figure(
     seconds=3,
 )
 
-DETAIL_LEVEL = 3
-"""The step of the inset starts at this level: x = 0, as in the paper."""
-
 
 @FIGURE.data
 def compute_data(quality: Quality) -> Data:
@@ -78,7 +75,8 @@ def draw_figure(data: Data) -> Any:
 def _draw_detail(figure: Any, data: Data) -> None:
     """Draw the step that begins at x = 0: position and strain against time, numbered."""
     steps = list(data['levels'])
-    step = steps.index(DETAIL_LEVEL + 1) if DETAIL_LEVEL + 1 in steps else len(steps) - 1
+    detail_level = 3  # the step of the inset starts at this level: x = 0, as in the paper
+    step = steps.index(detail_level + 1) if detail_level + 1 in steps else len(steps) - 1
     home = CASE_II.defect_site(int(steps[step]) - 1) - style.MIDDLE_SITE
     begin = data['begun'][step]
     chosen = (data['t'] >= begin) & (data['t'] <= begin + 4200.0)

@@ -24,11 +24,6 @@ FIGURE = Figure(
 UNIFORM_DESIGN = dataclasses.replace(CASE_I, beta=0.0)
 """Case I without its defect: nothing but the gradient."""
 
-START_POSITION = 25.0
-
-SPEED_START_TIME = 1000.0
-"""Time from which the speed is taken: four damping times after the wall was let go."""
-
 
 @FIGURE.data
 def compute_data(quality: Quality) -> Data:
@@ -42,8 +37,9 @@ def compute_data(quality: Quality) -> Data:
     duration, every = quality.pick(2600.0, 4200.0), 10.0
     data: Data = {'eta': np.array(UNIFORM_DESIGN.eta), 'gamma': np.array(UNIFORM_DESIGN.gamma)}
     flat = make_uniform(UNIFORM_DESIGN)
+    start_position = 25.0
     for name in ('anti_kink', 'kink'):
-        fields = _release_wall(UNIFORM_DESIGN, START_POSITION, name, duration, every)
+        fields = _release_wall(UNIFORM_DESIGN, start_position, name, duration, every)
         path = wall_path(UNIFORM_DESIGN, fields)
         data['t'] = every * np.arange(1, len(path) + 1)
         data[f'path_{name}'] = path
@@ -113,7 +109,9 @@ def _permanent_profile(data: Data) -> Judged:
     how='time integration (Case I, no defect), four damping times after release',
 )
 def _constant_speed(data: Data) -> Judged:
-    steady = data['t'] > SPEED_START_TIME
+    # time from which the speed is taken: four damping times after the wall was let go
+    speed_start_time = 1000.0
+    steady = data['t'] > speed_start_time
     speed = np.array([data[f'speed_{name}'][steady] for name in ('anti_kink', 'kink')])
     forecast = closed_form(data, data['path_anti_kink'][steady])
     error = float(np.abs(speed[0] / forecast - 1.0).max())

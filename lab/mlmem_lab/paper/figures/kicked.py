@@ -19,15 +19,14 @@ from ..figure import Data, Figure, Quality
 
 FIGURE = Figure('kicked', 'Every level written by a kick, after one that erases', seconds=15)
 
-LEVEL_ORDER = (7, 0, 6, 1, 5, 2, 4, 3)
-"""Written in this order, so that most are far from the one before; then the element is erased."""
-
 
 @FIGURE.data
 def compute_data(quality: Quality) -> Data:
     """Return frames of the configuration, and how the ends move, while all levels are written."""
     element, trace = MemoryElement(use_kicks(preset('case_2'))), Trace()
-    levels = LEVEL_ORDER[: quality.pick(2, len(LEVEL_ORDER))]
+    # written in this order, so that most are far from the one before; then the element is erased
+    level_order = (7, 0, 6, 1, 5, 2, 4, 3)
+    levels = level_order[: quality.pick(2, len(level_order))]
     begins = []
     for level in levels:
         begins.append(element.ticks * element.tick)

@@ -22,14 +22,6 @@ FIGURE = Figure(
     seconds=11,
 )
 
-PRINTED_VELOCITY = -0.6148
-
-KICK_STRAINS = (0.0, -0.03)
-"""Without strain as printed, and under the compression that our erase is launched with."""
-
-DRIVEN_STRAINS = (-0.05, -0.04, -0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03, 0.04, 0.05)
-"""Under which the first cell is driven at the printed speed."""
-
 
 @FIGURE.data
 def compute_data(quality: Quality) -> Data:
@@ -41,23 +33,28 @@ def compute_data(quality: Quality) -> Data:
         `speed`, `strain`, `level` (strain x speed: the level after moving the first cell of a
         blank element; 8 stands for active throughout, -1 for blank, -2 for no level).
     """
-    velocity = np.unique(np.r_[np.linspace(-3.0, 0.0, quality.pick(7, 121)), PRINTED_VELOCITY])
-    kicked = [[_kick_cell(float(v), strain) for v in velocity] for strain in KICK_STRAINS]
-    driven = [_kick_cell(PRINTED_VELOCITY, strain, driven=True)[0] for strain in DRIVEN_STRAINS]
+    printed_velocity = -0.6148
+    velocity = np.unique(np.r_[np.linspace(-3.0, 0.0, quality.pick(7, 121)), printed_velocity])
+    # without strain as printed, and under the compression that our erase is launched with
+    kick_strains = (0.0, -0.03)
+    kicked = [[_kick_cell(float(v), strain) for v in velocity] for strain in kick_strains]
+    # under which the first cell is driven at the printed speed
+    driven_strains = (-0.05, -0.04, -0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03, 0.04, 0.05)
+    driven = [_kick_cell(printed_velocity, strain, driven=True)[0] for strain in driven_strains]
     speed = np.geomspace(0.01, 2.0, quality.pick(3, 24))
     strain = np.linspace(0.0, 0.06, quality.pick(3, 21))
     level = [[_move_cell(float(v), float(e)) for v in speed] for e in strain]
     return {
         'kick_velocity': velocity,
-        'kick_strain': KICK_STRAINS,
+        'kick_strain': kick_strains,
         'kink': [[position for position, _ in row] for row in kicked],
         'kinks': [[count for _, count in row] for row in kicked],
-        'driven_strain': DRIVEN_STRAINS,
+        'driven_strain': driven_strains,
         'driven': driven,
         'speed': speed,
         'strain': strain,
         'level': level,
-        'printed': PRINTED_VELOCITY,
+        'printed': printed_velocity,
         'device': [WriteSettings().launch_speed, WriteSettings().start_strain],
     }
 

@@ -20,9 +20,6 @@ FIGURE = Figure(
     seconds=8,
 )
 
-LOST_LEVEL = 9
-"""Stands for a wall that is not at rest at a level: between levels, or gone."""
-
 
 def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, float]:
     """Return the level after one strain cycle from a resting wall, and the wall's shift.
@@ -48,7 +45,8 @@ def compute_data(quality: Quality) -> Data:
     peaks = 1e-3 * quality.pick(
         np.array([-50.0, -34.0, -15.0, 20.0, 48.0]), np.arange(-72.0, 74.0, 2.0)
     )
-    moved = np.full((len(levels), len(peaks)), LOST_LEVEL)
+    lost_level = 9  # stands for a wall that is not at rest at a level: between levels, or gone
+    moved = np.full((len(levels), len(peaks)), lost_level)
     shift = np.zeros(moved.shape)
     for row, level in enumerate(levels):
         for column, peak in enumerate(peaks):

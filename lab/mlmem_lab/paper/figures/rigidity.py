@@ -26,8 +26,6 @@ FIGURE = Figure(
 SAMPLE_PERIOD = 10.0
 """Time between looks."""
 
-AVERAGED_SAMPLES = 50
-"""Looks at the end of a cycle, 500 time units, over which a wall that still rings is averaged."""
 
 SETTLE_TIME = 4000.0
 """Time in which the substrate gives way under the wall and comes to rest: exp(-8) is left."""
@@ -49,6 +47,8 @@ def compute_data(quality: Quality) -> Data:
     rigid = [_run_cycle(CASE_II, level) for level in levels]
     v = find_pinned_wall(Specimen(CASE_II), 1)
     moved, difference, echoes, delays = [], [], [], []
+    # looks at the end of a cycle, 500 time units, over which a wall that still rings is averaged
+    averaged_samples = 50
     for s in s_min:
         design = dataclasses.replace(
             CASE_II, s_min=float(s), s_max=3.0 * float(s), substrate='elastic'
@@ -57,7 +57,7 @@ def compute_data(quality: Quality) -> Data:
         moved.append([end - level for (_, end), level in zip(cycles, levels, strict=True)])
         difference.append(
             [
-                abs(path[-AVERAGED_SAMPLES:].mean() - ideal[-AVERAGED_SAMPLES:].mean())
+                abs(path[-averaged_samples:].mean() - ideal[-averaged_samples:].mean())
                 for (path, _), (ideal, _) in zip(cycles, rigid, strict=True)
             ]
         )
