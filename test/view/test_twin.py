@@ -4,32 +4,29 @@
 
 import json
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
+from javascript import needs_node, run_module
 
 from mlmem_ros.contract.answers import format_values
 from mlmem_tools import view
 
-NODE = shutil.which('node')
 SCRIPTS = Path(view.__file__).parent / 'static' / 'js'
 
-pytestmark = pytest.mark.skipif(NODE is None, reason='needs Node.js')
+pytestmark = needs_node
 
 
 def page(tmp_path, expression, part):
     """Return what functions of the page make of a part of the health."""
     shutil.copytree(SCRIPTS, tmp_path / 'js')
     (tmp_path / 'package.json').write_text('{"type": "module"}')
-    code = (
-        "import { accused, compared, fitted } from './js/twin.js';\n"
+    script = (tmp_path / 'js' / 'twin.js').as_uri()
+    (found,) = run_module(
+        f"import {{ accused, compared, fitted }} from '{script}';\n"
         f'const part = {json.dumps(part)};\nconsole.log(JSON.stringify({expression}));\n'
     )
-    (tmp_path / 'run.js').write_text(code)
-    done = subprocess.run([NODE, 'run.js'], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return found
 
 
 def test_alpha_is_shown_with_its_interval(tmp_path):

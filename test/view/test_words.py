@@ -4,12 +4,10 @@
 
 import json
 import random
-import shutil
-import subprocess
 from itertools import pairwise
 from pathlib import Path
 
-import pytest
+from javascript import needs_node, run_module
 
 import mlmem_tools
 from mlmem.readers.words import Code
@@ -22,7 +20,7 @@ for (const [code, word, level] of JSON.parse(process.argv[1]))
 """
 
 
-@pytest.mark.skipif(shutil.which('node') is None, reason='needs node')
+@needs_node
 def test_page_sets_walls_as_the_element_does():
     """In 8 levels, and in 16 at two or more apart."""
     chance, asked, expected = random.Random(5), [], []
@@ -33,10 +31,8 @@ def test_page_sets_walls_as_the_element_does():
             word, level = chance.randrange(code.words), chance.randrange(code.levels)
             asked.append([told, word, level])
             expected.append((code, word, level))
-    script = ['node', '--input-type=module', '-e', ASK % WORDS.as_uri(), json.dumps(asked)]
-    said = subprocess.run(script, capture_output=True, text=True, check=True, timeout=60)
-    for (code, word, level), line in zip(expected, said.stdout.splitlines(), strict=True):
-        found, toggled = json.loads(line)
+    answers = run_module(ASK % WORDS.as_uri(), json.dumps(asked))
+    for (code, word, level), (found, toggled) in zip(expected, answers, strict=True):
         assert tuple(found) == code.walls(word)
         after = set(code.walls(toggled))
         assert (level in after) != (level in found)
