@@ -22,9 +22,10 @@ from mlmem.physics.wall import arrival_tolerance
 from .study import Study
 
 SEED = 700
-SCATTERS = (0.0, 0.01, 0.02, 0.03, 0.05)
-ELEMENT_NAMES = ('robust_2', 'robust_3')
-ELEMENTS_PER_SCATTER = 80
+ELEMENT_NAMES = ('robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction')
+ELEMENT_COUNTS = {0.0: 320, 0.01: 320, 0.03: 320, 0.05: 80}
+"""Elements by scatter."""
+
 WRITES_PER_ELEMENT = 16
 
 
@@ -38,13 +39,13 @@ def scatter_parts(name: str, scatter: float, seed: int) -> MemoryElement:
 
 def count_writes(name: str) -> dict[str, Any]:
     """Return the counts of an element by scatter."""
-    return {f'{scatter:g}': _count_scatter(name, scatter) for scatter in SCATTERS}
+    return {f'{scatter:g}': _count_scatter(name, scatter) for scatter in ELEMENT_COUNTS}
 
 
 def _count_scatter(name: str, scatter: float) -> dict[str, Any]:
     right = wrong = failed = 0
     durations, attempts = list[float](), list[int]()
-    for seed in range(SEED, SEED + ELEMENTS_PER_SCATTER):
+    for seed in range(SEED, SEED + ELEMENT_COUNTS[scatter]):
         element = scatter_parts(name, scatter, seed)
         design, random = element.design, np.random.default_rng(10_000 + seed)
         for level in map(int, random.integers(design.levels, size=WRITES_PER_ELEMENT)):
@@ -76,6 +77,6 @@ STUDY = Study(
     'robust_writes',
     count_writes,
     ELEMENT_NAMES,
-    ('lab/mlmem_lab/robust_writes.py', 'config/robust_2.yaml', 'config/robust_3.yaml'),
+    ('lab/mlmem_lab/robust_writes.py', *(f'config/{name}.yaml' for name in ELEMENT_NAMES)),
     SEED,
 )

@@ -19,6 +19,7 @@ from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, wait
 from ..instrument.end import End, Shot
 from ..instrument.instrument import Instrument
+from ..settings import ProbeSettings
 from .echo import ECHO_TAIL_TIME, Echo, detection_threshold, pulse_duration
 
 if TYPE_CHECKING:
@@ -287,12 +288,17 @@ def record_waveforms(
             )
     element.require_phase(end)
     element.progress.phase = PHASE_LISTENING
-    recorder = transducer.record_pulse(end, probe)
-    until = element.ticks + listener.ticks + element.driver.lag
+    return (yield from fire_pulse(element, end, probe, listener.ticks)), noise
+
+
+def fire_pulse(element: Instrument, end: End, probe: ProbeSettings, ticks: int) -> Procedure[Shot]:
+    """Fire a pulse at an end of a quiet element, and record both ends for so many ticks."""
+    recorder = element.transducer.record_pulse(end, probe)
+    until = element.ticks + ticks + element.driver.lag
     while element.ticks < until:
         yield until - element.ticks
-    transducer.release()
-    return recorder.shot(0.0, element.transmission.encoder, element.driver.dt), noise
+    element.transducer.release()
+    return recorder.shot(0.0, element.transmission.encoder, element.driver.dt)
 
 
 def is_undisturbed(element: Memory) -> bool:

@@ -31,7 +31,7 @@ from ..settings import Settings
 from .calibration import Calibration, DelayTable
 from .reading import BLANK, UNDECODABLE, Reading
 from .register import Content, Forecasts, explain_unreadable, pin_walls
-from .waveforms import Ends, Listener
+from .waveforms import Ends, Listener, simulate_answers
 
 
 class WallForecasts(Forecasts):
@@ -66,10 +66,7 @@ class WallForecasts(Forecasts):
         nothing = Reading(UNDECODABLE, '', self.end.value, None, 0.0, 0.0, math.inf)
         if reason := explain_unreadable(shot, noise > self.quiet, phases):
             return replace(nothing, reason=reason)
-        motion = shot.samples - shot.rest[:, None]
-        part = self.listener.project_band(
-            motion[::-1] if self.end is End.RIGHT else motion, shot.dt
-        )
+        part = self.listener.project_shot(shot)
         found = self.match(part, phases[End.LEFT.row] or 0)
         content, share = found.content, found.left / self.pulse
         if content.number == UNDECODABLE:
@@ -102,16 +99,9 @@ def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:
     """Return the forecasts of an element, blank and with its wall at every level.
 
     Raises:
-        SettingsError: The wall does not rest at a level, or the design has friction, which the
-            forecasts do not have.
+        SettingsError: The wall does not rest at a level.
     """
     design = made.design
-    if design.friction:
-        raise SettingsError.of_value(
-            ErrorCode.CONFLICT, 'read.method', settings.read.method,
-            f'delay for a design with friction ({design.friction:g}): waveforms are forecast '
-            'without it',
-        )  # fmt: skip
     contents, states = [Content(BLANK, (), '')], [pin_walls(made, ())]
     for level in range(design.levels):
         try:
@@ -125,9 +115,12 @@ def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:
             contents.append(Content(UNDECODABLE, pair, ''))
     end = End.RIGHT if settings.read.end == 'right' else End.LEFT
     listener = Listener(settings, compared_ends=2 if settings.read.end == 'both' else 1)
-    ends = Ends(made, settings, listener)
-    parts = ends.heard(made, states, end)
-    tail_parts = ends.heard(made, list(hold_tail_walls(made)), end)
+    parts, tail_parts = (
+        simulate_answers(made, each, settings, listener, end)
+        if design.friction
+        else Ends(made, settings, listener).heard(made, each, end)
+        for each in (states, list(hold_tail_walls(made)))
+    )
     return WallForecasts(contents, parts, tail_parts, listener, end)
 
 

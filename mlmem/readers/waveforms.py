@@ -17,13 +17,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..instrument.drivers import steps_per_tick
-from ..instrument.end import End, Pulse
+from ..instrument.blocks import run
+from ..instrument.drivers import Simulation, steps_per_tick
+from ..instrument.end import End, Pulse, Shot
+from ..instrument.instrument import Instrument
 from ..physics import PEFRL, Specimen
 from ..physics.potential import Array
 from ..physics.waves import Complex, Tones, combine_rows, linearize_cells, multiply_matrices
 from ..settings import Settings
 from .echo import pulse_duration
+from .listening import fire_pulse
 
 BAND_HALF_WIDTH = 4.0
 """Half of the band that is compared, over 1 / sigma of the pulse: all of its spectrum. Slow waves
@@ -77,6 +80,11 @@ class Listener:
         """
         motion = motion[: self.compared_ends]
         return (motion @ self.build_band_basis(motion.shape[1], dt)).ravel()
+
+    def project_shot(self, shot: Shot) -> Array:
+        """Return the part of a shot in the band, the driven end first."""
+        motion = shot.samples - shot.rest[:, None]
+        return self.project_band(motion[::-1] if shot.end is End.RIGHT else motion, shot.dt)
 
     def noise(self, before: Array, dt: float) -> float:
         """Return what noise contributes to the square of `part`, from displacements of both ends
@@ -166,6 +174,29 @@ class Ends:
             ]
         matrices = np.array([multiply_matrices(*each, square, loss) for each in found])
         return self.parts(combine_rows(matrices, np.arange(len(matrices))[:, None]))
+
+
+def simulate_answers(
+    made: Specimen,
+    walls_at: Sequence[Array],
+    settings: Settings,
+    listener: Listener,
+    end: End = End.LEFT,
+) -> Array:
+    """Return the parts that `Ends.heard` returns, of an element with dry friction.
+
+    Friction weakens a small wave more than a large one, so each answer is simulated with the
+    pulse as strong as it is.
+    """
+    converged = replace(settings, time=replace(settings.time, integrator=PEFRL.name))
+    driver = Simulation.of(made, converged.time)
+    twin, parts = Instrument(made.design, converged, driver), []
+    for v in walls_at:
+        driver.chain.place(v)
+        twin.transducer.assume_equilibrium()
+        shot = run(twin, fire_pulse(twin, end, settings.register.probe, listener.ticks))
+        parts.append(listener.project_shot(shot))
+    return np.array(parts)
 
 
 def _integrate_exponential(omega: Complex, end: float) -> Complex:

@@ -32,6 +32,8 @@ DIGESTS = {
     'kick_4': 'f5e1bc66df064f3a',
     'robust_2': 'd04ed617d40c7a88',
     'robust_3': '1fab8790020300dc',
+    'robust_2_friction': '71578016ead8f2be',
+    'robust_3_friction': '5b39e7e2f3774762',
 }
 """Hashes of every bit of the shipped elements: a number that changes is changed on purpose."""
 

@@ -15,6 +15,8 @@ from mlmem.physics.wall import arrival_tolerance
 from mlmem.readers.register import pin_walls
 from mlmem_tools.checks import Verdict, check
 
+NAMES = ['robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction']
+
 SCATTER = Scatter(alpha=0.03, k_r=0.03, mass=0.03)
 
 
@@ -25,7 +27,7 @@ def make_scattered(name, seed, scatter=SCATTER):
     return MemoryElement(shipped.design, shipped.settings, driver=driver)
 
 
-@pytest.mark.parametrize('name', ['robust_2', 'robust_3'])
+@pytest.mark.parametrize('name', NAMES)
 def test_robust_element_writes_reads_and_erases_every_level(name):
     element = MemoryElement(load_element(name))
     for level in reversed(range(element.design.levels)):
@@ -35,7 +37,7 @@ def test_robust_element_writes_reads_and_erases_every_level(name):
     assert find_walls(element.design, element.chain.configuration) == []
 
 
-@pytest.mark.parametrize('name', ['robust_2', 'robust_3'])
+@pytest.mark.parametrize('name', NAMES)
 @pytest.mark.parametrize('seed', range(4))
 def test_scattered_robust_element_acknowledges_no_wrong_level(name, seed):
     """The wall must rest within a quarter of a level, at most 1.5 cells, where it is reported."""
@@ -63,7 +65,7 @@ def test_wall_pinned_behind_the_last_level_is_not_read_as_it(seed):
     assert element.perform(Read()).reading.content == UNDECODABLE
 
 
-@pytest.mark.parametrize('name', ['robust_2', 'robust_3'])
+@pytest.mark.parametrize('name', NAMES)
 def test_robust_element_is_not_refused_by_design_check(name):
     """A node refuses an element whose check fails."""
     shipped = load_element(name)
@@ -99,10 +101,18 @@ def test_waveform_method_of_a_register_is_rejected():
     assert caught.value.field in ('read.method', 'register.spacing')
 
 
-def test_waveform_read_of_element_with_friction_is_rejected():
-    """Its forecasts are of waves that friction does not weaken."""
-    shipped = load_element('robust_3')
-    rubbing = dataclasses.replace(shipped.design, friction=1e-3)
-    with pytest.raises(SettingsError) as caught:
-        MemoryElement(rubbing, shipped.settings)
-    assert caught.value.field == 'read.method'
+def test_forecasts_carry_the_friction_of_the_element_file():
+    """Forecasts without it tell no level of an element that rubs."""
+    shipped = load_element('robust_3_friction')
+    rubbing = shipped.design
+    smooth = dataclasses.replace(rubbing, friction=0.0)
+    margins = {}
+    for forecast in (rubbing, smooth):
+        driver = Simulation.of(rubbing, shipped.settings.time)
+        element = MemoryElement(forecast, shipped.settings, driver=driver)
+        element.chain.place(pin_walls(Specimen(rubbing), (4,)))
+        element.transducer.assume_equilibrium()
+        element.perform(Read())
+        margins[forecast] = element.reading.level_margin
+    assert margins[rubbing] > 0.99
+    assert margins[smooth] < 0.5
