@@ -198,7 +198,7 @@ class Rig(Driver):
         if 0 < self._beats < self._patience / HEARTBEAT_PERIOD_S:
             try:
                 self._link.show(1 + self._sent // self._said.samples)
-            except OSError:  # the next call finds out, and tells
+            except (OSError, EOFError):  # the next call finds out, and tells
                 return False
         self._beats += 1
         return True

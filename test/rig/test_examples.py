@@ -28,6 +28,9 @@ from .lines import calibration
 EXAMPLES = Path(__file__).parents[2] / 'examples' / 'rig'
 SOON = 60.0
 
+# A line that goes must not end a thread with a traceback.
+pytestmark = pytest.mark.filterwarnings('error::pytest.PytestUnhandledThreadExceptionWarning')
+
 
 UNIT = 2e-4
 """Seconds of a time unit."""
