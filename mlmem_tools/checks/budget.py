@@ -207,9 +207,9 @@ def check(subject: Subject) -> Iterator[Finding]:
         'allowed_damping',
         {'eta': design.eta, 'at most': budget.damping},
         '1/time',
-        # narrow walls get up to half as much energy again as the law says
-        judge_value(budget.damping / design.eta if design.eta else math.inf, 0.33, 0.66),
-        'damping that lets the fastest wall reach the last level, arcosh(w / 1.97) / (p J)',
+        _judge_damping(budget),
+        'damping that lets the fastest wall reach the last level, arcosh(w / 1.97) / (p J), which '
+        'says nothing of walls of which the half width w is less than 1.97 cells',
         PAPER_SOURCE,
     )
     yield from _judge_friction(subject, budget)
@@ -222,6 +222,14 @@ def check(subject: Subject) -> Iterator[Finding]:
         'first',
         PAPER_SOURCE,
     )
+
+
+def _judge_damping(budget: Budget) -> Verdict:
+    if budget.width <= NARROWEST_WALL:
+        return Verdict.WARN
+    # narrow walls get up to half as much energy again as the law says
+    eta = budget.design.eta
+    return judge_value(budget.damping / eta if eta else math.inf, 0.33, 0.66)
 
 
 def _judge_friction(subject: Subject, budget: Budget) -> Iterator[Finding]:

@@ -197,7 +197,7 @@ def _energy_share(omega: float, sigma: float, window: Window) -> float:
 
 def _check_wall(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on width and energy."""
-    width, J = subject.wall_width, subject.design.J
+    width, J = wall_width(subject.design), subject.design.J
     min_wall_width = 2.0  # width in cells below which the lattice itself pins a wall
     yield grade_finding(
         'wall_width',

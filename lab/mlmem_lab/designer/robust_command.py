@@ -104,7 +104,7 @@ def describe_element(design: Design, settings: Settings, scatter: float) -> dict
     counted = count_astray(design, settings, scatter, COUNTED_ELEMENTS)
     chain, kick = build_chain(Specimen(design), settings), settings.kick
     levels = range(design.levels)
-    erased = sum(after_erase(chain, level, kick) == BLANK for level in levels)
+    erased = sum(after_erase(chain, level, kick.erase_speed, kick) == BLANK for level in levels)
     stroke = abs(design.D_s2 - design.D_s1)
     slowest, fastest = min(kick.wall_speeds), max(kick.wall_speeds)
     return {

@@ -9,7 +9,7 @@ be off.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -38,20 +38,24 @@ from mlmem.settings import Settings
 KICK_SPEEDS = np.geomspace(0.002, 1.2, 321)
 """Mean speeds of kicks: 2 % apart."""
 
+DAMPING_TIMES = 10.0
+"""Of rest after a motion."""
+
 
 def build_chain(made: Specimen, settings: Settings) -> Chain:
     """Return the chain of an element as the device steps it."""
     return Simulation.of(made, settings.time).chain
 
 
-def drive_end(chain: Chain, motion: BoundaryMotion) -> int:
-    """Drive the left end of an unstrained chain, and let it come to rest.
+def drive_end(chain: Chain, motion: BoundaryMotion, rest_time: float | None = None) -> int:
+    """Drive the left end of an unstrained chain, and let it come to rest in so much time.
 
     Returns:
         The level where the wall is: `BLANK` for none, `UNDECODABLE` for a wall at no level, or
         several.
     """
-    rest_time = 10.0 / chain.design.eta
+    if rest_time is None:
+        rest_time = DAMPING_TIMES / chain.design.eta
     steps = math.ceil((motion.duration + rest_time) / chain.dt)
     times = substep_times(steps, chain.dt, chain.integrator)
     held = HeldCell(1, motion.at(times[times <= motion.duration]))
@@ -78,6 +82,47 @@ def after_erase(chain: Chain, level: int, speed: float, shape: KickSettings) -> 
     """Return where a kick that erases leaves the wall of a level, as `drive_end`."""
     chain.place(find_pinned_wall(chain.specimen, level))
     return drive_end(chain, build_kick(chain, speed, shape))
+
+
+def find_scattered_ends(
+    design: Design,
+    settings: Settings,
+    scatter: float,
+    speeds: Mapping[int, Sequence[float]],
+    rest_time: float,
+) -> list[list[int]]:
+    """Return where kicks from blank leave the wall of elements whose parts scatter, as
+    `drive_end`, a row for each element.
+
+    Args:
+        design: The design.
+        settings: Its settings, which shape the kicks.
+        scatter: Relative standard deviation of on-site stiffness, springs and masses.
+        speeds: Mean speeds by the seed of the element.
+        rest_time: Time after a kick in which the wall comes to rest.
+    """
+    chain = build_chain(Specimen(design), settings)
+    deviations = Scatter(alpha=scatter, k_r=scatter, mass=scatter)
+    found = []
+    for seed, own in speeds.items():
+        chain.set_specimen(scattered(design, deviations, seed))
+        ends = []
+        for speed in own:
+            chain.place(make_blank(chain.specimen))
+            ends.append(
+                drive_end(chain, build_kick(chain, float(speed), settings.kick), rest_time)
+            )
+        found.append(ends)
+    return found
+
+
+def measure_kick_energy(design: Design, settings: Settings, speed: float) -> float:
+    """Return the energy that a kick gives a blank element, in k_r a^2: kinetic and potential."""
+    chain = build_chain(Specimen(design), settings)
+    chain.place(make_blank(chain.specimen))
+    before = energy(chain).total
+    drive_end(chain, build_kick(chain, speed, settings.kick), 0.0)
+    return energy(chain).total - before
 
 
 def find_speed_edge(
