@@ -26,7 +26,7 @@ from .moves.corrections import (
     corrections_by_level,
     hash_schedule,
 )
-from .parsing import DecodeError, decode_value, find_line, parse_yaml, read_file
+from .parsing import DecodeError, decode_value, encode_value, find_line, parse_yaml, read_file
 from .physics import Design, DesignError, Specimen
 from .physics.potential import Array
 from .schema import describe_field, find_descriptions, short_repr
@@ -137,7 +137,7 @@ class Element:
             values['transducers'] = {name: list(row) for name, row in self.transducers.items()}
         if self.data:
             values |= {'chi2': self.chi2, 'data': self.data, 'untold': list(self.untold)}
-        return values | ({'plan': self.plan.as_dict()} if self.plan else {})
+        return values | ({'plan': encode_value(self.plan)} if self.plan else {})
 
 
 def as_designed(design: Design, settings: Settings) -> Element:

@@ -227,6 +227,30 @@ def decode_value(
     return float(data) if kind is float else data
 
 
+def encode_value(value: Any) -> Any:
+    """Return declared values as plain ones for JSON, with every bit, as `decode_value` takes them.
+
+    A field of a dataclass that is not compared does not belong to its value, and is left out.
+    """
+    if dataclasses.is_dataclass(value):
+        found = {}
+        for each in dataclasses.fields(value):
+            if each.init and each.compare:
+                null = each.metadata.get('description', ANY_VALUE).null  # stands for None
+                one = getattr(value, each.name)
+                found[each.name] = None if null is not None and one == null else encode_value(one)
+        return found
+    if isinstance(value, np.ndarray):
+        return encode_array(value)
+    if isinstance(value, enum.Enum):
+        return value.value
+    if isinstance(value, Mapping):
+        return {encode_value(key): encode_value(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return list(map(encode_value, value))
+    return value
+
+
 def encode_array(values: Any) -> dict[str, Any]:
     """Return an array with every bit, as `decode_value` takes it."""
     data = np.ascontiguousarray(values, dtype='<f8').tobytes()

@@ -14,7 +14,7 @@ from __future__ import annotations
 import itertools
 import sys
 from bisect import bisect_left
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 from itertools import accumulate, repeat
 
 import numpy as np
@@ -26,9 +26,25 @@ from ..physics.potential import Array
 from ..procedure_table import JOINT_NAME
 from ..rejections import ErrorCode
 from ..rng import Stream, draw_event
+from ..schema import describe_field
 from ..settings import ActuatorSettings
 from .faults import Faults
 from .motion import Motion, Profile, Ramp, shape_ramp
+
+
+@dataclass(frozen=True)
+class ActuatorState:
+    """The state of an actuator.
+
+    Attributes:
+        motion: The present or last move.
+        strain: The present strain.
+        elapsed: Time since that move began, up to the end of the tick in which it ended.
+    """
+
+    motion: Motion
+    strain: float
+    elapsed: float = describe_field(MISSING, 'time since the move began', low=0.0)
 
 
 class Actuator:
@@ -41,9 +57,7 @@ class Actuator:
 
     def __init__(self, settings: ActuatorSettings) -> None:
         self.settings = settings
-        self.strain = 0.0
-        self.motion: Motion = Ramp(0.0, 0.0, 0.0)
-        self.elapsed = 0.0
+        self.state = ActuatorState(Ramp(0.0, 0.0, 0.0), 0.0, 0.0)
 
     @property
     def is_moving(self) -> bool:
@@ -57,13 +71,13 @@ class Actuator:
         return max(-limit, min(self.motion.target, limit))
 
     @property
-    def state(self) -> tuple[float, float]:
-        """Present strain, and the time since the move began."""
-        return self.strain, self.elapsed
+    def state(self) -> ActuatorState:
+        """Its motion, and how far that is."""
+        return ActuatorState(self.motion, self.strain, self.elapsed)
 
     @state.setter
-    def state(self, state: tuple[float, float]) -> None:
-        self.strain, self.elapsed = state
+    def state(self, state: ActuatorState) -> None:
+        self.motion, self.strain, self.elapsed = state.motion, state.strain, state.elapsed
 
     @property
     def remaining_time(self) -> float:
@@ -78,6 +92,17 @@ class Actuator:
                 ErrorCode.OUT_OF_RANGE, 'strain', strain,
                 f'a finite number from {-limit:g} to {limit:g} (actuator.max_strain)',
             )  # fmt: skip
+
+    def check_state(self, state: ActuatorState) -> None:
+        """Raise `ValueError` for a state whose motion is none, or is beyond the limit."""
+        motion = state.motion
+        if isinstance(motion, Profile):
+            motion.check()
+        if motion.duration < 0.0:
+            raise ValueError(f'a move must take a finite time; got {motion.duration}')
+        ends = motion.strains if isinstance(motion, Profile) else (motion.start, motion.target)
+        for strain in (*ends, state.strain):
+            self.check(strain)
 
     def hold(self, strain: float) -> None:
         """Stand still at a strain."""

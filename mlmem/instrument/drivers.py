@@ -13,6 +13,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import MISSING, dataclass
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
@@ -32,8 +33,24 @@ from ..physics.energy import actuator_force
 from ..physics.equilibrium import make_blank
 from ..physics.potential import Array
 from ..rejections import ErrorCode
-from ..schema import make_printable, short_repr
+from ..schema import describe_field, make_printable, short_repr
 from ..settings import Settings, TimeSettings
+
+
+@dataclass(frozen=True)
+class ChainState:
+    """The state of a simulated material.
+
+    Attributes:
+        values: Displacement, velocity and acceleration of every cell, then the same of an elastic
+            substrate; see `Chain.state`.
+        V_N: Displacement of the substrate's end, in cells.
+        steps: Time steps that it has done.
+    """
+
+    values: Array
+    V_N: float
+    steps: int = describe_field(MISSING, 'steps done', low=0, high=2**62)
 
 
 class Driver(ABC):
@@ -57,6 +74,7 @@ class Driver(ABC):
             `advance` returned last: an echo cannot be measured across a break.
         V_N: The last set-point of the substrate's end displacement.
         chain: The simulated material, or None for a real one.
+        state: The state of the simulated material; None for a real one, which keeps its own.
     """
 
     dt: float
@@ -67,6 +85,7 @@ class Driver(ABC):
     interrupted: bool = False
     V_N: float = 0.0
     chain: Chain | None = None
+    state: ChainState | None = None
 
     @abstractmethod
     def advance(
@@ -174,6 +193,15 @@ class Simulation(Driver):
         chain.set_specimen(made)
         chain.place(make_blank(made))
         return cls(chain)
+
+    @property
+    def state(self) -> ChainState:
+        """The state of the chain."""
+        return ChainState(self.chain.state(), self.chain.V_N, self.chain.steps_done)
+
+    @state.setter
+    def state(self, state: ChainState) -> None:
+        self.chain.restore(state.values, V_N=state.V_N, steps_done=state.steps)
 
     @property
     def V_N(self) -> float:  # type: ignore[override]

@@ -189,19 +189,40 @@ def apply_transducer_faults(asked: HeldCell, start: Array, faults: Faults) -> He
     return HeldCell(asked.site, began + faults.transducer_gain * (asked.motion - began))
 
 
-class Sensors:
-    """The signals of both transducers, with their faults.
+@dataclass(frozen=True)
+class SensorsState:
+    """The state of the sensors.
 
     Attributes:
         late: The samples that a late signal still has to show, shape (2, m).
         slow: Where a slow signal is, without the noise of its samples, shape (2,); or None.
     """
 
+    late: Array
+    slow: Array | None = None
+
+
+class Sensors:
+    """The signals of both transducers, with their faults.
+
+    Attributes:
+        late: As in `SensorsState`.
+        slow: As in `SensorsState`.
+    """
+
     def __init__(self, dt: float) -> None:
         """Watch ends whose samples are `dt` apart."""
         self.dt = dt
-        self.late: Array = np.empty((2, 0))
-        self.slow: Array | None = None
+        self.state = SensorsState(np.empty((2, 0)))
+
+    @property
+    def state(self) -> SensorsState:
+        """What the signals have still to show."""
+        return SensorsState(self.late, self.slow)
+
+    @state.setter
+    def state(self, state: SensorsState) -> None:
+        self.late, self.slow = state.late, state.slow
 
     def delay(self, faults: Faults) -> int:
         """Return how many samples late the signals are."""

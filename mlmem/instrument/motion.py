@@ -174,6 +174,18 @@ class Profile:
     strains: tuple[float, ...]
     rates: tuple[float, ...] = ()
 
+    def check(self) -> None:
+        """Raise `ValueError` unless the points are those of a profile."""
+        if not 2 <= len(self.times) == len(self.strains) or len(self.rates) not in (
+            0,
+            len(self.times),
+        ):
+            raise ValueError(
+                'points of a profile have times and strains, and all or none have rates'
+            )
+        if self.times[0] != 0.0 or not (np.diff(self.times) > 0.0).all():
+            raise ValueError('the times of a profile increase from 0')
+
     @property
     def duration(self) -> float:
         """Time from the first point to the last."""

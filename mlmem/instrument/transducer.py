@@ -7,6 +7,7 @@ what may still be on its way to it.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, replace
 from typing import NamedTuple
 
@@ -138,6 +139,19 @@ class Held(NamedTuple):
     steps: int
 
 
+@dataclass(frozen=True)
+class TransducerState:
+    """The state of the transducers while they drive nothing.
+
+    Attributes:
+        recent: Last displacements of both ends, shape (2, w), newest last.
+        returns: What is known of the waves that may still arrive, by end.
+    """
+
+    recent: Array
+    returns: Mapping[End, Returns]
+
+
 class Transducer:
     """Drives and senses the first and the last cell of a chain.
 
@@ -194,6 +208,19 @@ class Transducer:
     def set_probes(self, settings: Settings) -> None:
         """Fire the pulses of these settings from now on."""
         self.probes = {end: end.probe(settings) for end in End}
+
+    @property
+    def state(self) -> TransducerState:
+        """What is known of both ends; to set it releases a held cell."""
+        returns = {end: each.returns for end, each in self.reverberation.items()}
+        return TransducerState(self.recent, returns)
+
+    @state.setter
+    def state(self, state: TransducerState) -> None:
+        self.release()
+        self.recent = state.recent
+        for end, each in self.reverberation.items():
+            each.returns = state.returns[end]
 
     @property
     def is_driving(self) -> bool:

@@ -14,7 +14,6 @@ import json
 import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
-from typing import Any
 
 from ..errors import Checked
 from ..move_settings import WriteSettings
@@ -68,12 +67,6 @@ class PulseCorrections:
     steps: tuple[PulseCorrection, ...]
     schedule: str
     kinks: tuple[float, ...] = describe_field((), 'of kinks', low=0.1, high=10.0)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the values for a file."""
-        steps = [list(dataclasses.astuple(step)) for step in self.steps]
-        kinks = {'kinks': list(self.kinks)} if self.kinks else {}
-        return {'steps': steps, 'schedule': self.schedule, **kinks}
 
 
 def is_kicked(settings: Settings, level: int) -> bool:

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -86,16 +85,6 @@ class Specimen:
             raise DesignError(f'eta_factor must be at least 0; got {self.eta_factor}')
         if self.damped_by_substrate and self.design.substrate != 'rigid':
             raise DesignError('only a rigid substrate can damp the cells; this one is elastic')
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as plain values; an array of equal numbers as one."""
-        found: dict[str, Any] = {'design': self.design.as_dict(), 'eta_factor': self.eta_factor}
-        for name in ARRAY_FIELDS:
-            values = np.asarray(getattr(self, name))
-            same = (values == values[0]).all()
-            found[name] = float(values[0]) if same else values.tolist()
-        stuck = {'stuck': list(self.stuck)} if self.stuck else {}
-        return found | stuck | ({'damped_by_substrate': True} if self.damped_by_substrate else {})
 
     @classmethod
     def of(cls, made: Design | Specimen) -> Specimen:

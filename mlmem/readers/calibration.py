@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
-from typing import Any
 
 import numpy as np
 
@@ -165,11 +164,6 @@ class DelayTable:
         known, far = np.asarray(self.delays)[order], np.asarray(distances, dtype=float)[order]
         return float(np.interp(delay, known, far))
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the table for a file."""
-        shapes = {'shapes': [list(each) for each in self.shapes]} if self.shapes else {}
-        return {'delays': list(self.delays), 'blank': self.blank, **shapes}
-
 
 @dataclass(frozen=True)
 class Calibration:
@@ -235,14 +229,6 @@ class Calibration:
         if self.left is None:
             raise SettingsError('the left end is not read from (read.end is right)')
         return self.left
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return both tables for a file, and the corrections if there are any."""
-        left = self.left and self.left.as_dict()
-        found = {'left': left, 'right': self.right.as_dict()}
-        if self.pulse_corrections:
-            found['pulse_corrections'] = self.pulse_corrections.as_dict()
-        return found
 
 
 def calibration_key(design: Design, settings: Settings) -> str:

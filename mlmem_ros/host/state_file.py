@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from mlmem import Calibration, SettingsError, atomic_files
-from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError, decode_value, parse_json
+from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError, decode_value, encode_value, parse_json
 from mlmem.physics import StateError
 from mlmem.schema import make_printable
 
@@ -110,7 +110,7 @@ def save_calibration(path: Path, key: str, calibration: Calibration) -> None:
     """
     kept = _read_file(path, *_CALIBRATION_TEXTS) or {}
     kept.pop(key, None)
-    kept[key] = calibration.as_dict()
+    kept[key] = encode_value(calibration)
     _write_file(
         path, 'calibrations', dict(list(kept.items())[-MAX_CALIBRATIONS:]), 'the calibration'
     )

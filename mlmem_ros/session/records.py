@@ -21,7 +21,7 @@ from typing import Any
 from mlmem import Calibration, Command, MemoryElement, Refused, Settings, snapshot
 from mlmem.commands import COMMANDS_BY_NAME
 from mlmem.instrument.drivers import steps_per_tick
-from mlmem.parsing import ANY_VALUE, DecodeError, decode_value, parse_json
+from mlmem.parsing import ANY_VALUE, DecodeError, decode_value, encode_value, parse_json
 from mlmem.physics import ARITHMETIC_VERSION, Design, Specimen
 from mlmem.physics.potential import Array
 from mlmem.schema import Description, describe_field, make_printable, short_repr
@@ -51,11 +51,11 @@ def build_header(element: MemoryElement, node: str, parameters: Mapping[str, Any
     """
     made, special = element.made, {}
     if made.design != element.design or not made.is_ideal:
-        special['specimen'] = made.as_dict()
+        special['specimen'] = encode_value(made)
     if element.forecast is not None:
-        special['forecast'] = element.forecast.as_dict()
+        special['forecast'] = encode_value(element.forecast)
     if element.twin is not None:
-        special['twin'] = element.twin.as_dict()
+        special['twin'] = encode_value(element.twin)
     return _serialize_json(
         {
             'format': SESSION_FORMAT,
@@ -165,7 +165,7 @@ class Header:
     @property
     def simulated(self) -> bool:
         """Whether it holds the state of a material, which a real element cannot give."""
-        return 'state' in self.initial
+        return self.initial.get('chain') is not None
 
     @property
     def calibration(self) -> Calibration:

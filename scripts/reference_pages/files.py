@@ -11,6 +11,7 @@ from typing import Any
 
 from mlmem import MemoryElement, Read, element_file, preset, snapshot
 from mlmem.moves import corrections
+from mlmem.parsing import encode_value
 from mlmem.physics import Specimen
 from mlmem_ros.bag import jazzy
 from mlmem_ros.host import state_file
@@ -27,7 +28,9 @@ def generate_files() -> dict[str, str]:
         snapshot.take_snapshot(element),
         corrections.PulseCorrections((corrections.PulseCorrection(),) * 2, '', (1.0,) * 2),
     )
-    calibrated = dataclasses.replace(element.calibration, pulse_corrections=corrected).as_dict()
+    calibrated = encode_value(
+        dataclasses.replace(element.calibration, pulse_corrections=corrected)
+    )
     made = Specimen(element.design, k_r_factor=1.01, offset=0.01)
     known = element_file.Element(
         dataclasses.replace(made, mass=2.0, stuck=(9,)), made.alpha, 1.01,

@@ -71,21 +71,20 @@ STATE = {
 SNAPSHOT = {
     'design': 'the design, by parameter; it must be that of the device',
     'ticks': 'ticks that the device has done',
-    'steps': 'time steps that the material has done (a simulated element only, as the next two)',
-    'V_N': "displacement of the substrate's end, in cells",
-    'state': 'displacement, velocity and acceleration of every cell, then the same of an elastic '
-    'substrate',
-    'recent': 'last samples of both ends, from which their rest positions are taken',
-    'returns': 'what is known of the waves that either end may still see',
-    'last_moved': 'tick since when substrate, base and material have not moved or changed',
-    'actuator': 'strain, and the motion under way',
+    'chain': 'the material: `values` (displacement, velocity and acceleration of every cell, then '
+    "the same of an elastic substrate), `V_N` (displacement of the substrate's end, in cells) and "
+    '`steps` (time steps done); null for a real element',
+    'transducer': 'last samples of both ends (`recent`), from which their rest positions are '
+    'taken, and what is known of the waves that either end may still see (`returns`)',
+    'sensors': 'samples that a late signal still has to show (`late`), and where slow signals are '
+    'without noise (`slow`, or null)',
+    'actuator': 'strain, the motion under way, and the time since it began',
     'linkage': 'state of the transmission between actuator and substrate',
     'base': 'acceleration of the base, and when it was last heard of',
+    'last_moved': 'tick since when substrate, base and material have not moved or changed',
     'faults': 'the active faults',
-    'random_since': 'tick from which the random numbers of faults are counted',
     'script': 'faults to come, with the ticks from which on they are all that is faulty',
-    'late': 'samples of both ends that a late signal still has to show, with every bit',
-    'slow': 'where slow signals are without noise (faults.sensor_lag), or null',
+    'random_since': 'tick from which the random numbers of faults are counted',
     'reading': 'the content as last decoded, or null',
     'unknown': 'why the content is no longer known, and since which tick, or null',
     'calibration': 'echo delays and pulse corrections; see the calibration file',
@@ -105,7 +104,7 @@ CALIBRATIONS = {
 CALIBRATION = {
     'left': 'delay table of the left end, or null if it is not read from',
     'right': 'delay table of the right end',
-    'pulse_corrections': 'corrections of the steps; absent if all pulses are as in the settings',
+    'pulse_corrections': 'corrections of the steps; null if all pulses are as in the settings',
 }
 """A calibration."""
 
@@ -113,7 +112,7 @@ TABLE = {
     'delays': 'echo delay of every level, in time units',
     'blank': 'echo delay of a blank element in time units, or null if it gives no echo',
     'shapes': 'for every level the times at which its echo crosses 0.8 and 1.25 of the threshold, '
-    'null where it does not, and its greatest v_c over the threshold; absent if not '
+    'null where it does not, and its greatest v_c over the threshold; empty if not '
     'known',
 }
 """A delay table."""
@@ -121,7 +120,7 @@ TABLE = {
 PULSE_CORRECTIONS = {
     'steps': 'by level: factors on the strains, the times and the launch speed of the pulse',
     'schedule': 'hash of the settings that shape the pulses; with others these are ignored',
-    'kinks': 'by level: factors on the speed of a kink; absent for one wall',
+    'kinks': 'by level: factors on the speed of a kink; empty for one wall',
 }
 """Pulse corrections."""
 

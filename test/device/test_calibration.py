@@ -32,7 +32,7 @@ from mlmem.moves.corrections import (
     apply_correction,
     hash_schedule,
 )
-from mlmem.parsing import DecodeError, decode_value
+from mlmem.parsing import DecodeError, decode_value, encode_value
 from mlmem.physics import CASE_II, Scatter, Specimen, StateError, find_level, scattered
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.procedures import calibrating
@@ -135,7 +135,7 @@ def test_distance_is_interpolated_between_levels(table):
 
 @pytest.mark.parametrize('table', [RISING, FALLING, SHAPED])
 def test_table_survives_file(table):
-    assert decode_value(DelayTable, json.loads(json.dumps(table.as_dict()))) == table
+    assert decode_value(DelayTable, json.loads(json.dumps(encode_value(table)))) == table
 
 
 @pytest.mark.parametrize(
@@ -358,7 +358,7 @@ def test_correction_scales_strains_within_actuators_limit():
     ids=str,
 )
 def test_file_with_invalid_pulse_corrections_is_rejected(planned, tmp_path, corrections):
-    values = {**planned.calibration.as_dict(), 'pulse_corrections': corrections}
+    values = {**encode_value(planned.calibration), 'pulse_corrections': corrections}
     with pytest.raises(ValueError, match=r'must be|lacks'):
         decode_value(Calibration, values).check(BITS_2.design.levels)
     path = tmp_path / 'file'

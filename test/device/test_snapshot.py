@@ -188,32 +188,34 @@ def test_busy_device_is_neither_taken_nor_restored(written):
 NAN, INF = math.nan, math.inf
 
 DAMAGE = [
-    ('ticks', -5), ('ticks', 'x'), ('ticks', None), ('ticks', INF), ('steps', 7), ('steps', NAN),
-    ('V_N', 1.0), ('V_N', NAN), ('V_N', 'x'), ('state', None), ('state', {}),
-    ('state.f8', '****'), ('state.f8', ''), ('state.f8', 'AAAA'), ('state.f8', 7),
-    ('state.shape', [2, 125]), ('state.shape', 'x'), ('state.shape', [6, 113]),
-    ('recent.shape', [1, 2]), ('recent.shape', [576]), ('recent.f8', ''), ('recent', 3),
+    ('ticks', -5), ('ticks', 'x'), ('ticks', None), ('ticks', INF), ('chain.steps', 7),
+    ('chain.steps', NAN), ('chain.V_N', 1.0), ('chain.V_N', NAN), ('chain.V_N', 'x'),
+    ('chain', None), ('chain', {}), ('chain.values', {}), ('chain.values.f8', '****'),
+    ('chain.values.f8', ''), ('chain.values.f8', 'AAAA'), ('chain.values.f8', 7),
+    ('chain.values.shape', [2, 125]), ('chain.values.shape', 'x'),
+    ('chain.values.shape', [6, 113]), ('transducer.recent.shape', [1, 2]),
+    ('transducer.recent.shape', [576]), ('transducer.recent.f8', ''), ('transducer.recent', 3),
     ('actuator', 5), ('actuator', {}), ('actuator.strain', NAN), ('actuator.strain', 0.0799),
-    ('actuator.target', 0.081), ('actuator.target', INF), ('actuator.start', -1.0),
-    ('actuator.duration', -1.0), ('actuator.duration', INF), ('actuator.duration', 'x'),
-    ('actuator.elapsed', NAN), ('actuator.elapsed', -1.0), ('actuator.target', ...),
+    ('actuator.motion.target', 0.081), ('actuator.motion.target', INF),
+    ('actuator.motion.start', -1.0), ('actuator.motion.duration', -1.0),
+    ('actuator.motion.duration', INF), ('actuator.motion.duration', 'x'),
+    ('actuator.elapsed', NAN), ('actuator.elapsed', -1.0), ('actuator.motion.target', ...),
     ('calibration', None), ('calibration.left', {}), ('calibration.left.delays', [1.0, 2.0]),
     ('calibration.right.delays', [1.0]), ('calibration.right.blank', NAN),
-    ('calibration.left.delays', [float(n % 3) for n in range(4)]),
-    ('reading', 7), ('reading', {'level': 3}), ('reading.level', 4), ('reading.level', -3),
-    ('reading.level', 'x'), ('reading.colour', 'red'),
-    ('design.gamma', -1e-4), ('design.N', 124), ('design', None),
+    ('calibration.left.delays', [float(n % 3) for n in range(4)]), ('reading', 7),
+    ('reading', {'level': 3}), ('reading.level', 4), ('reading.level', -3), ('reading.level', 'x'),
+    ('reading.colour', 'red'), ('design.gamma', -1e-4), ('design.N', 124), ('design', None),
     ('statistics', 7), ('statistics.reads', -1), ('statistics.reads', 1.5), ('statistics.x', 1),
-    ('statistics.level_writes', [0] * 3), ('statistics.level_ticks', 3),
-    ('returns', 7), ('returns.left', {}), ('returns.left.bound', NAN),
-    ('returns.left.bound', -1.0), ('returns.right.since', -1), ('returns.right.seen', 'x'),
-    ('returns', {}), ('late', ...),
-    ('last_moved', NAN), ('last_moved', 10**9), ('last_moved', ...),
-    ('ticks', ...), ('state', ...), ('recent', ...), ('reading', ...), ('calibration', ...),
-    ('faults', None), ('faults.weak_cell', 126), ('faults.sensor_noise', -1.0),
-    ('faults', {'rust': 1.0}), ('linkage.encoder_strain', NAN), ('linkage.commanded', 0.01),
-    ('base.acceleration', INF), ('base.acceleration', 'x'),
-    ('base.silence', 'x'), ('base.silence', 0.5),
+    ('statistics.level_writes', [0] * 3), ('statistics.level_ticks', 3), ('transducer.returns', 7),
+    ('transducer.returns.left', {}), ('transducer.returns.left.bound', NAN),
+    ('transducer.returns.left.bound', -1.0), ('transducer.returns.right.since', -1),
+    ('transducer.returns.right.seen', 'x'), ('transducer.returns', {}), ('sensors.late', ...),
+    ('sensors', 3), ('random_since', 10**9), ('random_since', -1), ('last_moved', NAN),
+    ('last_moved', 10**9), ('last_moved', ...), ('ticks', ...), ('chain', ...),
+    ('transducer.recent', ...), ('reading', ...), ('calibration', ...), ('faults', None),
+    ('faults.weak_cell', 126), ('faults.sensor_noise', -1.0), ('faults', {'rust': 1.0}),
+    ('linkage.encoder_strain', NAN), ('linkage.commanded', 0.01), ('base.acceleration', INF),
+    ('base.acceleration', 'x'), ('base.silence', 'x'), ('base.silence', 0.5),
 ]  # fmt: skip
 """Entries of a snapshot and what they are replaced by; ... takes them out."""
 
@@ -263,18 +265,19 @@ def test_damaged_snapshot_is_rejected_and_changes_nothing(written, alive):
 )
 def test_snapshot_with_damaged_trajectory_is_rejected(change):
     taken = snapshot.take_snapshot(on_a_trajectory())
-    taken['actuator'] |= change
+    taken['actuator']['motion'] |= change
     with pytest.raises(StateError):
         snapshot.restore_snapshot(rig.device(), taken)
 
 
-@pytest.mark.parametrize('what', ['state', 'recent'])
+@pytest.mark.parametrize('what', [('chain', 'values'), ('transducer', 'recent')])
 @pytest.mark.parametrize('bad', [NAN, INF])
 def test_values_that_are_not_finite_are_rejected(written, alive, what, bad):
     values = snapshot.take_snapshot(written(2))
-    numbers = np.frombuffer(bytearray(base64.b64decode(values[what]['f8'])), '<f8')
+    array = values[what[0]][what[1]]
+    numbers = np.frombuffer(bytearray(base64.b64decode(array['f8'])), '<f8')
     numbers[100] = bad
-    values[what]['f8'] = base64.b64encode(numbers.tobytes()).decode()
+    array['f8'] = base64.b64encode(numbers.tobytes()).decode()
     element = alive
     before = rig.bits(element)
     with pytest.raises(StateError):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mlmem.parsing import decode_value
+from mlmem.parsing import decode_value, encode_value
 from mlmem.physics import (
     CASE_II,
     NOH_BATHE,
@@ -164,7 +164,7 @@ def test_stiffer_springs_need_shorter_step():
 
 def test_specimen_comes_back_from_plain_values():
     made = scattered(SMALL, SCATTER, seed=2)
-    again = decode_value(Specimen, made.as_dict())
+    again = decode_value(Specimen, encode_value(made))
     for name in ('alpha', 'k_r', 's', 'masses', 'offsets'):
         assert (getattr(again, name) == getattr(made, name)).all()
     assert Specimen(SMALL, k_r_factor=1.0).springs == ()  # the loops are compiled without them
@@ -290,7 +290,7 @@ def test_specimen_values_out_of_range_are_rejected(field, value):
 def test_only_rigid_substrate_can_damp_cells():
     made = Specimen(SMALL, damped_by_substrate=True)
     assert not made.is_ideal
-    assert decode_value(Specimen, made.as_dict()).damped_by_substrate
+    assert decode_value(Specimen, encode_value(made)).damped_by_substrate
     with pytest.raises(DesignError, match='only a rigid substrate can damp the cells'):
         dataclasses.replace(made, design=dataclasses.replace(SMALL, substrate='elastic'))
 

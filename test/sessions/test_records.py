@@ -151,13 +151,13 @@ def session_of(header, stamped=(), hashes=()):
         (('ticks',), 10**400),
         (('ticks',), -1),
         (('ticks',), 0.5),
-        (('steps',), None),
-        (('V_N',), 1e300),
-        (('state', 'f8'), 'AAAA'),
-        (('state', 'shape'), [10**9, 10**9]),
-        (('recent',), []),
+        (('chain', 'steps'), None),
+        (('chain', 'V_N'), 1e300),
+        (('chain', 'values', 'f8'), 'AAAA'),
+        (('chain', 'values', 'shape'), [10**9, 10**9]),
+        (('transducer', 'recent'), []),
         (('actuator', 'strain'), 'much'),
-        (('actuator', 'duration'), -1.0),
+        (('actuator', 'motion', 'duration'), -1.0),
         (('calibration', 'left', 'delays'), [0.0] * 10**5),
         (('reading',), {'level': 2.5}),
         (('statistics', 'level_writes'), [1]),
@@ -174,9 +174,9 @@ def test_invalid_state_is_rejected(header, path, value):
 
 def test_state_that_does_not_agree_is_rejected(header):
     values = json.loads(json.dumps(header))
-    state = np.zeros(values['initial']['state']['shape'])
+    state = np.zeros(values['initial']['chain']['values']['shape'])
     state[0, 5] = 1e300
-    values['initial']['state']['f8'] = base64.b64encode(state.tobytes()).decode()
+    values['initial']['chain']['values']['f8'] = base64.b64encode(state.tobytes()).decode()
     with pytest.raises(BagError, match='its state must agree'):
         build_element(session_of(json.dumps(values)))
 

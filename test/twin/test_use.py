@@ -26,7 +26,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
-from mlmem.parsing import DecodeError, decode_value
+from mlmem.parsing import DecodeError, decode_value, encode_value
 from mlmem.physics import PEFRL, Chain, Scatter, Specimen, scattered
 from mlmem.readers.register import pin_walls
 from mlmem.settings import ProbeSettings
@@ -56,11 +56,10 @@ def element():
 
 
 def test_specimen_comes_back_to_the_bit():
-    again = decode_value(Specimen, MADE.as_dict())
+    again = decode_value(Specimen, encode_value(MADE))
     assert again.design == MADE.design
     for name in ('alpha', 's', 'masses', 'offsets'):
         assert (getattr(again, name) == getattr(MADE, name)).all(), name
-    assert MADE.as_dict()['mass'] == 1.0  # equal ones as one number
     assert not again.is_ideal
     assert Specimen(DESIGN).is_ideal
 
@@ -68,7 +67,7 @@ def test_specimen_comes_back_to_the_bit():
 @pytest.mark.parametrize('wrong', [{'mass': 0.0}, {'alpha_factor': [1.0, 2.0]}, {'design': {}}])
 def test_value_that_is_no_specimen_is_rejected(wrong):
     with pytest.raises(DecodeError):
-        decode_value(Specimen, MADE.as_dict() | wrong)
+        decode_value(Specimen, encode_value(MADE) | wrong)
 
 
 def test_element_is_at_equilibrium_in_its_ground_states(element):
@@ -167,7 +166,7 @@ def test_header_carries_the_twin_of_a_register():
     twin = read_header(header_of(element)).twin
     assert (twin.alpha == OWN.alpha).all()
     assert twin.design == BYTE.design
-    other = {'twin': Specimen(DESIGN).as_dict()}
+    other = {'twin': encode_value(Specimen(DESIGN))}
     with pytest.raises(BagError, match='twin must have the cells and defects of the design'):
         read_header(json.dumps(json.loads(header_of(element)) | other))
 

@@ -107,8 +107,8 @@ def _read_inputs(arguments: argparse.Namespace) -> tuple[Preset, list[Shot], Int
         if header.design != known.design:
             raise Misfitting(f'{source} is of another design')
         shots += session.shots
-        simulated = 'state' in header.initial
-        integrators.add(INTEGRATORS[header.settings.time.integrator] if simulated else None)
+        method = INTEGRATORS[header.settings.time.integrator]
+        integrators.add(method if header.simulated else None)
     if known is None:
         raise Misfitting('CSV files do not tell the design: give --design')
     return known, shots, integrators.pop() if len(integrators) == 1 else None

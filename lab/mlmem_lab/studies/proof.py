@@ -26,7 +26,7 @@ import numpy as np
 
 from mlmem import Calibration, Erase, Read, Settings, Write
 from mlmem.element_file import Element
-from mlmem.parsing import decode_value
+from mlmem.parsing import decode_value, encode_value
 from mlmem.physics import Design
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.reading import BLANK
@@ -75,7 +75,7 @@ class Proof:
         )
         bench = Bench(self.design, settings, self.element)
         return bench.as_dict() | {
-            'calibration': bench.calibration.as_dict(), 'contents': self._written_contents(),
+            'calibration': encode_value(bench.calibration), 'contents': self._written_contents(),
         }  # fmt: skip
 
     def points(self) -> list[dict[str, Any]]:
