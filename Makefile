@@ -105,4 +105,4 @@ setup setup-test setup-kilted:
 	@$(PYTHON) scripts/bootstrap.py $(STAGE)
 
 clean:
-	rm -rf .venv .venv-kilted build dist docs/_build *.egg-info sessions reproduction benchmarks mutants .coverage*
+	rm -rf .venv .venv-kilted build dist docs/_build *.egg-info sessions reproduction mutants .coverage*

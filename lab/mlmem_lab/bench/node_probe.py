@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Memory nodes that measure themselves: the process that the benchmark `node` starts.
 
-It prints one JSON line when it is ready. For every line that it reads it measures itself for so
-many seconds, at a speed if there is a second number, and prints the result as another line. It
-serves requests all the time, until its
+It prints one JSON line when it is ready. For every line that it reads, seconds and a speed, it
+measures itself and prints the result as another line. It serves requests all the time, until its
 standard input is closed.
 """
 
@@ -28,26 +27,25 @@ from mlmem_ros.ros.node.run import SINGLE_ELEMENT, GuardedExecutor, end_nodes, s
 from mlmem_ros.ros.process import use_profile
 
 
-class Watched(LoopStatistics):
-    """Keeps every lateness."""
+class LatenessRecord(LoopStatistics):
+    """Statistics that keep every lateness."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.all, self.ticks_of = array('f'), array('q')
+        self._lateness, self._ticks = array('f'), array('q')
 
     def count(self, lateness: float, busy: float, ticks: int = 1) -> None:
         """Take the times of equal ticks."""
         super().count(lateness, busy, ticks)
-        self.all.append(lateness)
-        self.ticks_of.append(ticks)
+        self._lateness.append(lateness)
+        self._ticks.append(ticks)
 
-    def percentiles(self, *shares: float) -> list[float]:
-        """Return the lateness that so many percent of the ticks do not exceed, in ms."""
-        late = np.array(self.all)
+    def compute_p99_ms(self) -> float:
+        """Return the lateness that 99 of 100 ticks do not exceed, in ms."""
+        late = np.array(self._lateness)
         order = np.argsort(late)
-        done = np.cumsum(np.array(self.ticks_of)[order])
-        at = np.searchsorted(done, np.array(shares) / 100.0 * done[-1])
-        return [1e3 * float(each) for each in late[order][np.minimum(at, len(late) - 1)]]
+        done = np.cumsum(np.array(self._ticks)[order])
+        return 1e3 * float(late[order][np.searchsorted(done, 0.99 * done[-1])])
 
 
 def main(begun: float, number: int) -> None:
@@ -70,17 +68,17 @@ def main(begun: float, number: int) -> None:
         if select.select([sys.stdin], [], [], 0.0)[0]:
             if not (line := sys.stdin.readline()):
                 break
-            seconds, *speed = map(float, line.split())
-            _print_values(_watch_node(nodes[0], executor, seconds, *speed))
+            seconds, speed = map(float, line.split())
+            _print_values(_watch_node(nodes[0], executor, seconds, speed))
     end_nodes(nodes, executor)
 
 
 def _watch_node(
-    node: MemoryNode, executor: GuardedExecutor, seconds: float, speed: float = 1.0
+    node: MemoryNode, executor: GuardedExecutor, seconds: float, speed: float
 ) -> dict[str, float]:
     """Return measurements of the process, and of the ticks of its first node."""
     loop = node.host.open_loop()
-    statistics, own = Watched(), loop.statistics
+    statistics, own = LatenessRecord(), loop.statistics
     node.host.set_speed(speed)
 
     def count(lateness: float, busy: float, ticks: int = 1) -> None:
@@ -99,14 +97,10 @@ def _watch_node(
     node.host.set_speed(1.0)
     loop.call(lambda: vars(own).pop('count')).result()
     statistics.overruns += own.overruns
-    p50, p99, worst = statistics.percentiles(50.0, 99.0, 100.0)
     return {
         'share': 100.0 * used / (now - begun),
         'busy': 1e6 * statistics.busy,
-        'p50': p50,
-        'p99': p99,
-        'worst': worst,
-        'ticks': statistics.ticks,
+        'p99': statistics.compute_p99_ms(),
         'factor': statistics.ticks * loop.element.settings.tick_seconds / (now - begun),
         'overruns': statistics.overruns,
         'memory': _read_resident_mb(),

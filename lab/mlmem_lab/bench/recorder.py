@@ -14,7 +14,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,7 @@ from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.session.records import STRING_TYPE
 
-from .measure import Comparison, Contender, measure_contenders
+from .measure import Contender, ResultTable, compare_costs, format_number, measure_contenders
 
 MATRIX_TYPE = 'std_msgs/msg/Float32MultiArray'
 
@@ -113,41 +113,33 @@ def _joint_states(chain: Chain, time: int) -> dict[str, Any]:
 
 TITLE = 'recording at four times the default rates'
 
-SESSION_TIME_S = 20.0
-"""Seconds of session in the throughput comparison."""
-
 Put = Callable[[Message], object]
 Opened = Callable[[Path], AbstractContextManager[Put]]
 
 
-def run(repeats: int) -> list[Comparison]:
+def run(repeats: int) -> ResultTable:
     """Measure the throughput of every writer."""
-    messages = build_traffic(SESSION_TIME_S)
+    seconds = 20.0
+    messages = build_traffic(seconds)
+    size = sum(len(message.cdr) for message in messages) / 1e6
     with tempfile.TemporaryDirectory() as folder:
-        bag = Path(folder) / 'bag'
-        return [_compare_throughput(messages, bag, repeats)]
-
-
-def _compare_throughput(messages: list[Message], bag: Path, repeats: int) -> Comparison:
-    size = sum(len(message.cdr) for message in messages)
-    contenders = [
-        Contender(name, partial(_write_bag, messages, opened, bag), len(messages))
-        for name, opened in WRITERS_BY_NAME.items()
-    ]
-    entries = []
-    for entry in measure_contenders(contenders, repeats, scale=1e6):
-        rate = 1e6 / entry.spread.median
-        values = {'messages/s': rate, 'MB/s': rate * size / len(messages) / 1e6}
-        entries.append(replace(entry, values=values))
-    return Comparison(
-        'recorder_throughput',
-        'Recorder: as fast as possible',
-        'us / message',
-        f'{len(messages)} messages ({size / 1e6:.1f} MB, {SESSION_TIME_S:g} s of session) from '
-        f'opening '
-        'to closing the bag; MCAP, zstd',
-        entries,
+        contenders = [
+            Contender(
+                name, partial(_write_bag, messages, opened, Path(folder) / 'bag'), len(messages)
+            )
+            for name, opened in WRITERS_BY_NAME.items()
+        ]
+        costs = measure_contenders(contenders, repeats, scale=1e6)
+    rows = compare_costs(contenders, costs, 'us / message')
+    for row, own in zip(rows, costs, strict=True):
+        rate = 1e6 / float(np.median(own))
+        row['messages/s'] = format_number(rate)
+        row['MB/s'] = format_number(rate * size / len(messages))
+    caption = (
+        f'{len(messages)} messages ({size:.1f} MB, {seconds:g} s of session) from opening to '
+        'closing the bag; MCAP, zstd'
     )
+    return ResultTable('Recorder: as fast as possible', caption, rows)
 
 
 def _write_bag(messages: list[Message], opened: Opened, bag: Path) -> None:

@@ -4,30 +4,26 @@
 
 import json
 
-import pytest
+from mlmem_lab.bench.node import build_row, keep_column
 
-from mlmem_lab.bench.measure import Comparison
-from mlmem_lab.bench.node import _build_entry, keep_column
-
-
-@pytest.fixture
-def comparison():
-    entries = [
-        _build_entry('share', [(0.2, 3.0), (0.4, 80.0), (0.3, 5.0)]),
-        _build_entry('worst', [(9, 0)]),
-    ]
-    return Comparison('node', '', 'value', '', entries, measured=False)
+ROWS = [build_row('share', [(0.2, 3.0), (0.4, 80.0), (0.3, 5.0)]), build_row('memory', [(9, 0)])]
 
 
-def test_a_result_file_has_a_column_for_every_processor(comparison, tmp_path):
+def test_figures_are_judged_on_a_quiet_machine_only():
+    assert ROWS[0]['verdict'] == 'not judged: the machine was busy'
+    assert build_row('share', [(0.3, 5.0)])['verdict'] == 'good'
+    assert build_row('share', [(1.3, 80.0)])['verdict'] == 'missed'
+    assert build_row('factor', [(999.0, 5.0)])['verdict'] == 'missed'
+
+
+def test_result_file_has_a_column_for_every_processor(tmp_path):
     file = tmp_path / 'node.json'
-    keep_column(comparison, file)
+    keep_column(ROWS, file)
     rows = json.loads(file.read_text())['rows']
     (ours,) = rows[0].keys() - {'figure', 'goal'}
-    names = [entry.name for entry in comparison.entries]
-    assert [row['figure'] for row in rows] == ['date', 'actions', *names]
+    assert [row['figure'] for row in rows] == ['date', 'actions', *(row['figure'] for row in ROWS)]
     assert [row[ours] for row in rows[2:]] == ['0.3 (busy)', '9']
     assert rows[2]['goal'] == 'at most 1'
     file.write_text(json.dumps({'rows': [{**row, ours: '7', 'another': '8'} for row in rows]}))
-    keep_column(comparison, file)
+    keep_column(ROWS, file)
     assert json.loads(file.read_text())['rows'] == [{**row, 'another': '8'} for row in rows]
