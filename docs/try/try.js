@@ -17,6 +17,7 @@ const DRAWN = 130; // milliseconds between two drawings of an echo that comes in
 const BUDGET = 14; // milliseconds of a frame for the loop
 const RELEASE = { ramp: 1200, settle: 1500 }; // of a strain set by hand, in time units
 const LAUNCH = 0.05; // speed of an end that is moved
+const SETTLE = 1500; // time units until a wall stands still after a kick
 
 class Tab {
   constructor(presets) {
@@ -34,7 +35,6 @@ class Tab {
     };
     for (const button of document.querySelectorAll('[data-do]')) button.onclick = () => this.act(button, button.dataset.do);
     for (const button of document.querySelectorAll('.probe')) button.onclick = () => this.read(button, button.dataset.end);
-    find('word').onclick = () => this.write(Math.max(0, Math.min(this.about.words - 1, Number(find('number').value) | 0)), find('word'));
     find('strain').oninput = () => put(find('strained'), signed(Number(find('strain').value), 3));
     find('strain').onchange = () => this.follow(Number(find('strain').value));
     find('release').onclick = () => this.follow(0);
@@ -66,9 +66,6 @@ class Tab {
     find('facts').textContent = facts(this.about);
     find('strain').min = -this.about.max_strain;
     find('strain').max = this.about.max_strain;
-    const many = Boolean(this.element.register);
-    document.body.classList.toggle('many-walls', many);
-    find('number').max = this.about.words - 1;
     find('quick').oninput();
     this.column();
     this.log(`${name}: ${this.named(this.content)} was written before`);
@@ -102,7 +99,7 @@ class Tab {
     const { element, action } = this, since = action && element.time - action.from;
     this.panel.show({
       column: this.shown, strain: element.strain, walls: element.walls, level: this.content, why: this.why,
-      doing: action && { name: action.name, content: action.level, for: since * element.unit, share: Math.min(1, since / action.duration) },
+      doing: action && { name: action.name, content: action.content, for: since * element.unit, share: Math.min(1, since / action.duration) },
     });
     this.panel.picture.draw();
     if (element.listening && performance.now() - (this.heard ?? 0) > DRAWN) {
@@ -122,7 +119,7 @@ class Tab {
     return register ? levels.reduce((word, level) => word | (1 << level), 0) : levels.at(-1) ?? -1;
   }
 
-  named(content) { return this.element.register ? `word ${content}` : describe(content); }
+  named(content) { return describe(content, Boolean(this.element.register)); }
 
   free(control) {
     if (this.action) say(control, `It is busy: ${this.action.name}.`);
@@ -131,8 +128,10 @@ class Tab {
 
   pick() {} // a cell; it has no faults here
 
-  write(level, control) {
-    if (this.free(control)) this.go('write', Number(level));
+  write(content, control) {
+    const { words } = this.about;
+    if (!(Number.isInteger(content) && content >= 0 && content < words)) say(control, `The content must be from 0 to ${words - 1}.`);
+    else if (this.free(control)) this.go('write', content);
   }
 
   act(button, name) {
@@ -147,14 +146,16 @@ class Tab {
     }[name];
     element.play([{ at: 0, ...drive }]);
     this.log(name === 'kick' ? `kick at ${this.kickSpeed.toFixed(3)}` : name, 'asked');
-    this.moved(`after a ${name} it has to be read`);
+    this.moved(`a read follows the ${name}`);
+    const duration = (element.phases[1] - element.phases[0]) / drive.speed + (drive.hold ?? 0) + SETTLE;
+    this.begin({ name, content: null, duration, then: () => this.listen('left') });
   }
 
   /** Strain by hand, as fast as the actuator may. */
   follow(strain) {
     const { element } = this, way = Math.abs(strain - element.strain);
     element.play([ramp(0, element.strain, strain, Math.max(60, (1.5 * way) / element.rate))]);
-    this.moved('after a strain it has to be read');
+    this.moved('read the element after its strain');
   }
 
   moved(why) {
@@ -172,7 +173,7 @@ class Tab {
     const way = element.register ? wordWay(element, present, level) : element.ways[`${present} ${level}`];
     if (way) events.push(...way.events.map((event) => ({ ...event, at: event.at + first })));
     element.play(events);
-    this.begin({ name, level: name === 'write' ? level : null, duration: first + (way?.duration ?? 0), then: () => this.listen('left') });
+    this.begin({ name, content: name === 'write' ? level : null, duration: first + (way?.duration ?? 0), then: () => this.listen('left') });
   }
 
   read(control, end) {
@@ -181,7 +182,7 @@ class Tab {
 
   listen(end) {
     this.element.probe(end);
-    this.begin({ name: 'read', level: null, duration: this.element.probes[end].listen, then: null });
+    this.begin({ name: 'read', content: null, duration: this.element.probes[end].listen, then: null });
   }
 
   begin(action) { this.action = { ...action, from: this.element.time }; }

@@ -179,7 +179,7 @@ class PageRequests:
                 return client.set_parameters({'time.speed': check_speed(speed)})
             case 'fault':
                 return client.set_parameters(_check_fault(asked))
-            case 'heal':
+            case 'clear_faults':
                 return client.set_parameters(HEALTHY_FAULTS)
             case 'record':
                 on = asked.get('on') is not False

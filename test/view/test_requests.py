@@ -127,8 +127,8 @@ def test_self_test_answer_lists_every_check(requests, client):
     assert 'levels' in told[1]['text']
 
 
-def test_healing_resets_every_fault(requests, client):
-    requests.send({'do': 'heal'})
+def test_clear_faults_sets_every_healthy_value(requests, client):
+    requests.send({'do': 'clear_faults'})
     ((_, (values,), _),) = client.sent
     assert values['faults.actuator_stuck'] is False
     assert values['faults.damping_factor'] == 1.0

@@ -41,7 +41,10 @@ def test_element_in_the_tab_is_read_written_and_erased(opened, name):
 def test_byte_in_the_tab_holds_any_word(opened):
     browser = opened('try.html?preset=byte')
     assert 'word 12' in done(browser)
-    browser.click('#word')  # 90, which needs all walls out first
+    field = browser.driver.find_element('css selector', '.many input')
+    field.clear()
+    field.send_keys('0x5a')
+    browser.click('.many button')  # all walls leave first
     assert 'word 90' in done(browser)
     assert browser.text('.code') == '01011010'
     browser.click('[data-level="0"]')

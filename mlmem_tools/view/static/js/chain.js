@@ -65,6 +65,7 @@ export class Chain {
     this.key = key;
     this.buttons = [];
     this.row.replaceChildren();
+    this.row.parentElement.querySelector('.many')?.remove();
     this.row.classList.toggle('crowded', room < BUTTON);
     if (room < BUTTON) return this.arrangeMany();
     this.buttons = defects.map((site, level) => {
@@ -77,6 +78,7 @@ export class Chain {
       return button;
     });
     this.row.append(...this.buttons);
+    if (code) this.row.after(this.makeContentField());
   }
 
   /** Put a tick below every defect of many levels: a click takes the nearest, or a content is typed. */
@@ -100,12 +102,18 @@ export class Chain {
     };
     strip.onpointerleave = () => { word.textContent = ''; };
     strip.onclick = (event) => this.write(nearest(event), strip);
-    const what = code ? 'Word' : 'Level';
+    this.row.append(strip);
+    this.row.after(this.makeContentField());
+  }
+
+  /** Return a field that writes a level or a word, decimal or as 0xa7. */
+  makeContentField() {
+    const { code, levels } = this.about, what = code ? 'Word' : 'Level';
     const input = make('input', code ? { type: 'text', value: '0x0', size: 20, ariaLabel: what }
-      : { type: 'number', min: 0, max: defects.length - 1, value: 0, ariaLabel: what });
+      : { type: 'number', min: 0, max: levels - 1, value: 0, ariaLabel: what });
     const button = make('button', { textContent: 'Write' });
     button.onclick = () => this.controls.write(Number(input.value), button);
-    this.row.append(strip, make('div', { className: 'many live-only' }, what, input, button));
+    return make('div', { className: 'many live-only' }, what, input, button);
   }
 
   site(event) {

@@ -1,12 +1,12 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// Colours that colour-blind people can tell apart: light sand and deep blue also differ in lightness.
+// Colours that colour-blind people can tell apart. Both phases have a contrast of 3 with a card.
 
 export const COUNTS = 8000; // the active phase as an integer; the inactive phase is 0
 
 const STOPS = {
-  light: [[-0.25, '#c9791c'], [0, '#f4dfc1'], [0.5, '#ffffff'], [1, '#1c6ab0'], [1.25, '#0b2f55']],
-  dark: [[-0.25, '#e39a45'], [0, '#483b2b'], [0.5, '#0e1319'], [1, '#4396de'], [1.25, '#cfe8ff']],
+  light: [[-0.25, '#7a4a0a'], [0, '#bb8a45'], [0.5, '#ffffff'], [1, '#1c6ab0'], [1.25, '#0b2f55']],
+  dark: [[-0.25, '#e39a45'], [0, '#7d6644'], [0.5, '#0e1319'], [1, '#4396de'], [1.25, '#cfe8ff']],
 };
 
 export const theme = () => document.documentElement.dataset.theme;

@@ -6,6 +6,7 @@ import { say } from './bubble.js';
 import { find, make, put, row, signed } from './page.js';
 
 const FINAL = ['reset']; // procedures that nothing undoes
+const UNITS = { time: 'time units' };
 
 export class Controls {
   /** @param {Wire} wire to ask through; @param {(what, className) => void} log takes an event */
@@ -67,9 +68,10 @@ export class Controls {
       select.add(new Option(`${speed}×`, speed));
     }
     select.value = speed;
-    const known = Object.keys(this.faults).length;
+    const before = this.faults;
     this.faults = about.faults;
-    if (!known) this.offerFaults();
+    if (Object.keys(before).length) this.logFaults(before);
+    else this.offerFaults();
     this.showFaults();
   }
 
@@ -141,13 +143,15 @@ export class Controls {
 
   connectFaults() {
     find('cell').oninput = () => this.showFaults();
-    find('heal').onclick = () => this.ask(find('heal'), { do: 'heal' });
+    find('clear').onclick = () => this.ask(find('clear'), { do: 'clear_faults' });
   }
 
   /** Make the control of every fault: a button that is pressed, for a cell or the device, a number, or one of some words. */
   offerFaults() {
-    for (const [name, { healthy, type, text, unit, low, high, cell, choices }] of Object.entries(this.faults)) {
+    for (const [name, { healthy, type, text, low, high, cell, choices, ...fault }] of Object.entries(this.faults)) {
+      const unit = UNITS[fault.unit] ?? fault.unit;
       const title = unit ? `${text}, in ${unit}` : text, words = name.replaceAll('_', ' ');
+      find('meanings').append(make('dt', {}, words), make('dd', {}, title));
       const set = async (control, value) => {
         const { ok } = await this.ask(control, { do: 'fault', name, value });
         if (!ok) control.value = this.faults[name].value;
@@ -162,8 +166,18 @@ export class Controls {
           : make('input', { type: 'number', min: low, max: high, step: type === 'int' ? 1 : 'any' });
         input.onchange = () => set(input, input.value === '' ? healthy : choices.length ? input.value : Number(input.value));
         input.dataset.fault = name;
-        find('numbers').append(make('label', { title }, words, input));
+        find('numbers').append(make('label', { title }, make('span', {}, words, make('small', {}, unit)), input));
       }
+    }
+  }
+
+  /** Report the faults that were set or cleared. */
+  logFaults(before) {
+    for (const [name, { value, healthy, unit }] of Object.entries(this.faults)) {
+      if (value === before[name].value) continue;
+      const words = name.replaceAll('_', ' ');
+      if (value === healthy) this.log(`fault cleared: ${words}`);
+      else this.log(`fault set: ${words}${value === true ? '' : ` ${value} ${UNITS[unit] ?? unit}`.trimEnd()}`, 'no');
     }
   }
 

@@ -39,6 +39,7 @@ export class Panel {
     const content = this.find('.level');
     put(content, level == null ? 'not read' : level >= 0 ? this.spell(level) : level === -1 ? 'blank' : 'unknown');
     content.classList.toggle('word', !(level >= 0));
+    content.classList.toggle('of-register', level >= 0 && Boolean(this.about.code));
     content.classList.toggle('past', Boolean(this.about.procedures[doing?.name]?.changes)); // it is the last one
     put(this.find('.code'), level >= 0 ? this.about.codes[level] ?? '' : '');
     const known = confidence != null && level >= -1;
