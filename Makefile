@@ -36,10 +36,12 @@ bench: setup-test
 test: lint interfaces
 	$(VENV)/python -m $(PYTEST)
 
-# The site: docs/_build/index.html. Warnings are errors, links within it are checked.
+# The site: docs/_build/index.html. Warnings are errors, links within it are checked; so are contrast
+# and names, where Chromium and axe-core are installed.
 docs: setup-test
 	$(VENV)/python scripts/reference.py
 	$(VENV)/sphinx-build --quiet --fail-on-warning --keep-going docs docs/_build
+	$(VENV)/python scripts/check_site.py
 
 # A source archive and a wheel in dist/. The wheel is checked in a fresh environment without ROS 2.
 dist: setup

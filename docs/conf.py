@@ -41,7 +41,7 @@ html_title = f'mlmem_ros {__version__}'
 html_favicon = '../mlmem_tools/view/static/icon.svg'
 html_static_path = ['_static']
 html_css_files = ['site.css']
-html_js_files = [('operate.js', {'defer': 'defer'})]
+html_js_files = [('site.js', {'defer': 'defer'})]
 
 myst_heading_anchors = 4
 myst_enable_extensions = ['deflist', 'html_image']
