@@ -29,7 +29,7 @@ extensions = [
 ]
 source_suffix = {'.md': 'markdown', '.rst': 'restructuredtext'}
 root_doc = 'index'
-exclude_patterns = ['_build']
+exclude_patterns = ['_build', 'paper']  # what JOSS prints; it looks for paper.md in every folder
 
 html_theme = 'furo'
 html_theme_options = {  # pages can be edited there with REPOSITORY=https://github.com/OWNER/NAME
