@@ -14,7 +14,8 @@ from mlmem.procedure_table import BLANK
 from mlmem_ros.contract.calls import BankFailed, RequestError
 from mlmem_ros.ros.client.client import MemoryClient
 from mlmem_ros.ros.client.node_connection import NodeConnection
-from mlmem_ros.ros.client.reply import Reply, ReplySteps
+from mlmem_ros.ros.client.reply import Reply
+from mlmem_ros.ros.client.request import Request, Steps
 
 T = TypeVar('T')
 
@@ -177,10 +178,10 @@ class MemoryBank:
     ) -> Reply[T]:
         """Make a request to every element, and decode their contents once all have answered."""
 
-        def request_steps() -> ReplySteps[T]:
+        def request_steps(call: Request) -> Steps[T]:
             replies = [request(element) for element in self.elements]
             try:
-                yield replies
+                yield from call.wait_for(replies)
             finally:  # whoever cancels the reply of the bank cancels those of the elements
                 for reply in replies:
                     reply.cancel()
@@ -196,4 +197,4 @@ class MemoryBank:
                 raise BankFailed(errors, len(replies))
             return decode(contents)
 
-        return Reply(self._connection, name, request_steps(), timeout + 5.0)
+        return Reply(self._connection, name, request_steps, timeout + 5.0)

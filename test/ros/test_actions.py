@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Actions over real DDS: by rclpy's own action client, and by `MemoryClient`."""
 
+import asyncio
 import math
+from concurrent.futures import CancelledError
 
 import pytest
 
@@ -15,6 +17,7 @@ import rclpy
 from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
 from mlmem_interfaces.action import Calibrate, Erase, Read, SelfTest, Survey, Write
+from nodes import SOON
 from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from robot import Robot, values
@@ -273,6 +276,24 @@ def test_client_cancels_its_own_goal(client):
         write.wait()
     assert client.write(1).wait().level == 1
     assert not write.cancel_goal()
+
+
+@pytest.mark.usefixtures('slowly')
+@pytest.mark.parametrize('ended', ['by cancel', 'by a time-out of asyncio'])
+def test_cancelled_reply_cancels_its_procedure(client, memory, ended):
+    failures = memory.output.count('write failed')
+    write = client.write(7)
+    if ended == 'by cancel':
+        client.parameters('element').wait()  # sent after the goal
+        assert write.cancel()
+    else:
+        with pytest.raises(asyncio.TimeoutError):
+            asyncio.run(asyncio.wait_for(write, 0.2))
+    with pytest.raises(CancelledError):
+        write.wait()
+    write.freed.result(SOON)
+    assert memory.output.count('write failed') == failures + 1
+    assert client.write(1).wait().level == 1
 
 
 def test_client_without_actions_has_no_progress(client, memory):

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -49,10 +50,11 @@ from ...contract.calls import (
 )
 from ...contract.services import DEADLINE_ARGUMENT, load_action_types
 from ..middleware import ALIVE, create_events_executor
-from .client_thread import ClientThread
-from .node_connection import Call, NodeConnection
+from .client_thread import get_client_thread
+from .node_connection import NodeConnection
 from .procedure_reply import ProcedureReply
-from .reply import Reply, ReplySteps, check_seconds
+from .reply import Reply, check_seconds
+from .request import Request, Steps
 
 T = TypeVar('T')
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
@@ -97,7 +99,10 @@ class MemoryClient:
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait at most `timeout` seconds, whatever the patience, until the node is available."""
-        steps = self._call_steps('request', SetParametersAtomically, None, lambda _: None)
+
+        def steps(request: Request) -> Steps[None]:
+            yield from request.call('request', SetParametersAtomically)
+
         return Reply(self._connection, 'ready', steps, timeout + 1.0, patience=timeout)
 
     def node_count(self) -> int:
@@ -152,19 +157,13 @@ class MemoryClient:
 
     def pause(self, hold: bool = True, timeout: float = 10.0) -> Reply[Paused]:
         """Pause the element's time, or with `hold` false resume it."""
-        request = SetBool.Request(data=bool(hold))
-        steps = self._call_steps(
-            'pause', SetBool, request, lambda said: _parse_response(Paused, said)
-        )
-        return Reply(self._connection, 'pause', steps, timeout)
+        message = SetBool.Request(data=bool(hold))
+        return self._send('pause', timeout, SetBool, message, partial(_parse_response, Paused))
 
     def step(self, timeout: float = 10.0) -> Reply[Stepped]:
         """Run one tick while time is paused."""
-        request = Trigger.Request()
-        steps = self._call_steps(
-            'step', Trigger, request, lambda said: _parse_response(Stepped, said)
-        )
-        return Reply(self._connection, 'step', steps, timeout)
+        parse = partial(_parse_response, Stepped)
+        return self._send('step', timeout, Trigger, Trigger.Request(), parse)
 
     def follow(
         self,
@@ -237,9 +236,8 @@ class MemoryClient:
                 raise RequestRefused({'error': f'one of {", ".join(names)} is not a parameter'})
             return dict(zip(names, map(parameter_value_to_python, response.values), strict=True))
 
-        request = GetParameters.Request(names=list(names))
-        steps = self._call_steps('get_parameters', GetParameters, request, parse_values)
-        return Reply(self._connection, 'parameters', steps, timeout)
+        message = GetParameters.Request(names=list(names))
+        return self._send('get_parameters', timeout, GetParameters, message, parse_values)
 
     def set_parameters(self, values: Mapping[str, Any], timeout: float = 10.0) -> Reply[None]:
         """Set parameters of the node that may change while it runs, such as
@@ -264,11 +262,8 @@ class MemoryClient:
             build_parameter(name, _find_parameter_type(name, value), value)
             for name, value in values.items()
         ]
-        request = SetParametersAtomically.Request(parameters=given)
-        steps = self._call_steps(
-            'set_parameters_atomically', SetParametersAtomically, request, check_result
-        )
-        return Reply(self._connection, 'set_parameters', steps, timeout)
+        kind, message = SetParametersAtomically, SetParametersAtomically.Request(parameters=given)
+        return self._send('set_parameters_atomically', timeout, kind, message, check_result)
 
     def request(self, name: str, timeout: float = 120.0, **arguments: Any) -> Reply[Answer]:
         """Send any request that `~/request` takes, with its arguments; see `contract.services`.
@@ -278,14 +273,14 @@ class MemoryClient:
         """
         return self._send_request(name, Answer, timeout, **arguments)
 
-    # --- conversations -------------------------------------------------------------------
+    # --- sending ----------------------------------------------------------------------------
 
     def _send_request(
         self, name: str, kind: type[SomeAnswer], timeout: float, what: str = '', **arguments: Any
     ) -> Reply[SomeAnswer]:
         if name in PROCEDURES:  # which the node need not begin when nobody waits any more
             arguments.setdefault(DEADLINE_ARGUMENT, check_seconds('timeout', timeout))
-        steps = self._request_steps(name, kind, arguments)
+        steps = _build_request_steps(name, kind, arguments)
         return Reply(self._connection, what or name, steps, timeout)
 
     def _send_goal(
@@ -299,28 +294,46 @@ class MemoryClient:
     ) -> ProcedureReply[SomeAnswer]:
         """Request a procedure, after others, by its action if the node serves it."""
         arguments[DEADLINE_ARGUMENT] = check_seconds('timeout', timeout)
-        service: ReplySteps[Any] = self._request_steps(name, kind, arguments)
+        service: RequestSteps[Any] = _build_request_steps(name, kind, arguments)
         if kind is SelfTested:  # its own service reports every check
-            service = self._call_steps('self_test', SelfTest, SelfTest.Request(), parse_self_test)
+            message = SelfTest.Request()
+            service = _build_call_steps('self_test', SelfTest, message, parse_self_test)
         action = self._actions.get(name)
         return ProcedureReply(
             self._connection, name, action, arguments, kind, after, service, timeout, what
         )
 
-    def _request_steps(
-        self, name: str, kind: type[SomeAnswer], arguments: Mapping[str, Any]
-    ) -> ReplySteps[SomeAnswer]:
-        return self._call_steps(
-            'request',
-            SetParametersAtomically,
-            build_request(name, **arguments),
-            lambda said: parse_answer(kind, said.result.successful, said.result.reason),
-        )
+    def _send(
+        self, service: str, timeout: float, kind: Any, message: Any, parse: Callable[[Any], T]
+    ) -> Reply[T]:
+        steps = _build_call_steps(service, kind, message, parse)
+        return Reply(self._connection, service, steps, timeout)
 
-    def _call_steps(
-        self, service: str, kind: type[Any], request: Any, understood: Callable[[Any], T]
-    ) -> ReplySteps[T]:
-        return understood((yield Call(service, kind, request)))
+
+RequestSteps = Callable[[Request], Steps[T]]
+
+
+def _build_call_steps(
+    service: str, kind: Any, message: Any, parse: Callable[[Any], T]
+) -> RequestSteps[T]:
+    """Return the steps that call a service and parse its response."""
+
+    def steps(request: Request) -> Steps[T]:
+        return parse((yield from request.call(service, kind, message)))
+
+    return steps
+
+
+def _build_request_steps(
+    name: str, kind: type[SomeAnswer], arguments: Mapping[str, Any]
+) -> RequestSteps[SomeAnswer]:
+    """Return the steps of what `~/request` takes."""
+
+    def parse(response: Any) -> SomeAnswer:
+        return parse_answer(kind, response.result.successful, response.result.reason)
+
+    message = build_request(name, **arguments)
+    return _build_call_steps('request', SetParametersAtomically, message, parse)
 
 
 def _to_plain(value: Any) -> Any:
@@ -382,8 +395,8 @@ def standalone(name: str = 'mlmem', patience: float = 10.0) -> Iterator[MemoryCl
         over.set_result(None)
         thread.join()  # an executor must not be shut down while it spins
         executor.shutdown()
-        ClientThread.of(context).close()
         node.destroy_node()
+        get_client_thread().leave_graph()
         rclpy.try_shutdown(context=context)
 
 

@@ -1,24 +1,23 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The thread of a client's own, which delivers answers and heals itself.
+"""The thread of a process that takes the answers for all its clients.
 
-A client's ROS entities are on a hidden node of its own, in the robot's context, so that the robot
-has no further participant; its executor runs in a thread of its own. So answers come whether or
-not anybody spins the robot's node.
-
-A node that stands still (SIGSTOP, swap, a debugger) is forgotten by others after a while, and may
-forget them. If only one side forgets, Fast DDS never connects them again. So what was silent for
-long is reached over a participant of the client's own from then on.
+The ROS entities of clients are on hidden nodes. One executor spins them in this thread, so answers
+come whether or not anybody spins the robot's node. Requests live in this thread only; other
+threads hand functions over to it, so that nothing of a request is locked.
 """
 
 from __future__ import annotations
 
 import atexit
 import contextlib
+import math
 import threading
 import time
-from typing import ClassVar, Protocol
-from weakref import WeakKeyDictionary, ref
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING
+from weakref import ref
 
 import rclpy
 from rclpy.context import Context
@@ -26,183 +25,169 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 
 from ..middleware import create_events_executor
 
+if TYPE_CHECKING:
+    from .request import Request
+
 CHECK_PERIOD_S = 0.5
-"""Seconds between two looks at clock and graph otherwise."""
+"""Seconds between two looks at clock and graph."""
 
 
-class Pending(Protocol):
-    """What the thread looks after, such as a reply."""
+class HiddenNode:
+    """A hidden node, through which the clients on a robot's node reach their memory nodes.
 
-    @property
-    def due(self) -> float:
-        """When to look at it, on the monotonic clock."""
+    Attributes:
+        robot: The robot's node, or None if it was collected.
+        node: The hidden node.
+        users: The connections whose ROS entities are on it.
+    """
 
-    def look(self, now: float) -> bool:
-        """Do what is due; return whether there is more to come."""
+    def __init__(self, robot: Node, context: Context | None) -> None:
+        """Create it in the robot's context, as no further participant, or in one of its own."""
+        self.robot = ref(robot)
+        self.users: set[object] = set()
+        self._own_context = context
+        self.node = Node(
+            f'_{robot.get_name()}_mlmem', namespace=robot.get_namespace(),
+            context=context or robot.context, use_global_arguments=False,
+            start_parameter_services=False, enable_rosout=False,
+            parameter_overrides=[Parameter('start_type_description_service', value=False)],
+        )  # fmt: skip
+
+    def destroy(self) -> None:
+        """Destroy it, and its context if that is its own."""
+        self.node.destroy_node()
+        if self._own_context is not None:
+            rclpy.try_shutdown(context=self._own_context)
 
 
 class ClientThread:
-    """A thread that spins the hidden nodes of a context's clients, and looks after their replies.
+    """Spins the hidden nodes of a process, and resumes its requests.
 
     Attributes:
-        context: The context.
-        broken: Whether this process has slept for so long that others may have forgotten it.
-        awake: Seconds for which it has listened: not while this process stood still.
-        over: Whether it ends, or has ended.
+        closed: Whether it has ended, as Python does.
     """
 
-    _all: ClassVar[WeakKeyDictionary[Context, ClientThread]] = WeakKeyDictionary()
-    _making = threading.RLock()
-
-    def __init__(self, context: Context, own: bool = False) -> None:
-        """Start; one that owns its context ends it when the last link has left."""
-        self.context = context
-        self.broken = False
-        self.awake = 0.0
-        self._own = own
-        self._newest = self
-        self._executor = create_events_executor(context)
-        self._nodes: dict[ref[Node], Node] = {}
-        self._links: set[object] = set()
-        self._left: set[object] = set()
-        self._pending: set[Pending] = set()
-        self._next = 0.0  # when it looks at them
-        self.over = self._ended = False
-        self._lock = threading.RLock()
-        self._woken = Future()
+    def __init__(self) -> None:
+        self.closed = self._over = False
+        self._context = Context()  # of the executor alone: it has no participant
+        self._context.init([], initialize_logging=False)
+        self._executor = create_events_executor(self._context)
+        self._hidden: list[HiddenNode] = []
+        self._requests: set[Request] = set()
         self._thread = threading.Thread(target=self._run, name='mlmem-client', daemon=True)
         self._thread.start()
-        atexit.register(self.close)
-
-    @classmethod
-    def of(cls, context: Context) -> ClientThread:
-        """Return the thread of a robot's context."""
-        with cls._making:
-            if context not in cls._all:
-                cls._all[context] = cls(context)
-            return cls._all[context]
-
-    def replace_broken(self, broken: object, robot: Node) -> ClientThread:
-        """Return a thread in place of that of a broken link, with a participant of its own."""
-        with self._making:
-            if self._newest.has_link(broken) or self._newest.over:
-                self._newest = ClientThread(_create_context_like(robot), own=True)
-                self.context.on_shutdown(self._newest.close)
-            return self._newest
-
-    def has_link(self, link: object) -> bool:
-        """Return whether a link belongs to this thread."""
-        return link in self._links
-
-    def join(self, link: object, robot: Node) -> Node:
-        """Return the hidden node for a robot's node."""
-        with self._lock:
-            self._links.add(link)
-            if (known := ref(robot)) not in self._nodes:
-                self._nodes[known] = node = Node(
-                    f'_{robot.get_name()}_mlmem', namespace=robot.get_namespace(),
-                    context=self.context, use_global_arguments=False,
-                    start_parameter_services=False, enable_rosout=False,
-                    parameter_overrides=[Parameter('start_type_description_service', value=False)],
-                )  # fmt: skip
-                self._executor.add_node(node)
-            return self._nodes[known]
-
-    def remove_link(self, link: object) -> None:
-        """Forget a link."""
-        with self._lock:
-            self._left.add(link)
-            if self._own and self._left == self._links:
-                self.close(join=False)
-
-    def watch(self, pending: Pending) -> None:
-        """Look after something from now on."""
-        with self._lock:
-            if not (ended := self._ended):
-                self._pending.add(pending)
-                if pending.due < self._next:
-                    self.wake_thread()
-        if ended:  # the thread looks no more
-            pending.look(time.monotonic())
+        atexit.register(self.close)  # Python's end aborts who is in C++ then
 
     @property
     def is_current_thread(self) -> bool:
         """Whether this is the thread that delivers the answers."""
         return threading.current_thread() is self._thread
 
-    def wake_thread(self) -> None:
-        """Have the thread look."""
-        with self._lock:
-            self._woken.set_result(None)
+    def post(self, function: Callable[[], object]) -> None:
+        """Have the thread call a function, after those posted before."""
+        if self.closed:
+            function()
+        else:
+            self._executor.create_task(function)
 
-    def close(self, join: bool = True) -> None:
+    def leave_graph(self) -> None:
+        """Return once requests and hidden nodes of robots that are gone have ended."""
+        left = threading.Event()
+        self.post(lambda: self._check_all(math.inf))
+        self.post(lambda: self.post(left.set))  # after what was posted meanwhile
+        if not self.is_current_thread:
+            left.wait(10.0)
+
+    def close(self) -> None:
         """End the thread, and with it what pends."""
-        self.over = True
-        self.wake_thread()
-        if self._newest is not self:
-            self._newest.close(join)
-        if join and not self.is_current_thread:
-            self._thread.join(10.0)
+        self._over = True
+        self._executor.wake()
+        self._thread.join(10.0)
 
     # --- in its thread ---------------------------------------------------------------------
 
+    def watch(self, request: Request) -> None:
+        """Resume a request whenever it is due, from now on."""
+        self._requests.add(request)
+
+    def get_hidden_node(self, robot: Node, broken: HiddenNode | None = None) -> HiddenNode:
+        """Return the newest hidden node of a robot's node, a new one if that is a broken one.
+
+        A node that stands still (SIGSTOP, swap, a debugger) is forgotten by others after a while,
+        and may forget them. If only one side forgets, Fast DDS never connects them again. So what
+        was silent for long is reached by a participant of the client's own from then on.
+        """
+        newest = self._find_newest(robot)
+        if newest is None or newest is broken:
+            newest = HiddenNode(robot, broken and _create_context_like(robot))
+            self._executor.add_node(newest.node)
+            self._hidden.append(newest)
+        return newest
+
+    def _find_newest(self, robot: Node | None) -> HiddenNode | None:
+        return next((each for each in self._hidden[::-1] if each.robot() is robot), None)
+
     def _run(self) -> None:
-        seen = _seconds_since_boot()
-        while not self.over and self.context.ok():
-            turn = self._schedule_check()
-            with contextlib.suppress(Exception):  # a message that cannot be decoded
-                self._executor.spin_until_future_complete(self._woken, turn)
-            with self._lock:
-                if self._woken.done():
-                    self._woken = Future()
-            before, seen = seen, _seconds_since_boot()
-            self.awake += min(seen - before, turn + CHECK_PERIOD_S)
-            # others may have forgotten a process that stood still for longer
-            self.broken |= seen - before > turn + 10.0
-            self._check_pending()
-        with self._lock:
-            self._ended = True
-        self._check_pending()
-        self._executor.shutdown()
-        for node in list(self._nodes.values()):
-            node.destroy_node()
-        if self._own:
-            rclpy.try_shutdown(context=self.context)
-        atexit.unregister(self.close)  # last: Python's end aborts who is in C++ then
-
-    def _schedule_check(self) -> float:
-        """Return the seconds until the next look."""
-        with self._lock:
+        checked = 0.0
+        while not self._over:
+            begun = time.monotonic()
+            due = min((each.due for each in self._requests), default=math.inf)
+            timeout = min(max(due - begun, 0.0), CHECK_PERIOD_S)
+            self._spin_once(timeout)
             now = time.monotonic()
-            due = min((each.due for each in self._pending), default=now + CHECK_PERIOD_S)
-            # a missing service is looked for every 20 ms
-            self._next = min(max(due, now + 0.02), now + CHECK_PERIOD_S)
-            return self._next - now
+            if now - begun > timeout + CHECK_PERIOD_S:  # this process stood still
+                for each in self._requests:  # what has arrived meanwhile comes first
+                    each.due = max(each.due, now + CHECK_PERIOD_S)
+            if now - checked > CHECK_PERIOD_S or due <= now:
+                self._check_all(now)
+                checked = now
+        self.closed = True
+        self._check_all(math.inf)
+        self._executor.create_task(self._context.try_shutdown)
+        while self._context.ok():
+            self._spin_once(CHECK_PERIOD_S)
+        self._executor.shutdown()
 
-    def _check_pending(self) -> None:
-        now = time.monotonic()
-        with self._lock:
-            pending, self._next = list(self._pending), 0.0  # a pause follows anyhow
-            for known, hidden in list(self._nodes.items()):
-                if (robot := known()) is None or is_destroyed(robot):
-                    hidden.destroy_node()
-                    del self._nodes[known]
-        ended = {each for each in pending if not each.look(now)}
-        with self._lock:
-            self._pending -= ended
+    def _spin_once(self, timeout: float) -> None:
+        with contextlib.suppress(Exception):  # a message that cannot be decoded
+            self._executor.spin_once(timeout_sec=timeout)
+
+    def _check_all(self, now: float) -> None:
+        """Resume what is due; destroy hidden nodes that have no robot or a successor."""
+        for each in [each for each in self._requests if each.due <= now]:
+            each.resume()
+        self._requests = {each for each in self._requests if each.due < math.inf}
+        for hidden in list(self._hidden):
+            robot = hidden.robot()
+            if (
+                self.closed
+                or robot is None
+                or find_end(robot)
+                or not (hidden.users or hidden is self._find_newest(robot))
+            ):
+                self._hidden.remove(hidden)
+                self._executor.remove_node(hidden.node)  # it may hold events of it until then
+                self._executor.create_task(hidden.destroy)
 
 
-def is_destroyed(node: Node) -> bool:
-    """Return whether a node is no more."""
+@cache
+def get_client_thread() -> ClientThread:
+    """Return the thread of this process."""
+    return ClientThread()
+
+
+def find_end(robot: Node) -> str:
+    """Return why nothing can come to a node any more; empty while it can."""
+    if not robot.context.ok():
+        return 'ROS was shut down'
     try:
-        with node.handle:
-            return False
+        with robot.handle:
+            return ''
     except InvalidHandle:
-        return True
+        return 'the node was destroyed'
 
 
 def _create_context_like(robot: Node) -> Context:
@@ -218,8 +203,3 @@ def _create_context_like(robot: Node) -> Context:
         signal_handler_options=SignalHandlerOptions.NO,
     )
     return context
-
-
-def _seconds_since_boot() -> float:
-    """Return the seconds since the machine was started, those in which it slept included."""
-    return time.clock_gettime(getattr(time, 'CLOCK_BOOTTIME', time.CLOCK_MONOTONIC))

@@ -1,11 +1,15 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A requested procedure: a reply that also tells how it goes, and can be stopped."""
+"""A requested procedure: a reply that also reports its progress, and can be cancelled.
+
+It speaks an action's protocol by its services: an `ActionClient` of rclpy adds a topic per
+procedure, and cannot drop a pending request.
+"""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any, TypeVar
 from uuid import uuid4
@@ -16,13 +20,17 @@ from rcl_interfaces.srv import SetParametersAtomically
 from unique_identifier_msgs.msg import UUID
 
 from ...contract.calls import RequestRefused, parse_result
-from .node_connection import Call, NodeConnection
-from .reply import Reply, ReplySteps, Turn
+from .node_connection import NodeConnection
+from .reply import Reply, Suspension
+from .request import Request, Steps
 
 T = TypeVar('T')
 
 MAX_WAITING_REQUESTS = 20
 """Most requests of a client that wait for one another."""
+
+CANCEL_TIMEOUT_S = 60.0
+"""Longest wait in seconds for a node to take a cancel."""
 
 
 class ProcedureReply(Reply[T]):
@@ -36,8 +44,6 @@ class ProcedureReply(Reply[T]):
         content = await goal
     """
 
-    _lasting = True
-
     def __init__(
         self,
         connection: NodeConnection,
@@ -46,20 +52,39 @@ class ProcedureReply(Reply[T]):
         arguments: Mapping[str, Any],
         kind: type[Any],
         after: Sequence[Reply[Any]],
-        service: ReplySteps[T],
+        service: Callable[[Request], Steps[T]],
         timeout: float,
         what: str = '',
     ) -> None:
         """Wait for others and for the node; then ask for its action, or else its service."""
         self._path, self._action = f'{name}/_action', action
         self._number = UUID(uuid=list(uuid4().bytes))
-        self._taken = self._unwanted = False
-        self._news: deque[Any] = deque()
-        self._turn: Turn | None = None
+        self._accepted = self._unwanted = False
         goal = action and action.Goal(**arguments)
-        steps = self._goal_steps(after, name, goal, kind, service)
+
+        def steps(request: Request) -> Steps[T]:
+            if len(after) >= MAX_WAITING_REQUESTS:
+                waiting = f'busy: {MAX_WAITING_REQUESTS} requests are already waiting'
+                raise RequestRefused({'error': waiting})
+            yield from request.wait_for([each.freed for each in after])
+            yield from request.call('request', SetParametersAtomically)
+            if not self._is_goal():
+                return (yield from service(request))
+            impl = action.Impl
+            message = impl.SendGoalService.Request(goal_id=self._number, goal=goal)
+            path = f'{self._path}/send_goal'
+            if not (yield from request.call(path, impl.SendGoalService, message)).accepted:
+                raise RequestRefused({'error': 'the node already has a goal with this id'})
+            self._accepted = True
+            if self._unwanted:
+                self._cancel_goal()
+            message = impl.GetResultService.Request(goal_id=self._number)
+            path = f'{self._path}/get_result'
+            response = yield from request.call(path, impl.GetResultService, message)
+            answer: T = parse_result(name, kind, response.result, goal)
+            return answer
+
         super().__init__(connection, what or name, steps, timeout)
-        Future.add_done_callback(self, self._wake_waiter)
 
     def cancel_goal(self) -> bool:
         """Make the node stop this procedure, and nothing else, and release the strain.
@@ -70,81 +95,66 @@ class ProcedureReply(Reply[T]):
             Whether that is possible. Once it was requested without actions it is not;
             `MemoryClient.abort` stops whatever runs.
         """
-        with self._lock:
-            if self._action is None or self.done():
-                return False
-            self._unwanted, taken = True, self._taken
-        if taken:
-            self._stop()
+        if self._action is None or self.done():
+            return False
+        self._connection.thread.post(self._cancel_goal)
         return True
 
-    def __aiter__(self) -> ProcedureReply[T]:
-        if self._action is not None and not self.done():
-            path, kind = f'{self._path}/feedback', self._action.Impl.FeedbackMessage
-            takers = self._connection.endpoints().find_receivers(path, kind)
-            takers.add(self._take_feedback)
-            Future.add_done_callback(self, lambda _: takers.discard(self._take_feedback))
-        return self
+    def cancel(self) -> bool:
+        """Give up the answer, and cancel the goal."""
+        self.cancel_goal()
+        return super().cancel()
 
-    async def __anext__(self) -> Any:
-        """Wait for the next feedback; what came before the first wait is lost."""
-        while not self._news:
-            self._turn = turn = Turn(self._connection)
-            if self.done():
-                raise StopAsyncIteration
-            if not self._news:  # none has arrived meanwhile
-                await turn
-        return self._news.popleft()
-
-    def _goal_steps(
-        self, after: Sequence[Reply[Any]], name: str, goal: Any, kind: Any, service: ReplySteps[T]
-    ) -> ReplySteps[T]:
-        if len(after) >= MAX_WAITING_REQUESTS:
-            raise RequestRefused(
-                {'error': f'busy: {MAX_WAITING_REQUESTS} requests are already waiting'}
-            )
-        yield [each.freed for each in after]
-        yield Call('request', SetParametersAtomically)
-        served = self._connection.endpoints().has_service(f'{self._path}/send_goal')
-        with self._lock:  # a client may cancel it in another thread
-            if self._unwanted:
-                raise RequestRefused({'error': f'{self._what} was canceled before it was sent'})
-            self._action = self._action if served else None
+    async def __aiter__(self) -> AsyncGenerator[Any, None]:
+        """Yield the node's feedback; what came before the first wait is lost."""
         if self._action is None:
-            return (yield from service)
-        impl = self._action.Impl
-        send, get = impl.SendGoalService, impl.GetResultService
-        sent = send.Request(goal_id=self._number, goal=goal)
-        if not (yield Call(f'{self._path}/send_goal', send, sent)).accepted:
-            raise RequestRefused({'error': 'the node already has a goal with this id'})
-        with self._lock:
-            self._taken, unwanted = True, self._unwanted
-        if unwanted:
-            self._stop()
-        request = get.Request(goal_id=self._number)
-        response = yield Call(f'{self._path}/get_result', get, request)
-        answer: T = parse_result(name, kind, response.result, goal)
-        return answer
+            return
+        feedback: deque[Any] = deque()
+        suspensions: list[Suspension] = []
 
-    def _has_reached_node(self) -> bool:
-        return self._taken or super()._has_reached_node()
+        def wake_waiter(_: Any = None) -> None:
+            while suspensions:
+                suspensions.pop().resume()
 
-    def _stop(self) -> None:
-        """Ask to cancel the goal; its result will say how it ended."""
-        request = CancelGoal.Request(goal_info=GoalInfo(goal_id=self._number))
-        call = Call(f'{self._path}/cancel_goal', CancelGoal, request)
-        Reply(self._connection, f'cancel {self._what}', _call_once(call), self._timeout)
+        def take_message(message: Any) -> None:
+            if message.goal_id == self._number:
+                feedback.append(message.feedback)
+                wake_waiter()
 
-    def _take_feedback(self, message: Any) -> None:
-        if message.goal_id == self._number:
-            self._news.append(message.feedback)
-            self._wake_waiter()
+        def subscribe() -> None:
+            path, kind = f'{self._path}/feedback', self._action.Impl.FeedbackMessage
+            receivers = self._connection.get_receivers(path, kind)
+            receivers.add(take_message)
+            Future.add_done_callback(self, lambda _: receivers.discard(take_message))
 
-    def _wake_waiter(self, _: Any = None) -> None:
-        turn, self._turn = self._turn, None
-        if turn is not None:
-            turn.tell()
+        self._connection.thread.post(subscribe)
+        Future.add_done_callback(self, wake_waiter)
+        while feedback or not self.done():
+            if feedback:
+                yield feedback.popleft()
+                continue
+            suspensions.append(suspension := Suspension(self._connection.node))
+            if not (feedback or self.done()):  # nothing has come meanwhile
+                await suspension
 
+    # --- in the client's thread -------------------------------------------------------------
 
-def _call_once(call: Call) -> ReplySteps[Any]:
-    return (yield call)
+    def _is_goal(self) -> bool:
+        """Return whether the node serves the action."""
+        if self._unwanted:
+            raise RequestRefused({'error': f'{self._what} was canceled before it was sent'})
+        if not self._connection.has_service(f'{self._path}/send_goal'):
+            self._action = None
+        return self._action is not None
+
+    def _cancel_goal(self) -> None:
+        """Ask the node to cancel the goal once it was accepted; its result says how it ended."""
+        self._unwanted = True
+        if not self._accepted:
+            return
+        message = CancelGoal.Request(goal_info=GoalInfo(goal_id=self._number))
+
+        def steps(request: Request) -> Steps[Any]:
+            return (yield from request.call(f'{self._path}/cancel_goal', CancelGoal, message))
+
+        Reply(self._connection, f'cancel {self._what}', steps, CANCEL_TIMEOUT_S)
