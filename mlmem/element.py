@@ -164,9 +164,7 @@ class MemoryElement(Memory):
                 self.actuator.follow(command, self.settings.scale.time)
             case _:
                 known = ', '.join(commands.COMMANDS_BY_NAME)
-                raise Refused.of_value(
-                    ErrorCode.OUT_OF_RANGE, 'command', command, f'one of {known}'
-                )
+                raise Refused.out_of_range('command', command, f'one of {known}')
         self.forget('strained by hand')
         return None
 

@@ -29,7 +29,8 @@ from .moves.corrections import (
 from .parsing import DecodeError, decode_value, encode_value, find_line, parse_yaml, read_file
 from .physics import Design, DesignError, Specimen
 from .physics.potential import Array
-from .schema import describe_field, find_descriptions, short_repr
+from .rejections import ErrorCode, Rejected
+from .schema import describe_field, find_descriptions
 from .settings import Settings
 
 FORMAT_VERSION = 1
@@ -191,7 +192,7 @@ def _add_defaults(data: Any) -> Any:
             items = given[each.name]
             if not isinstance(items, list):
                 place = f'{name}.{each.name}'
-                raise DecodeError(f'{place} must be a list; got {short_repr(items)}', place)
+                raise DecodeError.out_of_range(place, items, 'a list')
             values[each.name] = ' '.join(map(str, items))
     return found
 
@@ -222,21 +223,25 @@ class _File(Settings):
         try:
             self.design.require_memory()
         except DesignError as error:
-            raise ValueError(f'design.{error}') from error
+            raise ElementFileError.within('design', error) from error
         n = self.design.N
         for name in ('alpha', 'alpha_std'):
             values = getattr(self, name)
             if values is not None and values.shape != (n,):
-                raise ValueError(f'{name} must be {n} numbers; got {values.size}')
-        factor = self.alpha_factor
-        if not ((factor >= 1.0 / MAX_ALPHA_FACTOR) & (factor <= MAX_ALPHA_FACTOR)).all():
-            raise ValueError(
-                f'alpha must be from 1/{MAX_ALPHA_FACTOR:g} to {MAX_ALPHA_FACTOR:g} times the '
-                f"design's"
-            )
+                raise ElementFileError.of_value(
+                    ErrorCode.CONFLICT, name, values.size, f'{n} numbers'
+                )
+        factor, most = self.alpha_factor, MAX_ALPHA_FACTOR
+        if outside := factor[~((factor >= 1.0 / most) & (factor <= most))].tolist():
+            raise ElementFileError.out_of_range('alpha', outside[0],
+                f"from 1/{most:g} to {most:g} times the design's",
+            )  # fmt: skip
         levels, plan = self.design.levels, self.plan
         if plan and not (len(plan.steps) == levels and len(plan.kinks) in (0, levels)):
-            raise ValueError(f'plan must have steps, and kinks if any, to {levels} levels')
+            raise ElementFileError.of_value(
+                ErrorCode.CONFLICT, 'plan', f'{len(plan.steps)} steps, {len(plan.kinks)} kinks',
+                f'of steps, and kinks if any, to {levels} levels',
+            )  # fmt: skip
 
     @property
     def alpha_factor(self) -> Array:
@@ -256,9 +261,8 @@ def _with_base(data: Any) -> Any:
         return data
     changed = dict(data)
     if (name := changed.pop('based_on')) not in NAMES:
-        raise DecodeError(
-            f'based_on must be one of {", ".join(NAMES)}; got {short_repr(name)}', 'based_on'
-        )
+        known = ', '.join(NAMES)
+        raise DecodeError.out_of_range('based_on', name, f'one of {known}')
     values = load_element(name).as_dict()
     for key, value in changed.items():
         base = values.get(key)
@@ -280,9 +284,10 @@ def parse_element(data: Any, name: str = '') -> Element:
             given.design, given.alpha_factor, k_r_factor=given.k_r, mass=given.mass,
             offset=given.offset, stuck=given.stuck,
         )  # fmt: skip
-    except ValueError as error:  # its message begins with the name of a key
-        key = error.field if isinstance(error, DecodeError) else str(error).partition(' ')[0]
-        raise ElementFileError(str(error), key) from error
+    except ValueError as error:
+        if not isinstance(error, Rejected):
+            raise ElementFileError(str(error)) from error
+        raise ElementFileError(str(error), error.field, error.code) from error
     deviations = np.zeros(given.design.N) if given.alpha_std is None else given.alpha_std
     settings = Settings(**{each.name: getattr(given, each.name) for each in fields(Settings)})
     return Element(
@@ -359,12 +364,14 @@ def read_matching_element(path: Path, design: Design, settings: Settings | None 
     found = element.specimen.design.cells
     if found != design.cells:
         raise ElementFileError(
-            f'{path} must have the N, J, J_s and tail of the design, {design.cells}; got {found}'
-        )
+            f'{path} must have the N, J, J_s and tail of the design, {design.cells}; got {found}',
+            'design', ErrorCode.CONFLICT,
+        )  # fmt: skip
     if settings and element.plan and element.plan.schedule != hash_schedule(settings):
         raise ElementFileError(
-            f'{path}: its pulses were planned with other settings; `mlmem plan` finds new ones'
-        )
+            f'{path}: its pulses were planned with other settings; `mlmem plan` finds new ones',
+            'plan', ErrorCode.CONFLICT,
+        )  # fmt: skip
     return element
 
 
@@ -378,10 +385,10 @@ def load_element(source: str | Path) -> Element:
         return _load_shipped(str(source))
     path = Path(source).expanduser()
     if not os.path.exists(path):  # false for a name that is too long, too
-        raise ElementFileError(
-            f'element must be one of {", ".join(NAMES)}, or the path of an element file; got '
-            f'{short_repr(str(source))}'
-        )
+        known = ', '.join(NAMES)
+        raise ElementFileError.out_of_range('element', str(source),
+            f'one of {known}, or the path of an element file',
+        )  # fmt: skip
     return read_element_file(path)
 
 

@@ -26,6 +26,7 @@ from .readers.decoding import primary_end
 from .readers.echo import Echo
 from .readers.listening import probe_ends
 from .readers.reading import BLANK
+from .rejections import ErrorCode
 from .settings import ElementSettings, Settings
 
 if TYPE_CHECKING:
@@ -65,8 +66,9 @@ def compute_calibration(made: Specimen, design: Design, settings: Settings) -> C
                 probe = twin.transducer.probes[end]
                 raise SettingsError(
                     f'level {level} gives no echo at the {end} end: with carrier '
-                    f'{probe.omega_c:g} and threshold {probe.v_th:g} it cannot be read'
-                )
+                    f'{probe.omega_c:g} and threshold {probe.v_th:g} it cannot be read',
+                    ErrorCode.UNSUPPORTED, 'level', level,
+                )  # fmt: skip
     empty = _measure_echoes(twin, make_blank(made), (End.RIGHT,))[End.RIGHT].delay
     left, right = (
         DelayTable(
@@ -85,7 +87,8 @@ def _relax_wall(made: Specimen, level: int) -> Array:
     try:
         return find_pinned_wall(made, level)
     except StateError as error:
-        raise SettingsError(f'the wall does not settle at level {level}: {error}') from error
+        text = f'the wall does not settle at level {level}: {error}'
+        raise SettingsError(text, ErrorCode.UNSUPPORTED, 'level', level) from error
 
 
 def _measure_echoes(twin: Instrument, v: Array, ends: tuple[End, ...]) -> dict[End, Echo]:
@@ -99,7 +102,8 @@ def _measure_echoes(twin: Instrument, v: Array, ends: tuple[End, ...]) -> dict[E
             twin.transducer.assume_equilibrium()
         return run(twin, probe_ends(twin, ends))
     except ProcedureFailed as error:
-        raise SettingsError(f'the ideal element cannot be probed: {error}') from error
+        text = f'the ideal element cannot be probed: {error}'
+        raise SettingsError(text, ErrorCode.UNSUPPORTED, 'probe') from error
 
 
 @lru_cache(maxsize=8)

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .errors import SettingsError
 from .physics import Design, Scatter, Specimen, scattered
 from .progress import track_progress
 
@@ -128,15 +129,15 @@ def sweep(
     for name, values in axes.items():
         if name not in of_design and name not in SCATTER_AXES:
             known = ', '.join([*sorted(of_design), *SCATTER_AXES])
-            raise ValueError(f'an axis must be one of {known}; got {name!r}')
+            raise SettingsError.out_of_range('axis', name, f'one of {known}')
         if not len(values):
-            raise ValueError(f'axis {name} must have values; got none')
+            raise SettingsError.out_of_range(name, values, 'one value or more')
     points = [
         dict(zip((*axes, 'seed'), values, strict=True))
         for values in itertools.product(*axes.values(), tuple(seeds))
     ]
     if not points:
-        raise ValueError('seeds must name at least one; got none')
+        raise SettingsError.out_of_range('seeds', seeds, 'one seed or more')
     elements = (_make_element(design, point) for point in points)
     found = _measure_all(measure, elements, len(points), executor, progress)
     rows = [point | _name_values(values) for point, values in zip(points, found, strict=True)]

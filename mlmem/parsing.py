@@ -258,7 +258,7 @@ def encode_array(values: Any) -> dict[str, Any]:
 
 
 def _raise_mismatch(name: str, what: str, data: Any) -> NoReturn:
-    error = DecodeError.of_value(ErrorCode.OUT_OF_RANGE, name or 'it', data, what)
+    error = DecodeError.out_of_range(name or 'it', data, what)
     error.field = name
     raise error
 
@@ -321,14 +321,11 @@ def _decode_object(kind: type, data: Any, name: str) -> Any:
     except DecodeError:
         raise
     except ValueError as error:
-        wrong, code = (
-            str(error).partition(' ')[0],
-            ErrorCode.OTHER,
-        )  # as the errors of physics begin
+        wrong, code = '', ErrorCode.OTHER
         if isinstance(error, Rejected):
-            wrong, code = error.field or wrong, error.code
+            wrong, code = error.field, error.code
         message = f'{name}: {error}' if name else str(error)
-        raise DecodeError(message, _join_path(name, wrong), code=code) from error
+        raise DecodeError(message, '.'.join(filter(None, (name, wrong))), code=code) from error
 
 
 def _describe_kind(data: Any) -> str:

@@ -76,13 +76,18 @@ class Rejected(Exception):
         return cls(message, code=code, field=field, value=value, expected=expected)
 
     @classmethod
-    def of_problems(cls, problems: Sequence[Problem]) -> Self:
-        """Return the rejection of values out of range: all sentences, and the first field."""
+    def out_of_range(cls, field: str, value: object, expected: str) -> Self:
+        """Return the rejection of a value that is not what it must be, whatever else there is."""
+        return cls.of_value(ErrorCode.OUT_OF_RANGE, field, value, expected)
+
+    @classmethod
+    def of_problems(
+        cls, problems: Sequence[Problem], code: ErrorCode = ErrorCode.OUT_OF_RANGE
+    ) -> Self:
+        """Return the rejection of several values: all sentences, and the first field."""
         field, value, expected = problems[0]
-        return cls(
-            '; '.join(map(str, problems)),
-            code=ErrorCode.OUT_OF_RANGE, field=field, value=value, expected=expected,
-        )  # fmt: skip
+        message = '; '.join(map(str, problems))
+        return cls(message, code=code, field=field, value=value, expected=expected)
 
     @classmethod
     def within(cls, owner: str, error: Exception) -> Self:

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .errors import SettingsError
 from .physics import (
     INTEGRATORS,
     Chain,
@@ -34,6 +35,7 @@ from .physics.energy import kinetic_energy
 from .physics.equilibrium import compute_energies, find_pinned_walls, make_blank, wall_profile
 from .physics.potential import Array, StateError
 from .progress import track_progress
+from .rejections import ErrorCode
 
 TimeFunction = Callable[[Any], ArrayLike]
 """A quantity over time, given a time or an array of times."""
@@ -62,7 +64,8 @@ class WallStart:
         design = specimen.design
         for level in self.levels:
             if not 0 <= level < design.levels:
-                raise StateError(f'level must be from 0 to {design.levels - 1}; got {level}')
+                expected = f'from 0 to {design.levels - 1}'
+                raise StateError.out_of_range('level', level, expected)
         guess_offset = 0.3  # in cells: a guess right on a defect is balanced on it
         positions = [design.defect_site(level) + guess_offset for level in self.levels]
         positions += self.positions
@@ -87,7 +90,7 @@ def wall_at(
         ValueError: Neither or both of level and position are given.
     """
     if (level is None) == (position is None):
-        raise ValueError('give either level or position')
+        raise SettingsError('give either level or position', ErrorCode.CONFLICT, 'level', level)
     if level is not None:
         return WallStart(levels=(level,), relaxed=relaxed)
     return WallStart(positions=(float(position or 0.0),), relaxed=relaxed)
@@ -257,17 +260,16 @@ def simulate(
     if eta is not None:
         specimen = replace(specimen, design=replace(specimen.design, eta=eta), eta_factor=1.0)
     if integrator not in INTEGRATORS:
-        raise ValueError(f'integrator must be one of {", ".join(INTEGRATORS)}; got {integrator!r}')
+        expected = f'one of {", ".join(INTEGRATORS)}'
+        raise SettingsError.out_of_range('integrator', integrator, expected)
     method = INTEGRATORS[integrator]
     save_every = duration / 200.0 if save_every is None else save_every
     if not 0.0 < save_every <= duration < math.inf:
-        raise ValueError(
-            'duration must be finite, and save_every above 0 and at most the duration; got '
-            f'duration={duration:g} and save_every={save_every:g}'
-        )
+        expected = f'above 0 and at most the duration, {duration:g}, which must be finite'
+        raise SettingsError.out_of_range('save_every', save_every, expected)
     longest = default_step(specimen, method) if dt is None else dt
     if not longest > 0.0:
-        raise ValueError(f'dt must be above 0; got {longest:g}')
+        raise SettingsError.out_of_range('dt', longest, 'above 0')
     steps = math.ceil(save_every / longest * (1.0 - 1e-12))
     chain = Chain(specimen.design, save_every / steps, method)
     chain.set_specimen(specimen)
@@ -310,7 +312,9 @@ class _InputFunctions:
         else:
             values = _sample_function(self.strain, times)
         if not np.isfinite(values).all():
-            raise ValueError(f'strain must be finite; got {values[~np.isfinite(values)][0]}')
+            raise SettingsError.out_of_range(
+                'strain', float(values[~np.isfinite(values)][0]), 'finite'
+            )
         return values
 
     def sample_motion(self, times: Array, dt: float) -> Array:
@@ -347,8 +351,8 @@ def _select_driven_end(
     if not drive:
         return 1, None
     if len(drive) > 1 or not set(drive) <= {1, N}:
-        raise ValueError(
-            f'drive must hold site 1 or site {N}, and one of them; got {sorted(drive)}'
+        raise SettingsError.out_of_range(
+            'drive', sorted(drive), f'of site 1 or site {N}, and of one of them'
         )
     ((site, motion),) = drive.items()
     return site, motion

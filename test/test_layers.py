@@ -16,7 +16,7 @@ LAYERS = (
 )  # fmt: skip
 """Packages, from the bottom to the top."""
 
-BASE_MODULES = ('schema', 'rng', 'atomic_files', 'parsing', 'threads')
+BASE_MODULES = ('schema', 'rejections', 'rng', 'atomic_files', 'parsing', 'threads')
 """Modules of mlmem that any package may use, physics too."""
 
 

@@ -88,8 +88,7 @@ class Actuator:
         """Raise `Refused` for a strain that is not finite or beyond the limit."""
         limit = self.settings.max_strain
         if not is_number(strain, limit):
-            raise Refused.of_value(
-                ErrorCode.OUT_OF_RANGE, 'strain', strain,
+            raise Refused.out_of_range('strain', strain,
                 f'a finite number from {-limit:g} to {limit:g} (actuator.max_strain)',
             )  # fmt: skip
 
@@ -196,12 +195,11 @@ def plan_profile(
         Refused: The points are not a profile, or it exceeds a limit.
     """
     if command.joint != JOINT_NAME:
-        raise Refused.of_value(ErrorCode.OUT_OF_RANGE, 'joint', command.joint, repr(JOINT_NAME))
+        raise Refused.out_of_range('joint', command.joint, repr(JOINT_NAME))
     times, strains, rates = _check_points(command)
     longest = 1e12 * time_unit
     if times[-1] > longest:
-        raise Refused.of_value(
-            ErrorCode.OUT_OF_RANGE, 'times', times[-1],
+        raise Refused.out_of_range('times', times[-1],
             f'at most {longest:g} s, where a trajectory ends',
         )  # fmt: skip
     if times[0] > 0.0:
@@ -243,9 +241,7 @@ def _check_points(command: FollowTrajectory) -> tuple[tuple[float, ...], ...]:
     """Return the columns of the points: times, strains and rates."""
     times, strains, rates = columns = command.times, command.strains, command.rates
     if not 1 <= len(times) <= MAX_PROFILE_POINTS:
-        raise Refused.of_value(
-            ErrorCode.OUT_OF_RANGE, 'times', len(times), f'1 to {MAX_PROFILE_POINTS} points'
-        )
+        raise Refused.out_of_range('times', len(times), f'1 to {MAX_PROFILE_POINTS} points')
     if len(strains) != len(times):
         raise Refused.of_value(
             ErrorCode.CONFLICT, 'strains', len(strains), f'{len(times)}, one for every point'
@@ -259,13 +255,11 @@ def _check_points(command: FollowTrajectory) -> tuple[tuple[float, ...], ...]:
         )
     for name, column in zip(('times', 'strains', 'rates'), columns, strict=True):
         if bad := [value for value in column if not is_number(value, sys.float_info.max)]:
-            raise Refused.of_value(ErrorCode.OUT_OF_RANGE, name, bad[0], 'finite numbers')
+            raise Refused.out_of_range(name, bad[0], 'finite numbers')
     if times[0] < 0.0 or any(late <= early for early, late in itertools.pairwise(times)):
         raise Refused.of_value(ErrorCode.CONFLICT, 'times', times, 'rising from 0 s')
     if times[-1] == 0.0:
-        raise Refused.of_value(
-            ErrorCode.OUT_OF_RANGE, 'times', times[-1], 'later than 0 s at the last point'
-        )
+        raise Refused.out_of_range('times', times[-1], 'later than 0 s at the last point')
     return columns
 
 

@@ -14,7 +14,6 @@ import numpy as np
 from ..commands import is_number
 from ..errors import Refused
 from ..physics.potential import Array
-from ..rejections import ErrorCode
 from ..settings import DisturbanceSettings
 
 Shakes = Mapping[int, float]
@@ -62,8 +61,7 @@ class Base:
         if limit < self._settings.max_acceleration:
             whose = 'beyond it no cell of this design stays in place'
         if not is_number(acceleration, limit):
-            raise Refused.of_value(
-                ErrorCode.OUT_OF_RANGE, 'acceleration', acceleration,
+            raise Refused.out_of_range('acceleration', acceleration,
                 f'a finite number from {-limit:g} to {limit:g} lattice constants per time unit '
                 f'squared ({whose})',
             )  # fmt: skip

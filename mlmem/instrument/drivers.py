@@ -276,21 +276,23 @@ def load_driver_class(name: str) -> Callable[[Design, Settings, str], Driver]:
     module, colon, kind = SHIPPED_DRIVERS.get(name, name).partition(':')
     if not (colon and module and kind):
         known = ', '.join((SIMULATION_NAME, *SHIPPED_DRIVERS))
-        raise SettingsError(
-            f'device.driver must be {known} or package.module:Class; got {short_repr(name)}'
-        )
+        expected = f'{known} or package.module:Class'
+        raise SettingsError.out_of_range('device.driver', name, expected)
     try:
         found = getattr(importlib.import_module(module), kind)
     except AttributeError:
-        raise SettingsError(f'device.driver {name}: {module} has no {kind}') from None
+        text = f'device.driver {name}: {module} has no {kind}'
+        raise SettingsError(text, ErrorCode.UNSUPPORTED, 'device.driver', name) from None
     except (Exception, SystemExit) as error:  # the module may raise anything
         why = make_printable(repr(error), 300)
-        raise SettingsError(f'device.driver {name}: {module} cannot be imported: {why}') from error
+        text = f'device.driver {name}: {module} cannot be imported: {why}'
+        raise SettingsError(text, ErrorCode.UNREADABLE, 'device.driver', name) from error
     if not (isinstance(found, type) and issubclass(found, Driver)):
         raise SettingsError(
             f'device.driver {name}: {kind} must be a subclass of mlmem.Driver; '
-            f'got {short_repr(repr(found), 100)}'
-        )
+            f'got {short_repr(repr(found), 100)}',
+            ErrorCode.UNSUPPORTED, 'device.driver', name,
+        )  # fmt: skip
     return found
 
 

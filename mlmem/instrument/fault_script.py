@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 from ..errors import Refused, SettingsError
 from ..parsing import DecodeError, decode_value, parse_json
+from ..rejections import ErrorCode
 from ..schema import describe_field, find_descriptions
 from .faults import FAULT_ENDS, NO_FAULTS, Faults, OfMaterial
 
@@ -116,7 +117,8 @@ class Failure:
             )
         if (meaning := FAULT_MEANINGS.get((self.unit, self.failure))) is None:
             known = ', '.join(failure for unit, failure in FAULT_MEANINGS if unit == self.unit)
-            raise Refused(f'{self.unit} cannot be {self.failure}, only {known}, or ok')
+            text = f'{self.unit} cannot be {self.failure}, only {known}, or ok'
+            raise Refused(text, ErrorCode.OUT_OF_RANGE, 'failure', self.failure)
         given = self._select_severity(meaning)
         try:
             return dataclasses.replace(faults, **given | self._select_instance(meaning, faults))
@@ -131,31 +133,36 @@ class Failure:
         if self.instance not in (0, whole) or self.severity is not None:
             raise Refused(
                 f'{self.unit} ok heals all of it: it takes no severity, and no instance but '
-                f'that which fails; got instance {self.instance}'
-            )
+                f'that which fails; got instance {self.instance}',
+                ErrorCode.CONFLICT, 'instance', self.instance,
+            )  # fmt: skip
 
     def _select_severity(self, meaning: Meaning) -> dict[str, Any]:
         if self.severity is None:
             return {} if meaning.severity is None else {meaning.fault: meaning.severity}
         if not meaning.scaled:
-            raise Refused(f'{self.unit} {self.failure} has no severity; got {self.severity:g}')
+            text = f'{self.unit} {self.failure} has no severity; got {self.severity:g}'
+            raise Refused(text, ErrorCode.CONFLICT, 'severity', self.severity)
         return {meaning.fault: self.severity}
 
     def _select_instance(self, meaning: Meaning, faults: Faults) -> dict[str, Any]:
         """Return what the instance sets."""
         if meaning.cell:
             if not self.instance:
-                raise Refused(f'{self.unit} {self.failure} needs the site of a cell as instance')
+                text = f'{self.unit} {self.failure} needs the site of a cell as instance'
+                raise Refused(text, ErrorCode.MISSING_FIELD, 'instance')
             return {meaning.cell: self.instance}
         instances = len(FAULT_ENDS) if self.unit in END_UNITS else 2
         if self.instance >= instances or (self.unit == 'material' and self.instance):
-            raise Refused(f'{self.unit} {self.failure} has no instance {self.instance}')
+            text = f'{self.unit} {self.failure} has no instance {self.instance}'
+            raise Refused(text, ErrorCode.OUT_OF_RANGE, 'instance', self.instance)
         if self.unit not in END_UNITS:
             return {}
         which = f'{self.unit}_end'
         end, faulty = FAULT_ENDS[self.instance], getattr(faults, which)
         if end != faulty and any(name.startswith(self.unit) for name in faults.list_active()):
-            raise Refused(f'the {self.unit} of {faulty} fails: heal it before that of {end} does')
+            text = f'the {self.unit} of {faulty} fails: heal it before that of {end} does'
+            raise Refused(text, ErrorCode.CONFLICT, 'instance', self.instance)
         return {which: end}
 
 
@@ -193,9 +200,13 @@ def decode_script(data: Any) -> tuple[Failure, ...]:
     """
     script: tuple[Failure, ...] = decode_value(tuple[Failure, ...], data, 'script')
     if not 0 < len(script) <= 1000:
-        raise DecodeError(f'a script must have from 1 to 1000 failures; got {len(script)}')
+        raise DecodeError(
+            f'a script must have from 1 to 1000 failures; got {len(script)}',
+            code=ErrorCode.OUT_OF_RANGE,
+        )
     if any(late.tick < early.tick for early, late in pairwise(script)):
-        raise DecodeError('the ticks of a script must not decrease')
+        text = 'the ticks of a script must not decrease'
+        raise DecodeError(text, 'tick', ErrorCode.CONFLICT)
     return script
 
 

@@ -17,9 +17,11 @@ from functools import cached_property
 
 import numpy as np
 
+from ..errors import SettingsError
 from ..move_settings import CycleSettings
 from ..physics.jit import compile_kernel
 from ..physics.potential import Array
+from ..rejections import ErrorCode
 
 
 @dataclass(frozen=True)
@@ -180,11 +182,14 @@ class Profile:
             0,
             len(self.times),
         ):
-            raise ValueError(
-                'points of a profile have times and strains, and all or none have rates'
-            )
+            raise SettingsError(
+                'points of a profile have times and strains, and all or none have rates',
+                ErrorCode.CONFLICT, 'times',
+            )  # fmt: skip
         if self.times[0] != 0.0 or not (np.diff(self.times) > 0.0).all():
-            raise ValueError('the times of a profile increase from 0')
+            raise SettingsError.of_value(
+                ErrorCode.CONFLICT, 'times', self.times, 'increasing from 0'
+            )
 
     @property
     def duration(self) -> float:

@@ -20,6 +20,7 @@ from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..physics.waves import pass_band
 from ..readers.echo import MIN_THRESHOLD_CELLS, EchoDetector, carrier_amplitudes, compute_weights
+from ..rejections import ErrorCode
 from ..schema import describe_field
 from ..settings import ProbeSettings, Settings
 from .drivers import Driver
@@ -181,12 +182,11 @@ class Transducer:
         self._difference = _find_difference_order(find_upper_edge(design), dt)
         samples = max(math.ceil(width / dt), self._difference + 1)
         if samples > MAX_REST_SAMPLES:
-            raise SettingsError(
-                f'omega_c must be at least {slowest * samples / MAX_REST_SAMPLES:.4g} with steps '
-                f'of '
-                f'{dt:.4g}, or the rest displacement needs more than {MAX_REST_SAMPLES} samples; '
-                f'got {slowest:g}'
-            )
+            raise SettingsError.of_value(
+                ErrorCode.CONFLICT, 'omega_c', slowest,
+                f'at least {slowest * samples / MAX_REST_SAMPLES:.4g} with steps of {dt:.4g}, or '
+                f'the rest displacement needs more than {MAX_REST_SAMPLES} samples',
+            )  # fmt: skip
         self.reverberation = {
             end: Reverberation(design, probe, dt) for end, probe in self.probes.items()
         }

@@ -27,7 +27,6 @@ from typing import Protocol
 from .. import threads
 from ..element import MemoryElement
 from ..errors import SettingsError
-from ..rejections import ErrorCode
 from .mailbox import Mailbox
 
 
@@ -131,8 +130,7 @@ def check_speed(speed: float) -> float:
     """
     if speed == 0.0 or MIN_SPEED <= speed <= MAX_SPEED:
         return speed
-    raise SettingsError.of_value(
-        ErrorCode.OUT_OF_RANGE, 'time.speed', speed,
+    raise SettingsError.out_of_range('time.speed', speed,
         f'0 (as fast as possible) or from {MIN_SPEED:g} to {MAX_SPEED:g}',
     )  # fmt: skip
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..rejections import ErrorCode
 from .design import Design
 from .equilibrium import metamaterial_force, substrate_force
 from .jit import is_cached
@@ -51,10 +52,10 @@ class Chain:
         limit = stable_step(specimen, integrator)
         dt = default_step(specimen, integrator) if dt is None else dt
         if not 0.0 < dt <= limit:
-            raise DesignError(
-                f'dt must be above 0 and at most {limit:.5g}, {STABILITY_MARGIN:g} of the '
-                f'stability limit of the {design.substrate} substrate; got {dt:g}'
-            )
+            raise DesignError.out_of_range('dt', dt,
+                f'above 0 and at most {limit:.5g}, {STABILITY_MARGIN:g} of the stability limit of '
+                f'the {design.substrate} substrate',
+            )  # fmt: skip
         self.design = design
         self.specimen = specimen
         self.dt = dt
@@ -120,9 +121,12 @@ class Chain:
         """
         state = np.zeros_like(self.state())
         if np.shape(v) != (self.design.N,):
-            raise StateError(f'v must have shape ({self.design.N},); got {np.shape(v)}')
+            expected = f'of shape ({self.design.N},)'
+            raise StateError.out_of_range('v', np.shape(v), expected)
         if not (np.isfinite(v).all() and math.isfinite(V_N)):
-            raise StateError('v and V_N must be finite; got NaN or infinity')
+            raise StateError(
+                'v and V_N must be finite; got NaN or infinity', ErrorCode.OUT_OF_RANGE, 'v'
+            )
         V = V_N * self.specimen.strain_shape
         state[0] = v
         state[2] = metamaterial_force(self.specimen, state[0], V) / self.specimen.masses
@@ -149,9 +153,12 @@ class Chain:
         """
         wanted = (6 if self._substrate is not None else 3, self.design.N)
         if np.shape(state) != wanted:
-            raise StateError(f'the state must have shape {wanted}; got {np.shape(state)}')
+            expected = f'of shape {wanted}'
+            raise StateError.out_of_range('state', np.shape(state), expected)
         if not (np.isfinite(state).all() and math.isfinite(V_N)):
-            raise StateError('the state must be finite; got NaN or infinity')
+            raise StateError(
+                'the state must be finite; got NaN or infinity', ErrorCode.OUT_OF_RANGE, 'state'
+            )
         self._set_rows(state)
         if not self.integrator.keeps_accelerations:
             for _, _, acceleration, *_ in self._list_chains():
@@ -201,12 +208,12 @@ class Chain:
     def check(self, specimen: Specimen) -> None:
         """Raise `DesignError` for a specimen that `set_specimen` would refuse."""
         if specimen.design != self.design:
-            raise DesignError('the specimen must be of the design of the chain')
-        if self.dt > (limit := stable_step(specimen, self.integrator)):
             raise DesignError(
-                f'the specimen needs a step of at most {limit:.5g}; the chain runs with '
-                f'{self.dt:g}'
+                'the specimen must be of the design of the chain', ErrorCode.CONFLICT, 'specimen'
             )
+        if self.dt > (limit := stable_step(specimen, self.integrator)):
+            expected = f'at most {limit:.5g} for this specimen'
+            raise DesignError.of_value(ErrorCode.CONFLICT, 'dt', self.dt, expected)
 
     def _build_cells(self) -> None:
         """Build the loop's arguments from the specimen."""
@@ -232,11 +239,12 @@ class Chain:
         Raises:
             DesignError: The integrator damps all cells alike, or a factor is not above 0.
         """
-        if not (self.integrator.damps_each and (factors > 0.0).all()):
-            raise DesignError(
-                f'{self.integrator.name} must damp every cell by itself, and each by more than 0; '
-                f'got a factor of {factors.min():.4g}'
-            )
+        if not self.integrator.damps_each:
+            text = f'{self.integrator.name} damps all cells alike'
+            raise DesignError(text, ErrorCode.UNSUPPORTED, 'factors')
+        if not (factors > 0.0).all():
+            worst = float(factors.min())
+            raise DesignError.out_of_range('factors', worst, 'above 0')
         eta = self.specimen.eta * factors
         self._constants = self.integrator.constants(self.dt, self._cells.mobility, eta)
 

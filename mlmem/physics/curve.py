@@ -17,7 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..schema import describe_field, problems
+from ..rejections import ErrorCode
+from ..schema import Problem, describe_field, find_problems
 from .jit import fma, register_formula
 from .values import Array, DesignError
 
@@ -73,17 +74,15 @@ class Curve:
     d: float = describe_field(1.0, 'factor of energy and force', low=1e-12, high=1e9)
 
     def __post_init__(self) -> None:
-        found = problems(self)
+        found = find_problems(self)
         if not found and self.high <= self.low:
-            found.append(f'high must be above low = {self.low:g}; got {self.high:g}')
-        if not MIN_FORCES <= len(self.force) <= MAX_FORCES:
-            found.append(
-                f'force must be {MIN_FORCES} to {MAX_FORCES} numbers; got {len(self.force)}'
-            )
+            found.append(Problem('high', self.high, f'above low = {self.low:g}'))
+        if not MIN_FORCES <= (count := len(self.force)) <= MAX_FORCES:
+            found.append(Problem('force', count, f'{MIN_FORCES} to {MAX_FORCES} numbers'))
         elif not np.isfinite(np.array(self.force, dtype=np.float64)).all():
-            found.append('force must be finite numbers')
+            found.append(Problem('force', self.force, 'finite numbers'))
         if found:
-            raise DesignError('; '.join(found))
+            raise DesignError.of_problems(found)
 
     @classmethod
     def of(
@@ -190,10 +189,9 @@ class Curve:
             DesignError: The law has no such one.
         """
         if not 0 <= n < len(self.ground_states):
-            raise DesignError(
-                f'the law has no ground state {n}; it has {len(self.ground_states)}, counted '
-                'from 0'
-            )
+            number = len(self.ground_states)
+            expected = f'of a ground state of the law, which has {number}, counted from 0'
+            raise DesignError.of_value(ErrorCode.CONFLICT, 'phase', n, expected)
         return self.ground_states[n]
 
     def barrier(self, n: int) -> float:

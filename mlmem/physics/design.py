@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ..schema import describe_field, make_field_factory, problems
+from ..rejections import ErrorCode
+from ..schema import Problem, describe_field, find_problems, make_field_factory
 from .curve import Curve
 from .potential import Array, DesignError, Potential
 
@@ -99,9 +100,18 @@ class Design:
     def __post_init__(self) -> None:
         if self.phase is None:
             object.__setattr__(self, 'phase', self.usual_phase)
-        found = problems(self) or self._find_inconsistencies()
-        if found:
-            raise DesignError('; '.join(found))
+        if found := find_problems(self):
+            raise DesignError.of_problems(found)
+        if found := self._find_inconsistencies():
+            raise DesignError.of_problems(found, ErrorCode.CONFLICT)
+        for n in (self.phase, self.phase + 1):
+            try:
+                self.potential.ground_state(n)
+            except DesignError as error:
+                raise DesignError(
+                    f'at least two neighbouring ground states are needed; {error}',
+                    ErrorCode.CONFLICT, error.field, error.value, error.expected,
+                ) from error  # fmt: skip
 
     @property
     def usual_phase(self) -> int:
@@ -116,52 +126,42 @@ class Design:
         """
         found = []
         if (last := self.N - self.tail - 1) < self.J:
-            found.append(
-                f'J must be at most N - tail - 1 = {last}, or no level fits; got {self.J}'
-            )
+            expected = f'at most N - tail - 1 = {last}, or no level fits'
+            found.append(Problem('J', self.J, expected))
         stiffest = max(1.0, self.k_s1, self.k_s2)
         if self.s_min < MIN_RIGIDITY_RATIO * stiffest:
-            found.append(
-                f's_min must be far above max(k_r, k_s) = {stiffest:.4g} (at least '
-                f'{MIN_RIGIDITY_RATIO:g} times), or the wall strains the substrate; got '
-                f'{self.s_min:g}'
+            expected = (
+                f'far above max(k_r, k_s) = {stiffest:.4g} (at least {MIN_RIGIDITY_RATIO:g} '
+                'times), or the wall strains the substrate'
             )
+            found.append(Problem('s_min', self.s_min, expected))
         if found:
-            raise DesignError('; '.join(found))
+            raise DesignError.of_problems(found, ErrorCode.CONFLICT)
 
-    def _find_inconsistencies(self) -> list[str]:
+    def _find_inconsistencies(self) -> list[Problem]:
         found = []
         factors = len(self.defect_factors)
         if self.profile and self.beta:
-            found.append(
-                f'beta must be 0 with a profile, which stands in its place; got {self.beta:g}'
-            )
+            expected = '0 with a profile, which stands in its place'
+            found.append(Problem('beta', self.beta, expected))
         elif factors % 2 == 0 or factors > self.J:
-            found.append(
-                f'profile must have an odd number of factors, at most J = {self.J}; got {factors}'
-            )
+            expected = f'an odd number of factors, at most J = {self.J}'
+            found.append(Problem('profile', factors, expected))
         elif self.beta <= -1.0:
-            found.append(f'beta must be greater than -1; got {self.beta:g}')
+            found.append(Problem('beta', self.beta, 'greater than -1'))
         elif self.alpha.min() <= 0.0:
-            worst = int(self.alpha.argmin()) + 1
-            found.append(
-                'alpha (the amplification of the potential) must stay positive; got '
-                f'{self.alpha.min():.4g} at j = {worst}: choose gamma above -1/N = '
-                f'{-1 / self.N:.4g}'
+            expected = (
+                f'above -1/N = {-1 / self.N:.4g}, or alpha, the amplification of the potential, '
+                'is not positive everywhere'
             )
+            found.append(Problem('gamma', self.gamma, expected))
         if self.law is not None and any(
             getattr(self, name) != type(self).__dataclass_fields__[name].default for name in 'abc'
         ):
-            found.append("a, b and c are of the paper's formula; with a law leave them out")
+            expected = "left out with a law, as b and c: they are of the paper's formula"
+            found.append(Problem('a', self.a, expected))
         if self.s_max < self.s_min:
-            found.append(f's_max must be at least s_min = {self.s_min:g}; got {self.s_max:g}')
-        if found:
-            return found
-        try:
-            for n in (self.phase, self.phase + 1):
-                self.potential.ground_state(n)
-        except DesignError as error:
-            return [f'at least two neighbouring ground states are needed; {error}']
+            found.append(Problem('s_max', self.s_max, f'at least s_min = {self.s_min:g}'))
         return found
 
     def as_dict(self) -> dict[str, Any]:

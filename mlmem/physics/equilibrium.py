@@ -15,6 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..rejections import ErrorCode
 from .design import Design
 from .jit import compile_kernel
 from .potential import Array, StateError
@@ -183,14 +184,16 @@ def find_pinned_wall(specimen: Design | Specimen, level: int) -> Array:
     specimen = Specimen.of(specimen)
     design = specimen.design
     if not 0 <= level < design.levels:
-        raise StateError(f'level must be from 0 to {design.levels - 1}; got {level}')
+        expected = f'from 0 to {design.levels - 1}'
+        raise StateError.out_of_range('level', level, expected)
     defect = design.defect_site(level)
     guess = wall_profile(design, defect + DEFECT_OFFSET_CELLS) + specimen.offsets
     v = relax_to_equilibrium(specimen, guess, np.zeros(design.N))
     found = find_walls(design, v)
     if len(found) != 1 or abs(found[0].position - defect) > _wall_width(design):
         left = ', '.join(f'one at {wall.position:.4g}' for wall in found) or 'none'
-        raise StateError(f'the defect at j = {defect} pins no wall; {left} remains')
+        text = f'the defect at j = {defect} pins no wall; {left} remains'
+        raise StateError(text, ErrorCode.UNSUPPORTED, 'level', level)
     return v
 
 

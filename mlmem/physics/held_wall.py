@@ -144,7 +144,8 @@ def hold_walls(
     design = specimen.design
     positions = np.asarray(positions, dtype=np.float64)
     if not (positions.size and positions.min() >= 1.0 and positions.max() < design.N):
-        raise StateError(f'positions must be from 1 to below N = {design.N}; got {positions}')
+        expected = f'from 1 to below N = {design.N}'
+        raise StateError.out_of_range('positions', positions, expected)
     v = np.array([wall_profile(design, X) for X in positions]) + V  # a first guess
     # The constraint: normal . v = value.
     rows, left = np.arange(len(positions)), np.floor(positions).astype(np.intp) - 1

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..rejections import ErrorCode
 from .curve import Curve
 from .values import Array as Array
 from .values import DesignError as DesignError
@@ -149,10 +150,11 @@ class Potential:
     def _solve_configuration(self, theta: float, what: str) -> float:
         """Solve the cubic a y + b y^3 = theta on its rising branch through the origin."""
         if abs(theta) >= (most := self._max_phase):
-            raise DesignError(
-                f'the potential has no {what}: with b = {self.b:g} < 0 its theta '
-                f'only reaches {most:.4g}; {abs(theta):.4g} is needed'
-            )
+            raise DesignError.of_value(
+                ErrorCode.CONFLICT, 'b', self.b,
+                f'greater, or the potential has no {what}: its theta only reaches {most:.4g}, and '
+                f'{abs(theta):.4g} is needed',
+            )  # fmt: skip
         y = theta / self.a
         if abs(self.b) * y * y > 1e-9 * self.a:  # else the cubic term is left to Newton
             y = _solve_cubic(self.a / self.b, -theta / self.b, smallest=self.b < 0.0)

@@ -61,30 +61,26 @@ class Specimen:
         for name, size in zip(ARRAY_FIELDS, (n, n - 1, n - 1, n, n), strict=True):
             given = np.array(getattr(self, name), dtype=np.float64)  # a private copy
             if given.shape not in ((), (size,)):
-                raise DesignError(f'{name} must have shape ({size},); got {given.shape}')
+                raise DesignError.out_of_range(name, given.shape, f'of shape ({size},)')
             object.__setattr__(self, name, np.broadcast_to(given, size))
         for name in ('alpha_factor', 'k_r_factor', 's_factor'):
             values = getattr(self, name)
             if not ((values > 0.0) & np.isfinite(values)).all():
-                raise DesignError(
-                    f'{name} must be above 0 and finite; got {_describe_worst(values)}'
-                )
+                raise DesignError.out_of_range(name, _find_worst(values), 'above 0 and finite')
         if not ((self.masses > 0.0) & np.isfinite(self.masses)).all():
-            raise DesignError(
-                f'mass must be above 0 and finite; got {_describe_worst(self.masses)}'
-            )
+            raise DesignError.out_of_range('mass', _find_worst(self.masses), 'above 0 and finite')
         object.__setattr__(self, 'stuck', tuple(sorted(set(self.stuck))))
         if not all(1 < site < n for site in self.stuck):
-            raise DesignError(f'stuck cells must be from 2 to {n - 1}; got {self.stuck}')
+            raise DesignError.out_of_range('stuck', self.stuck, f'cells from 2 to {n - 1}')
         if not (np.abs(self.offsets) <= MAX_OFFSET).all():
-            raise DesignError(
-                f'offset must be from {-MAX_OFFSET} to {MAX_OFFSET}; '
-                f'got {_describe_worst(-np.abs(self.offsets))}'
-            )
+            worst = _find_worst(-np.abs(self.offsets))
+            raise DesignError.out_of_range('offset', worst, f'from {-MAX_OFFSET} to {MAX_OFFSET}')
         if not 0.0 <= self.eta_factor < np.inf:
-            raise DesignError(f'eta_factor must be at least 0; got {self.eta_factor}')
+            raise DesignError.out_of_range('eta_factor', self.eta_factor, 'at least 0')
         if self.damped_by_substrate and self.design.substrate != 'rigid':
-            raise DesignError('only a rigid substrate can damp the cells; this one is elastic')
+            raise DesignError.out_of_range(
+                'damped_by_substrate', True, 'false for an elastic substrate'
+            )
 
     @classmethod
     def of(cls, made: Design | Specimen) -> Specimen:
@@ -198,7 +194,6 @@ def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
     )
 
 
-def _describe_worst(values: Array) -> str:
-    """Return the least value and its site, for a message."""
-    place = int(np.argmin(np.where(np.isnan(values), -np.inf, values)))
-    return f'{values[place]:.4g} at {place + 1}'
+def _find_worst(values: Array) -> float:
+    """Return the least value, or NaN if there is one."""
+    return float(values[int(np.argmin(np.where(np.isnan(values), -np.inf, values)))])

@@ -144,24 +144,23 @@ class Inputs(NamedTuple):
         """Raise `StateError` unless they are inputs of a chain of N cells, in whole steps."""
         V_N, held_cell, shake = self
         if V_N.ndim != 1 or len(V_N) % substeps:
-            raise StateError(f'V_N must have shape ({substeps} steps,); got {V_N.shape}')
+            raise StateError.out_of_range('V_N', V_N.shape, f'of shape ({substeps} steps,)')
         if not np.isfinite(V_N).all():
-            raise StateError('V_N must be finite; got NaN or infinity')
+            raise StateError.out_of_range('V_N', 'NaN or infinity', 'finite')
         if shake is not None and not (shake.shape == V_N.shape and np.isfinite(shake).all()):
-            raise StateError(f'shake must have shape {V_N.shape} and be finite')
+            raise StateError.out_of_range('shake', shake.shape, f'finite and of shape {V_N.shape}')
         if held_cell is None:
             return
         if held_cell.site not in (1, N):
-            raise StateError(f'site must be 1 or N = {N}; got {held_cell.site}')
+            raise StateError.out_of_range('site', held_cell.site, f'1 or N = {N}')
         motion = held_cell.motion
         if motion.ndim != 2 or motion.shape[0] != 2:
-            raise StateError(f'motion must have shape (2, m); got {motion.shape}')
+            raise StateError.out_of_range('motion', motion.shape, 'of shape (2, m)')
         if motion.shape[1] > len(V_N):
-            raise StateError(
-                f'motion must end with the run, {len(V_N)} sub-steps; got {motion.shape[1]}'
-            )
+            expected = f'at most the {len(V_N)} sub-steps of the run'
+            raise StateError.out_of_range('motion', motion.shape[1], expected)
         if not np.isfinite(motion).all():
-            raise StateError('motion must be finite; got NaN or infinity')
+            raise StateError.out_of_range('motion', 'NaN or infinity', 'finite')
 
     def after(self, done: int) -> Inputs:
         """Return those that come after some sub-steps."""

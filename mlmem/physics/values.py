@@ -7,12 +7,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..rejections import Rejected
+
 Array = NDArray[np.float64]
 
 
-class DesignError(ValueError):
+class DesignError(Rejected, ValueError):
     """A design out of range or inconsistent: the message names symbol, value and bound."""
 
 
-class StateError(ValueError):
+class StateError(Rejected, ValueError):
     """Arrays that are not a state of this chain: wrong shape, not finite, wrong kind."""

@@ -25,6 +25,7 @@ from ..instrument.end import End, Shot
 from ..physics import Design, Specimen, StateError
 from ..physics.potential import Array
 from ..physics.waves import group_velocity, pass_band
+from ..rejections import ErrorCode
 from ..settings import Settings
 from .echo import pulse_duration
 from .reading import BLANK, UNDECODABLE, Reading
@@ -101,8 +102,9 @@ class BadCells(Forecasts):
         self.usable = tuple(sorted(levels - set(self.lost)))
         if BLANK in self.lost or not self.usable:
             raise SettingsError(
-                f'the element is lost with its bad cells: {self.describe_limits()}'
-            )
+                f'the element is lost with its bad cells: {self.describe_limits()}',
+                ErrorCode.UNSUPPORTED, 'element.bad_cells',
+            )  # fmt: skip
 
     def exclude_levels(self, lost: dict[int, str]) -> BadCells:
         """Return the forecasts with more levels that cannot be used, and why."""
@@ -148,9 +150,8 @@ def add_bad_cells(design: Design, settings: Settings) -> Specimen:
     alpha, given = np.ones(design.N), settings.element
     most = design.N - 1 if given.stuck else design.N
     if (last := max((*given.stuck, *given.weak_factors), default=0)) > most:
-        raise SettingsError(
-            f'bad_cells must be from 2 to {most} in a design of {design.N} cells; got {last}'
-        )
+        expected = f'from 2 to {most} in a design of {design.N} cells'
+        raise SettingsError.of_value(ErrorCode.CONFLICT, 'bad_cells', last, expected)
     for site, factor in given.weak_factors.items():
         alpha[site - 1] = factor
     return Specimen(design, alpha_factor=alpha, stuck=given.stuck)
@@ -239,15 +240,16 @@ def _extend_listening(design: Design, settings: Settings) -> Settings:
     probe = settings.register.probe
     if design.substrate == 'elastic' or design.N > 1000:
         raise SettingsError(
-            'bad_cells must be empty for more than 1000 cells, or an elastic substrate'
-        )
+            'bad_cells must be empty for more than 1000 cells, or an elastic substrate',
+            ErrorCode.UNSUPPORTED, 'bad_cells',
+        )  # fmt: skip
     one, other = (pass_band(k_s) for k_s in (design.k_s1, design.k_s2))
     low, high = max(one[0], other[0]), min(one[1], other[1])
     if not low < probe.omega_c < high:
-        raise SettingsError(
-            f'register.omega_c must be inside both pass bands, {low:.4g} to {high:.4g}, to read '
-            f'an element with bad cells; got {probe.omega_c:g}'
-        )
+        raise SettingsError.of_value(
+            ErrorCode.CONFLICT, 'register.omega_c', probe.omega_c,
+            f'inside both pass bands, {low:.4g} to {high:.4g}, to read an element with bad cells',
+        )  # fmt: skip
     slowest = min(float(group_velocity(probe.omega_c, k_s)) for k_s in (design.k_s1, design.k_s2))
     listen = max(settings.register.listen, 2.0 * design.N / slowest + pulse_duration(probe))
     return replace(settings, register=replace(settings.register, listen=math.ceil(listen)))

@@ -24,6 +24,7 @@ from ..moves.corrections import (
 )
 from ..physics import Design
 from ..physics.potential import Array
+from ..rejections import ErrorCode
 from ..settings import ProbeSettings, Settings
 from .echo import Crossings, Shape, earliest_delay
 
@@ -44,32 +45,31 @@ class DelayTable:
 
     def __post_init__(self) -> None:
         if not self.delays or not np.isfinite(self.delays).all():
-            raise SettingsError(
-                f'delays must be finite, one for every level; got {list(self.delays)}'
+            raise SettingsError.out_of_range(
+                'delays', list(self.delays), 'finite, one for every level'
             )
         if self.blank is not None and not (
             np.isfinite(self.blank) and self.blank not in self.delays[1:]
         ):
-            raise SettingsError(
-                f'blank must be a finite delay that no level but 0 has, or None; got {self.blank}'
-            )
+            expected = 'a finite delay that no level but 0 has, or None'
+            raise SettingsError.out_of_range('blank', self.blank, expected)
         if self.shapes and len(self.shapes) != len(self.delays):
-            raise SettingsError(
-                f'shapes must be {len(self.delays)}, one for every level; got {len(self.shapes)}'
-            )
+            expected = f'{len(self.delays)}, one for every level'
+            raise SettingsError.out_of_range('shapes', len(self.shapes), expected)
         if not all(known is None or np.isfinite(known) for each in self.shapes for known in each):
-            raise SettingsError('shapes must be finite, or None')
+            raise SettingsError.out_of_range('shapes', self.shapes, 'finite, or None')
         if not all(loud > 0.0 for *_, loud in self.shapes):
-            raise SettingsError('an echo must be louder than 0')
+            raise SettingsError.out_of_range('shapes', self.shapes, 'of echoes louder than 0')
 
     def check(self) -> None:
         """Raise `SettingsError` unless every level can be told from the others."""
         steps = np.diff(self.delays)
         if not ((steps > 0).all() or (steps < 0).all()):
+            delays = [round(delay, 2) for delay in self.delays]
             raise SettingsError(
                 'delays must rise or fall from level to level, or levels cannot be told apart; '
-                f'got {[round(delay, 2) for delay in self.delays]}'
-            )
+                f'got {delays}', ErrorCode.CONFLICT, 'delays', delays,
+            )  # fmt: skip
 
     @property
     def longest(self) -> float:
@@ -195,13 +195,13 @@ class Calibration:
         for end in self.ends:
             if (count := len(self.table(end).delays)) != levels:
                 raise SettingsError(
-                    f'the calibration must have {levels} levels, like the design; got {count}'
-                )
+                    f'the calibration must have {levels} levels, like the design; got {count}',
+                    ErrorCode.CONFLICT, end.value, count,
+                )  # fmt: skip
         known = self.pulse_corrections
         if known is not None and (count := len(known.steps)) != levels:
-            raise SettingsError(
-                f'pulse_corrections must be {levels}, one for every level; got {count}'
-            )
+            expected = f'{levels}, one for every level'
+            raise SettingsError.of_value(ErrorCode.CONFLICT, 'pulse_corrections', count, expected)
 
     def corrections_by_level(self, settings: Settings) -> list[PulseCorrection]:
         """Return the corrections by the level to which a pulse takes the wall."""
@@ -227,7 +227,9 @@ class Calibration:
         if end is End.RIGHT:
             return self.right
         if self.left is None:
-            raise SettingsError('the left end is not read from (read.end is right)')
+            raise SettingsError(
+                'the left end is not read from (read.end is right)', ErrorCode.UNSUPPORTED, 'end'
+            )
         return self.left
 
 

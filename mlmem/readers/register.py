@@ -27,6 +27,7 @@ from ..physics import Design, Specimen, StateError, find_walls
 from ..physics.equilibrium import DEFECT_OFFSET_CELLS, find_pinned_walls
 from ..physics.potential import Array
 from ..physics.waves import Complex, combine_rows, linearize_cells, multiply_matrices
+from ..rejections import ErrorCode
 from ..settings import Settings
 from .reading import UNDECODABLE, Reading
 from .waveforms import Ends, Listener
@@ -66,8 +67,9 @@ def pin_walls(made: Specimen, levels: Sequence[int]) -> Array:
     if find_wall_levels(design, v) != tuple(sorted(levels)):
         found = sorted(wall.position for wall in find_walls(design, v))
         raise StateError(
-            f'walls at the levels {list(levels)} do not rest there; they are at {found}'
-        )
+            f'walls at the levels {list(levels)} do not rest there; they are at {found}',
+            ErrorCode.UNSUPPORTED, 'content',
+        )  # fmt: skip
     return v
 
 
@@ -323,7 +325,10 @@ def forecast_words(made: Specimen, settings: Settings) -> Register:
     """
     code = make_code(made.design, settings)
     if code is None:
-        raise SettingsError('an element with one wall is read by its delays')
+        raise SettingsError(
+            'an element with one wall is read by its delays',
+            ErrorCode.CONFLICT, 'register.spacing',
+        )  # fmt: skip
     listener = Listener(settings)
     ends = Ends(made, settings, listener)
     parts = np.concatenate(
@@ -385,7 +390,9 @@ def _build_word_parts(
         try:
             v = pin_walls(made, code.walls(int(word)))
         except StateError as error:
-            raise SettingsError(f'{code.binary(word)} cannot be held: {error}') from error
+            raise SettingsError(
+                f'{code.binary(word)} cannot be held: {error}', ErrorCode.UNSUPPORTED, 'word'
+            ) from error
         stiffness, mass, spring = linearize_cells(made, v)
         for level, number in enumerate(chosen[word]):
             if not known[number]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..errors import SettingsError
 from ..physics import Design
-from ..schema import short_repr
+from ..rejections import ErrorCode
 from ..settings import Settings
 
 
@@ -106,16 +106,17 @@ def make_code(design: Design, settings: Settings) -> Code | None:
         ('kinks', settings.kick.kink_speeds),
     ):
         if len(speeds) < design.levels or not all(speeds[: design.levels]):
-            raise SettingsError(
-                f'a register needs a kick to each of its {design.levels} levels, of walls and of '
-                f'kinks; got kick.{name} {short_repr(getattr(settings.kick, name))}'
-            )
+            raise SettingsError.of_value(
+                ErrorCode.CONFLICT, f'kick.{name}', getattr(settings.kick, name),
+                f'a kick of a wall and of a kink to each of the {design.levels} levels',
+            )  # fmt: skip
     most = 2**14  # each forecast takes a twentieth of a millisecond, and 3 kB
     if code.words > most:
         raise SettingsError(
             f'a register may have {most} words at most, all of which are forecast; this one '
-            f'has {code.words}: increase register.spacing'
-        )
+            f'has {code.words}: increase register.spacing',
+            ErrorCode.CONFLICT, 'register.spacing',
+        )  # fmt: skip
     return code
 
 

@@ -319,8 +319,8 @@ def test_ringing_element_is_read_at_one_tick_for_any_cut():
 @pytest.mark.parametrize(
     ('kick', 'field'),
     [
-        ({'speeds': '0.1 0.2'}, ''),
-        ({'kinks': '0 0.1 0.1 0.1 0.1 0.1 0.1 0.1'}, ''),
+        ({'speeds': '0.1 0.2'}, 'kick.speeds'),
+        ({'kinks': '0 0.1 0.1 0.1 0.1 0.1 0.1 0.1'}, 'kick.kinks'),
         ({'kinks': '0.1 fast'}, 'kinks'),
         ({'kinks': 'nan'}, 'kinks'),
     ],

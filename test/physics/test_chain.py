@@ -365,25 +365,26 @@ def test_wrong_states_are_rejected_and_change_nothing(substrate):
 
 @SUBSTRATES
 @pytest.mark.parametrize(
-    ('V_N', 'held_cell', 'message'),
+    ('V_N', 'held_cell', 'field'),
     [
-        (np.zeros(7), None, 'V_N must have shape'),
-        (np.zeros((2, 4)), None, 'V_N must have shape'),
-        (np.array([0.0, math.nan]), None, 'V_N must be finite'),
-        (np.array([math.inf, 0.0]), None, 'V_N must be finite'),
-        (np.zeros(8), HeldCell(0, np.zeros((2, 8))), 'site must be 1 or N'),
-        (np.zeros(8), HeldCell(30, np.zeros((2, 8))), 'site must be 1 or N'),
-        (np.zeros(8), HeldCell(1, np.zeros(8)), 'motion must have shape'),
-        (np.zeros(8), HeldCell(1, np.zeros((3, 8))), 'motion must have shape'),
-        (np.zeros(8), HeldCell(1, np.zeros((2, 9))), 'motion must end with the run'),
-        (np.zeros(8), HeldCell(1, np.full((2, 8), math.nan)), 'motion must be finite'),
+        (np.zeros(7), None, 'V_N'),
+        (np.zeros((2, 4)), None, 'V_N'),
+        (np.array([0.0, math.nan]), None, 'V_N'),
+        (np.array([math.inf, 0.0]), None, 'V_N'),
+        (np.zeros(8), HeldCell(0, np.zeros((2, 8))), 'site'),
+        (np.zeros(8), HeldCell(30, np.zeros((2, 8))), 'site'),
+        (np.zeros(8), HeldCell(1, np.zeros(8)), 'motion'),
+        (np.zeros(8), HeldCell(1, np.zeros((3, 8))), 'motion'),
+        (np.zeros(8), HeldCell(1, np.zeros((2, 9))), 'motion'),
+        (np.zeros(8), HeldCell(1, np.full((2, 8), math.nan)), 'motion'),
     ],
 )
-def test_wrong_inputs_are_rejected_and_change_nothing(substrate, V_N, held_cell, message):
+def test_wrong_inputs_are_rejected_and_change_nothing(substrate, V_N, held_cell, field):
     chain, _ = moved(substrate)
     before = chain.state().tobytes(), chain.V_N, chain.steps_done
-    with pytest.raises(StateError, match=message):
+    with pytest.raises(StateError) as rejected:
         chain.advance(V_N, held_cell)
+    assert rejected.value.field == field
     assert (chain.state().tobytes(), chain.V_N, chain.steps_done) == before
 
 

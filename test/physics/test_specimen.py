@@ -158,7 +158,7 @@ def test_stiffer_springs_need_shorter_step():
     """Gershgorin: the cells of springs 4 k_r swing at 2 sqrt(k_r) at least."""
     stiff = Specimen(SMALL, k_r_factor=9.0)
     assert highest_frequency(stiff) > 6.0 > highest_frequency(Specimen(SMALL))
-    with pytest.raises(DesignError, match='the specimen needs a step of at most'):
+    with pytest.raises(DesignError, match=r'^dt must be at most .* for this specimen'):
         Chain(SMALL, stable_step(Specimen(SMALL))).set_specimen(stiff)
 
 
@@ -291,7 +291,7 @@ def test_only_rigid_substrate_can_damp_cells():
     made = Specimen(SMALL, damped_by_substrate=True)
     assert not made.is_ideal
     assert decode_value(Specimen, encode_value(made)).damped_by_substrate
-    with pytest.raises(DesignError, match='only a rigid substrate can damp the cells'):
+    with pytest.raises(DesignError, match=r'^damped_by_substrate must be false'):
         dataclasses.replace(made, design=dataclasses.replace(SMALL, substrate='elastic'))
 
 
@@ -299,7 +299,7 @@ def test_chain_rejects_specimen_and_shake_it_cannot_run():
     chain = Chain(SMALL)
     with pytest.raises(DesignError, match='design'):
         chain.set_specimen(Specimen(CASE_II))
-    with pytest.raises(DesignError, match='step'):
+    with pytest.raises(DesignError, match=r'^dt must be'):
         chain.set_specimen(Specimen(SMALL, mass=0.001))
     before = chain.state()
     for shake in (np.full(4, np.nan), np.zeros(3)):
