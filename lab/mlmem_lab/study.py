@@ -39,6 +39,7 @@ from . import results
 Result = TypeVar('Result')
 
 STUDY_PLACES = {
+    'astray': 'windows.astray:STUDY',
     'bad_cells': 'reads.bad_cells:STUDY',
     'cells': 'reads.count:CELLS_STUDY',
     'curves': 'measured.study:CURVES_STUDY',
