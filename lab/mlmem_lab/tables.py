@@ -107,63 +107,55 @@ def _escape_cell(text: str) -> str:
     return text.replace('|', r'\|')
 
 
-def node_figures(result: Mapping[str, Any]) -> Rows:
-    """Return every figure of a node on every processor; bold where it misses its goal."""
+def node_missed(result: Mapping[str, Any]) -> Rows:
+    """Return the figures of a node that miss their goal on some processor, in bold."""
     processors = list(dict.fromkeys(name for row in result['rows'] for name in list(row)[2:]))
     rows: Rows = [['figure', 'goal', *processors]]
     for row in result['rows']:
-        rows.append(
-            [row['figure'], row['goal'], *(_mark_processor(row, name) for name in processors)]
-        )
+        cells = [_mark_missed(row.get(name, ''), row['goal']) for name in processors]
+        if any(cell.startswith('**') for cell in cells):
+            rows.append([row['figure'], row['goal'], *cells])
     return rows
 
 
-def node_missed(result: Mapping[str, Any]) -> Rows:
-    """Return the figures of a node that miss their goal on some processor."""
-    head, *rows = node_figures(result)
-    return [head, *(row for row in rows if any(cell.startswith('**') for cell in row))]
-
-
-def _mark_processor(row: Mapping[str, str], processor: str) -> str:
-    value, goal = row.get(processor, ''), row['goal']
+def _mark_missed(value: str, goal: str) -> str:
     if not value or not goal:
         return value
-    _, way, limit = goal.split()
-    figure, limit_of = float(value.split()[0]), float(limit)
-    fails = figure > limit_of if way == 'most' else figure < limit_of
-    return f'**{value}, missed**' if fails else value
+    _, bound, limit = goal.split()
+    excess = float(value.split()[0]) - float(limit)
+    missed = excess > 0.0 if bound == 'most' else excess < 0.0
+    return f'**{value}, missed**' if missed else value
 
 
 def tolerance_steps(result: Mapping[str, Any]) -> Rows:
     """Return the disorder at which one step up, or one kick, in a thousand fails, by kind and
     design.
     """
-    designs = {name: each for name, each in result['designs'].items() if not _has_words(each)}
-    columns = [
-        (name, move)
-        for name, found in designs.items()
-        for move in ('step', 'kick')
-        if any(move in each for each in found.values())
-    ]
-    rows: Rows = [['disorder of', *(f'`{name}`, {move}' for name, move in columns)]]
-    for what in dict.fromkeys(each for found in designs.values() for each in found):
-        found = (designs[name].get(what, {}).get(move, {}) for name, move in columns)
-        rows.append([what, *(one.get('text', '') for one in found)])
-    return rows
+    return _tolerance_rows(result, 'disorder of', {'step': ', step', 'kick': ', kick'})
 
 
 def tolerance_words(result: Mapping[str, Any]) -> Rows:
     """Return the same for words that are written by kicks and read."""
-    designs = {name: each for name, each in result['designs'].items() if _has_words(each)}
-    ways = [(name, way) for name in designs for way in ('word', 'hear')]
-    ways = [
-        (name, way) for name, way in ways if any(way in each for each in designs[name].values())
+    return _tolerance_rows(result, 'scatter of', {'word': ' written', 'hear': ' read'})
+
+
+def _tolerance_rows(result: Mapping[str, Any], heading: str, labels: Mapping[str, str]) -> Rows:
+    """Return a column for every design and what was tried of it, of those in `labels`."""
+    designs = {
+        name: found
+        for name, found in result['designs'].items()
+        if any(labels.keys() & each.keys() for each in found.values())
+    }
+    columns = [
+        (name, tried)
+        for name, found in designs.items()
+        for tried in labels
+        if any(tried in each for each in found.values())
     ]
-    told = {'word': 'written', 'hear': 'read'}
-    rows: Rows = [['scatter of', *(f'`{name}` {told[way]}' for name, way in ways)]]
+    rows: Rows = [[heading, *(f'`{name}`{labels[tried]}' for name, tried in columns)]]
     for what in dict.fromkeys(each for found in designs.values() for each in found):
-        found = (designs[name].get(what, {}).get(way, {}) for name, way in ways)
-        rows.append([what, *(one.get('text', '') for one in found)])
+        cells = (designs[name].get(what, {}).get(tried, {}) for name, tried in columns)
+        rows.append([what, *(cell.get('text', '') for cell in cells)])
     return rows
 
 
@@ -195,33 +187,18 @@ def _word_rows(result: Mapping[str, Any], what: str, healthy: str, sizes: Sequen
     return rows
 
 
-def _has_words(design: Mapping[str, Mapping[str, Any]]) -> bool:
-    """Return whether words were tried."""
-    return any({'word', 'hear', 'blind'} & each.keys() for each in design.values())
-
-
 def unseen_speeds(result: Mapping[str, Any]) -> Rows:
     """Return what other lattices and the force curves say of each."""
     rows: Rows = [('rail / spacing', 'measured', 'predicted without its data', 'no wave')]
     for case in result['cases']:
         found = case['unseen']
-        rows.append(
-            [*_lattice_row(case), _format_interval(found), f'{100.0 * found["silent"]:.0f} %']
-        )
+        measured = ', '.join(f'{speed:.2f}' for speed in case['measured'] or ()) or 'no wave'
+        predicted = ''
+        if found['median'] is not None:
+            predicted = f'{found["median"]:.2f} ({found["low"]:.2f} to {found["high"]:.2f})'
+        silent = f'{100.0 * found["silent"]:.0f} %'
+        rows.append([f'{case["rail"]:g}/{case["spacing"]:g}', measured, predicted, silent])
     return rows
-
-
-def _lattice_row(case: Mapping[str, Any]) -> tuple[str, str]:
-    told = case['measured']
-    measured = ', '.join(f'{speed:.2f}' for speed in told) if told else 'no wave'
-    return f'{case["rail"]:g}/{case["spacing"]:g}', measured
-
-
-def _format_interval(found: Mapping[str, Any]) -> str:
-    if found['median'] is None:
-        return ''
-    middle, low, high = (f'{found[key]:.2f}' for key in ('median', 'low', 'high'))
-    return f'{middle} ({low} to {high})'
 
 
 READ_COUNTS = (

@@ -9,19 +9,18 @@ thousand reads, which may move the wall. Times are in time units.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from mlmem import Erase, MemoryElement, Read, SelfTest, Write, preset
-from mlmem.moves.planner import disable_kicks
 from mlmem.physics import find_level, find_walls
 
 from .results import STRAINED_PRESETS
 from .study import Study
 
 RANDOM_SEED = 1
-WRITE_COUNT = 100
 
 
 def measure_times(name: str) -> dict[str, Any]:
@@ -29,11 +28,10 @@ def measure_times(name: str) -> dict[str, Any]:
     random = np.random.default_rng(RANDOM_SEED)
     design, settings = preset(name)
     element = MemoryElement(design, settings)
+    automatic = replace(settings, write=replace(settings.write, method='auto'))
     result = {
         **_time_writes(element, random),
-        'paper': _time_writes(
-            MemoryElement(design, disable_kicks(settings)), random, WRITE_COUNT // 5
-        ),
+        'auto': _time_writes(MemoryElement(design, automatic), random),
         'self test': _time_command(element, SelfTest()),
     }
     reads, shift = [], 0.0
@@ -54,10 +52,9 @@ def measure_times(name: str) -> dict[str, Any]:
     }
 
 
-def _time_writes(
-    element: MemoryElement, random: np.random.Generator, count: int = WRITE_COUNT
-) -> dict[str, Any]:
-    """Return the times of random writes in a row, and how many went wrong."""
+def _time_writes(element: MemoryElement, random: np.random.Generator) -> dict[str, Any]:
+    """Return the times of a hundred random writes in a row, and how many went wrong."""
+    count = 100
     levels = element.design.levels
     times: dict[str, list[float]] = {'up': [], 'down': []}
     before = 0

@@ -78,7 +78,7 @@ def test_measured_speeds_are_those_of_the_readme(case, speed, spread):
 )
 def test_the_energies_set_free_are_those_of_the_readme(name, gain):
     """mJ; it integrates from the first point, we from where the force is zero."""
-    assert chains(name, 6.0, tilt=0.0).gain()[0] == pytest.approx(gain, abs=0.2)
+    assert chains(name, 6.0, tilt=0.0).compute_gain()[0] == pytest.approx(gain, abs=0.2)
 
 
 @pytest.mark.parametrize(('name', 'spacing'), [('225mm_run1', 7.0), ('180mm_run30', 6.0)])

@@ -182,13 +182,13 @@ class Forward:
         total: tangent.Single | None = None
         for shot in shots:
             begin = self.begin(shots[0], shot)
-            J = self.linearised(shot, duration - begin * shot.dt)[1]
+            J = self.linearise_shot(shot, duration - begin * shot.dt)[1]
             J = J[:, np.clip(compared - begin, 0, J.shape[1] - 1)]
             total = J if total is None else total + J - J[:, :1]
         assert total is not None
         return predicted, total
 
-    def linearised(
+    def linearise_shot(
         self, shot: Shot, duration: float, patterns: Array | None = None
     ) -> tuple[Array, tangent.Single]:
         """Return `predict`, and its derivatives by all unknowns, shape (2, m + 1, size).

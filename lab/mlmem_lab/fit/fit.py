@@ -60,13 +60,13 @@ def locate_walls(misfit: Misfit, x: Array) -> tuple[Misfit, Array]:
             nearest = min(places, key=lambda place: abs(place - supposed))
             tried = dict.fromkeys((nearest, *_drop_close_places(places)[:max_tried_places]))
             guesses = [
-                misfit.only(_shots_with_wall(misfit, 0.0) + _move_walls(same, place))
+                misfit.select_shots(_shots_with_wall(misfit, 0.0) + _move_walls(same, place))
                 for place in tried
             ]
             best, x = _choose_best(guesses, x)
             places = [best.shots[-1].wall]
         found[supposed] = places[0] if places else supposed
-    return misfit.only([replace(shot, wall=found[shot.wall]) for shot in misfit.shots]), x
+    return misfit.select_shots([replace(shot, wall=found[shot.wall]) for shot in misfit.shots]), x
 
 
 def relocate_walls(misfit: Misfit, x: Array) -> Misfit:
@@ -77,7 +77,7 @@ def relocate_walls(misfit: Misfit, x: Array) -> Misfit:
     for known in _list_walls(misfit):
         places = rank_places(misfit, x, _shots_with_wall(misfit, known), known)
         found[known] = places[0] if places else known
-    return misfit.only([replace(shot, wall=found[shot.wall]) for shot in misfit.shots])
+    return misfit.select_shots([replace(shot, wall=found[shot.wall]) for shot in misfit.shots])
 
 
 def _list_walls(misfit: Misfit) -> list[float]:
@@ -107,7 +107,7 @@ def rank_places(
     for place in (*lost, *find_equilibria(misfit.forward(x), shots[0], sites)):
         try:
             each = (
-                misfit.residuals(x, shot, waveform_window, min_sample_deviation)[0]
+                misfit.compute_residuals(x, shot, waveform_window, min_sample_deviation)[0]
                 for shot in _move_walls(shots, place)
             )
             scores[place] = sum(float(np.sum(values**2)) for values in each)
@@ -178,7 +178,7 @@ def fit_element(
     misfit = Misfit(Unknowns(design), shots, prior or Prior(), integrator)
     first = _fit_blank(misfit, told)
     told('where the wall was', 0.0)
-    misfit, x = locate_walls(first.misfit.only(shots), first.x)
+    misfit, x = locate_walls(first.misfit.select_shots(shots), first.x)
     if not _list_walls(misfit):
         raise Misfitting('the wall was lost before every shot that was to see one: survey again')
     _, x = _choose_best([misfit], x)
@@ -214,20 +214,22 @@ def _without_worst(found: Fit, x: Array, told: Report) -> Fit:
     The others are fitted without it, and tell where it was.
     """
     misfit = found.misfit
-    parts = {wall: misfit.only(_shots_with_wall(misfit, wall)) for wall in _list_walls(misfit)}
+    parts = {
+        wall: misfit.select_shots(_shots_with_wall(misfit, wall)) for wall in _list_walls(misfit)
+    }
     costs = {wall: part.cost(found.x, WHOLE_WINDOW) for wall, part in parts.items()}
     if len(costs) < 2:
         return found
     worst = max(costs, key=lambda wall: costs[wall])
     others = [shot for shot in misfit.shots if shot.wall != worst]
-    again = _descend_stages(misfit.only(others), x, LAST_STAGES, told)
+    again = _descend_stages(misfit.select_shots(others), x, LAST_STAGES, told)
     if again.chi2 > MAX_MISFIT_PER_DATUM:
         return found
     moved = rank_places(misfit, again.x, _shots_with_wall(misfit, worst))[:1]
     shots = others + [
         replace(shot, wall=wall) for wall in moved for shot in _shots_with_wall(misfit, worst)
     ]
-    whole = _descend_stages(misfit.only(shots), again.x, LAST_STAGES, told)
+    whole = _descend_stages(misfit.select_shots(shots), again.x, LAST_STAGES, told)
     if whole.chi2 <= MAX_MISFIT_PER_DATUM:
         return whole
     left_out = f'the shots with the wall near {worst:.0f}, which agree with no place of it'
@@ -239,7 +241,7 @@ def _fit_blank(misfit: Misfit, told: Report) -> Fit:
 
     It need not describe the element yet, but what is wrong with the line must be known.
     """
-    blank = misfit.only(_shots_with_wall(misfit, 0.0))
+    blank = misfit.select_shots(_shots_with_wall(misfit, 0.0))
     found = _descend_stages(blank, misfit.unknowns.mean, FIRST_SCHEDULE, told)
     while found.chi2 > MAX_MISFIT_PER_DATUM:
         term, why, _ = found.missing
@@ -296,7 +298,7 @@ def _describe_misfit_place(found: Fit) -> str:
     """Return in words where most of a misfit is, if it is with one wall."""
     misfit, x, total = found.misfit, found.x, found.chi2 * found.data
     for wall in _list_walls(misfit):
-        if misfit.only(_shots_with_wall(misfit, wall)).cost(x, WHOLE_WINDOW) > 0.8 * total:
+        if misfit.select_shots(_shots_with_wall(misfit, wall)).cost(x, WHOLE_WINDOW) > 0.8 * total:
             return f', nearly all of it in the shots with the wall near {wall:.0f}'
     return ''
 

@@ -149,10 +149,10 @@ def _band_misfit(misfit: Misfit, x: Array, slopes: Slopes, H: Array) -> tuple[fl
     scale = 1.0 / np.sqrt(np.diag(H))
     root = np.linalg.inv(np.linalg.cholesky(scale[:, None] * H * scale))
     spread = (scale[:, None] * root.T).astype(np.float32)
-    every = misfit.linearised(x, WHOLE_WINDOW, slopes=slopes)
+    every = misfit.linearise_shots(x, WHOLE_WINDOW, slopes=slopes)
     for shot, (residual, own, *_) in zip(misfit.shots, every, strict=True):
-        _, weights = misfit.residuals(x, shot, WHOLE_WINDOW)
-        heard = misfit.whitened(shot, misfit.predicted(x, shot, WHOLE_WINDOW), weights)
+        _, weights = misfit.compute_residuals(x, shot, WHOLE_WINDOW)
+        heard = misfit.whiten_residuals(shot, misfit.predict_shot(x, shot, WHOLE_WINDOW), weights)
         left, echo, taken = (
             np.abs(np.fft.rfft(each[:, 1:], axis=1)) ** 2 / each.shape[1]
             for each in (residual, heard, own @ spread)
@@ -293,7 +293,7 @@ def missing_term(own: Fit) -> Missing:
     sought = with_term(own.misfit, term).unknowns
     return Missing(
         term, f'{TERM_DESCRIPTIONS[term]} would explain {share:.0%} of it',
-        slopes and slopes.only(_locate_unknowns(sought, fuller.unknowns)),
+        slopes and slopes.select_unknowns(_locate_unknowns(sought, fuller.unknowns)),
     )  # fmt: skip
 
 
@@ -358,8 +358,8 @@ def estimate_jitter(found: Fit) -> float:
     x, misfit = found.x, found.misfit
     along = beyond = slopes = 0.0
     for shot in misfit.shots:
-        residual, weights = misfit.residuals(x, shot, WHOLE_WINDOW)
-        speeds = np.gradient(misfit.predicted(x, shot, WHOLE_WINDOW), axis=1)
+        residual, weights = misfit.compute_residuals(x, shot, WHOLE_WINDOW)
+        speeds = np.gradient(misfit.predict_shot(x, shot, WHOLE_WINDOW), axis=1)
         r, slope = residual[:, 1:], (weights * speeds)[:, 1:]
         along += float(np.sum(r[:, 1:] * r[:, :-1]))
         beyond += float(np.sum(r**2 - (weights[:, 1:] > 0.0)))

@@ -171,7 +171,7 @@ class Slopes(NamedTuple):
     shared: bool
     each: tuple[Single, ...]
 
-    def only(self, unknowns: NDArray[np.int64]) -> Slopes:
+    def select_unknowns(self, unknowns: NDArray[np.int64]) -> Slopes:
         """Return those by some unknowns alone."""
         return self._replace(each=tuple(J[..., unknowns] for J in self.each))
 
@@ -223,31 +223,31 @@ class Misfit:
             self._latest_samples[:] = [Forward(self.unknowns, x, self.integrator)]
         return self._latest_samples[0]
 
-    def predicted(self, x: Array, shot: Shot, window: float) -> Array:
+    def predict_shot(self, x: Array, shot: Shot, window: float) -> Array:
         """Return what both ends read at rest, then until a window after the pulse has passed,
         shape (2, m); raises as `Forward` and `Forward.predict` do.
         """
         return self.forward(x).predict(shot, shot.pulse.duration + window)
 
-    def residuals(
+    def compute_residuals(
         self, x: Array, shot: Shot, window: float, blur: float = 0.0
     ) -> tuple[Array, Array]:
-        """Return residuals of `predicted` in standard deviations, and their weights, shape (2, m).
+        """Return residuals of `predict_shot` in standard deviations, and their weights, (2, m).
 
         Args:
             blur: Standard deviation of a sample if it is larger than the noise: residuals of a
                 model that is still far off are smoothed so.
         """
-        values, weights, drifts = self._compared(x, shot, window, blur)
+        values, weights, drifts = self._compare_shot(x, shot, window, blur)
         return self._loosen_gains(values, drifts)[0], weights
 
-    def _compared(
+    def _compare_shot(
         self, x: Array, shot: Shot, window: float, blur: float
     ) -> tuple[Array, Array, Array]:
         """Return whitened residuals before gains may drift, their weights, and
         `_drift_changes`.
         """
-        predicted, stride = self.predicted(x, shot, window), self._sample_stride(shot)
+        predicted, stride = self.predict_shot(x, shot, window), self._sample_stride(shot)
         measured = shot.samples[:, stride - 1 :: stride][:, : predicted.shape[1] - 1]
         measured = np.concatenate((shot.rest[:, None], measured), axis=1)
         spread = np.maximum(self.noise(shot), blur)[:, None] * np.ones_like(measured)
@@ -255,12 +255,12 @@ class Misfit:
         weights = np.where(np.isfinite(measured), 1.0 / spread, 0.0)
         misfit = np.where(weights > 0.0, predicted - measured, 0.0)
         drifts = self._drift_changes(x, shot, window, weights)
-        return self.whitened(shot, misfit, weights), weights, drifts
+        return self.whiten_residuals(shot, misfit, weights), weights, drifts
 
     def _sample_stride(self, shot: Shot) -> int:
         return Clock.of(shot.dt, self.integrator).stride
 
-    def whitened(self, shot: Shot, waveforms: Array | Single, weights: Array) -> Array:
+    def whiten_residuals(self, shot: Shot, waveforms: Array | Single, weights: Array) -> Array:
         """Return what a shot tells of waveforms, (2, m, ...), in standard deviations."""
         return whiten_waveforms(waveforms, weights, self._held(shot))
 
@@ -276,10 +276,10 @@ class Misfit:
         drifted since its rest was measured. Shots are independent: those of a slow drift are not,
         but a model of that is wrong of a quick one, and this is right of both.
         """
-        predicted = self.predicted(x, shot, window)
+        predicted = self.predict_shot(x, shot, window)
         if not self.gain_drift:
             return np.zeros((0, *predicted.shape))
-        heard = self.whitened(shot, predicted, weights)
+        heard = self.whiten_residuals(shot, predicted, weights)
         # standard deviation of where an end is held from where it rests in cells, if gains drift
         held_end_deviation = 1e-4
         moved = (
@@ -293,7 +293,7 @@ class Misfit:
         pulse_drift_ratio = 0.1
         changes[3:5] = pulse_drift_ratio * np.linspace(-1.0, 1.0, heard.shape[1]) * changes[:2]
         changes[:5] *= self.gain_drift
-        changes[5] = self.whitened(shot, moved, weights)
+        changes[5] = self.whiten_residuals(shot, moved, weights)
         return changes
 
     def _loosen_gains(self, values: Array, drifts: Array) -> tuple[Array, float]:
@@ -319,54 +319,55 @@ class Misfit:
         """
         if self.gain_drift:
             return replace(self, drift=ZERO_DRIFT_CELLS)
-        each = [self.predicted(x, shot, -WHOLE_WINDOW)[:, 0] - shot.rest for shot in self.shots]
+        each = [self.predict_shot(x, shot, -WHOLE_WINDOW)[:, 0] - shot.rest for shot in self.shots]
         free = max(1, 2 * len(each) - len(EQUILIBRIUM_UNKNOWNS))
         found = float(np.sqrt(np.sum(np.square(each)) / free))
         return replace(self, drift=max(found, LEAST_DRIFT))
 
-    def only(self, shots: Sequence[Shot]) -> Misfit:
+    def select_shots(self, shots: Sequence[Shot]) -> Misfit:
         """Return the misfit of other shots."""
         return replace(self, shots=tuple(shots))
 
     def cost(self, x: Array, window: float, blur: float = 0.0) -> float:
         """Return r^T r over a window after the pulses; infinite where there is no such element."""
         try:
-            each = (self.residuals(x, shot, window, blur)[0] for shot in self.shots)
+            each = (self.compute_residuals(x, shot, window, blur)[0] for shot in self.shots)
             return float(sum(np.sum(values**2) for values in each))
         except (DesignError, StateError):
             return np.inf
 
     def slopes(self, x: Array, window: float, shared: bool = False) -> Slopes:
-        """Return the derivatives of every shot; raises as `Forward.linearised` does."""
+        """Return the derivatives of every shot; raises as `Forward.linearise_shot` does."""
         forward, along = self.forward(x), alpha_patterns(self.unknowns.design) if shared else None
         each = (
-            forward.linearised(shot, shot.pulse.duration + window, along) for shot in self.shots
+            forward.linearise_shot(shot, shot.pulse.duration + window, along)
+            for shot in self.shots
         )
         return Slopes(window, shared, tuple(J for _, J in each))
 
-    def linearised(
+    def linearise_shots(
         self, x: Array, window: float, blur: float = 0.0, slopes: Slopes | None = None
     ) -> Iterator[tuple[Array, Array, int, float]]:
         """Yield of every shot its residuals and their derivatives in standard deviations, shapes
         (2, m) and (2, m, size), how many data they are, and `Normal.loosened`; raises as
-        `Forward.linearised` does.
+        `Forward.linearise_shot` does.
 
         Args:
             window: How long after its pulse each shot is compared.
             blur: Least standard deviation of a sample.
         """
         for shot, J in zip(self.shots, (slopes or self.slopes(x, window)).each, strict=True):
-            values, weights, drifts = self._compared(x, shot, window, blur)
+            values, weights, drifts = self._compare_shot(x, shot, window, blur)
             residual, loose = self._loosen_gains(values, drifts)
-            of_unknowns = self.whitened(shot, J[:, : values.shape[1]], weights)
+            of_unknowns = self.whiten_residuals(shot, J[:, : values.shape[1]], weights)
             own, _ = self._loosen_gains(of_unknowns, drifts)
             yield residual, own, int(np.count_nonzero(weights)), loose
 
     def iterate_normals(
         self, x: Array, window: float, blur: float = 0.0, slopes: Slopes | None = None
     ) -> Iterator[Normal]:
-        """Yield the normal equations of every shot; see `linearised`."""
-        for residual, own, data, loose in self.linearised(x, window, blur, slopes):
+        """Yield the normal equations of every shot; see `linearise_shots`."""
+        for residual, own, data, loose in self.linearise_shots(x, window, blur, slopes):
             flat = own.reshape(-1, own.shape[-1])
             cost = float(np.sum(residual**2))
             yield Normal(flat.T @ flat, flat.T @ residual.ravel(), cost, data, loose)
@@ -393,7 +394,7 @@ class Misfit:
         """
         g, cost = np.zeros(len(near.g)), 0.0
         for shot, J in zip(self.shots, slopes.each, strict=True):
-            values, weights, drifts = self._compared(x, shot, window, blur)
+            values, weights, drifts = self._compare_shot(x, shot, window, blur)
             residual, _ = self._loosen_gains(values, drifts)
             cost += float(np.sum(residual**2))
             twice = self._loosen_gains(residual, drifts)[0][..., None]

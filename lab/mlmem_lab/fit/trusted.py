@@ -108,7 +108,7 @@ def held_out(found: Fit) -> tuple[float, ...]:
     told = invert_matrix(H)
     costs = []
     for shot, J, part in zip(misfit.shots, slopes.each, parts, strict=True):
-        alone, without = misfit.only([shot]), x + invert_matrix(H - part.H) @ part.g
+        alone, without = misfit.select_shots([shot]), x + invert_matrix(H - part.H) @ part.g
         try:
             normal = alone.normal(without, WHOLE_WINDOW, slopes=slopes._replace(each=(J,)))
         except (DesignError, StateError):

@@ -72,7 +72,7 @@ class Particles:
         weights = np.exp(self.shares[:, rail] - self.shares[:, rail].max(axis=1, keepdims=True))
         return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
-    def chains(self, case: int) -> Chains:
+    def build_chains(self, case: int) -> Chains:
         """Return their chains of a lattice."""
         rail = case // 3
         tables = [load_force_table(name) for name in TESTS_BY_RAIL[RAIL_DISTANCES_CM[rail]]]
@@ -92,10 +92,10 @@ class Particles:
             hand=np.exp(self.hand[:, case]),
         )
 
-    def run(self, cases: Sequence[int]) -> None:
+    def run_waves(self, cases: Sequence[int]) -> None:
         """Find the waves of some lattices."""
         for case in cases:
-            found = launch_waves(self.chains(case))
+            found = launch_waves(self.build_chains(case))
             for own, each in zip((self.speed, self.rise, self.passed), found, strict=True):
                 own[:, case] = each
 
@@ -132,7 +132,7 @@ class Model:
         self.rng, self.free = rng, np.array([True, snap, True, True])
         self.data = [mean_measurement(case) for case in ALL_CASES]
 
-    def draw(self, n: int) -> Particles:
+    def draw_prior(self, n: int) -> Particles:
         """Return particles of the prior, with their waves."""
         normal = self.rng.standard_normal
         common = PRIOR_MEAN + PRIOR_WIDTH * normal((n, len(PRIOR_MEAN)))
@@ -144,7 +144,7 @@ class Model:
         new = Particles(common, shares, mean, *np.zeros((6, n, 9)))
         for case in range(9):
             self._refresh_unknowns(new, case)
-        new.run(range(9))
+        new.run_waves(range(9))
         return new
 
     def _refresh_unknowns(self, at: Particles, case: int) -> None:
@@ -156,7 +156,7 @@ class Model:
         if ALL_CASES[case] in SILENT_CASES:
             at.well[:, case] += WELL_DEVIATION_CM * normal(n)
 
-    def predicted(self, at: Particles, case: int, draws: int = 20) -> Array:
+    def predict_speeds(self, at: Particles, case: int, draws: int = 20) -> Array:
         """Return speeds of a lattice whose own unknowns are drawn afresh, NaN for silence.
 
         Shape (draws, n).
@@ -164,11 +164,11 @@ class Model:
         speeds = []
         for _ in range(draws):
             self._refresh_unknowns(at, case)
-            at.run([case])
+            at.run_waves([case])
             speeds.append(at.speed[:, case].copy())
         return np.array(speeds)
 
-    def prior(self, at: Particles) -> Array:
+    def compute_log_prior(self, at: Particles) -> Array:
         """Return the logarithm of the prior density, up to a constant, shape (n,)."""
         z = (at.common - PRIOR_MEAN) / PRIOR_WIDTH
         found = -0.5 * (z[:, self.free] ** 2).sum(axis=1)
@@ -211,30 +211,30 @@ class Model:
 
     # --- moves ---------------------------------------------------------------------------
 
-    def move(self, at: Particles, weight: Array) -> None:
+    def move_particles(self, at: Particles, weight: Array) -> None:
         """Move all particles once, of data with a weight per lattice."""
         for size in (0.3, 1.0):
-            self._step(at, weight, partial(self._propose_common, size=size), range(9))
+            self._try_change(at, weight, partial(self._propose_common, size=size), range(9))
         for rail in range(3):
             shares = partial(self._propose_shares, rail=rail)
-            self._step(at, weight, shares, range(3 * rail, 3 * rail + 3))
+            self._try_change(at, weight, shares, range(3 * rail, 3 * rail + 3))
         for case in range(9):
-            self._step(at, weight, partial(self._propose_lattice, case=case), [case])
+            self._try_change(at, weight, partial(self._propose_lattice, case=case), [case])
         for _ in range(5):
-            self._step(at, weight, self._propose_tilts, [])
+            self._try_change(at, weight, self._propose_tilts, [])
 
-    def _step(
+    def _try_change(
         self, at: Particles, weight: Array, change: Callable[[Particles], None],
         cases: Sequence[int],
     ) -> None:  # fmt: skip
         """Accept or reject a change of every particle, which changes the waves of some cases."""
         new = Particles(*(each.copy() for each in vars(at).values()))
         change(new)
-        before, after = self.prior(at), self.prior(new)
+        before, after = self.compute_log_prior(at), self.compute_log_prior(new)
         legal = np.isfinite(after)
         if cases:
             some = new.select_particles(legal)
-            some.run(cases)
+            some.run_waves(cases)
             for name in ('speed', 'rise', 'passed'):
                 getattr(new, name)[legal] = getattr(some, name)
             before = before + self.log_likelihood(at) @ weight
@@ -273,9 +273,9 @@ class Model:
 
     # --- tempering -----------------------------------------------------------------------
 
-    def sample(self, n: int, without: int | None = None) -> Particles:
+    def sample_posterior(self, n: int, without: int | None = None) -> Particles:
         """Return particles of the posterior, of all lattices or without the data of one."""
-        at, weight, done = self.draw(n), np.ones(9), 0.0
+        at, weight, done = self.draw_prior(n), np.ones(9), 0.0
         if without is not None:
             weight[without] = 0.0
         while done < 1.0:
@@ -285,7 +285,7 @@ class Model:
             w = np.exp(step * (gain - gain.max()))
             at = at.select_particles(_resample_particles(w / w.sum(), self.rng))
             for _ in range(5 if done == 1.0 else 1):
-                self.move(at, done * weight)
+                self.move_particles(at, done * weight)
         return at
 
 

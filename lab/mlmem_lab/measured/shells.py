@@ -124,7 +124,7 @@ class Chains:
     magnets: Array
     hand: Array
 
-    def gain(self) -> Array:
+    def compute_gain(self) -> Array:
         """Return the energy that a passage sets free, mJ."""
         inside = slice(round(-ENDS[0] * 200), round((1.0 - ENDS[0]) * 200) + 1)
         return np.asarray(100.0 * self.well * (self.tilt - self.laws[:, inside].mean(axis=1)))

@@ -36,14 +36,14 @@ def predict_seen(case: str, particles: int = 250) -> list[dict[str, Any]]:
     Losses are viscous damping and a loss in the snap. The one case is `all`.
     """
     model = Model(np.random.default_rng(SEED), snap=True)
-    posterior = model.sample(particles)
-    prior = model.draw(particles)
+    posterior = model.sample_posterior(particles)
+    prior = model.draw_prior(particles)
     return [
         _describe_lattice(k)
         | {
             'curves': summarise_speeds(prior.speed[:, k]),
             'seen': summarise_speeds(posterior.speed[:, k]),
-            'gain': summarise_values(posterior.chains(k).gain()),
+            'gain': summarise_values(posterior.build_chains(k).compute_gain()),
         }
         for k in range(len(ALL_CASES))
     ]
@@ -56,7 +56,7 @@ def predict_unseen(case: str, particles: int = 200) -> list[dict[str, Any]]:
     """
     k = [str(each) for each in ALL_CASES].index(case)
     model = Model(np.random.default_rng(SEED), snap=False)
-    speeds = model.predicted(model.sample(particles, without=k), k)
+    speeds = model.predict_speeds(model.sample_posterior(particles, without=k), k)
     return [_describe_lattice(k) | {'unseen': summarise_speeds(speeds.ravel())}]
 
 

@@ -21,15 +21,27 @@ from typing import TYPE_CHECKING, Any
 from mlmem_tools.cli.command import JOBS_OPTION, JSON_OPTION, declare_command, declare_option
 from mlmem_tools.cli.output import create_console, create_table, print_failure, print_json
 
-from ..results import CHECKOUT_ROOT, DEVICE_MODULES, PICTURE_FOLDERS, keep_picture, save_result
+from ..results import (
+    CHECKOUT_ROOT,
+    DEVICE_MODULES,
+    PICTURE_FOLDERS,
+    RESULT_FOLDER,
+    keep_picture,
+    save_result,
+)
 from ..study import count_cores, map_calls
 from .figure import Claim, Data, Figure, Judgement, Quality, load_data
-from .gallery import ALL_CLAIMS, ALL_FIGURES, OUTPUT_FOLDER
+from .gallery import (
+    ALL_CLAIMS,
+    ALL_FIGURES,
+    FIGURES_BY_NAME,
+    OUTPUT_FOLDER,
+    make_figure,
+    select_figures,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
-
-    from .figure import Figure
 
 
 def load_all(output: Path, figures: Iterable[Figure] = ALL_FIGURES) -> dict[str, Data]:
@@ -71,7 +83,7 @@ def judge_claims(data: Mapping[str, Data]) -> dict[str, Any]:
 
 
 def _summarise_claim(claim: Claim, data: Mapping[str, Data]) -> dict[str, str]:
-    judgement, numbers = claim.judged(data)
+    judgement, numbers = claim.judge_data(data)
     return {
         'verdict': judgement.value,
         'paper': f'{claim.sentence} ({claim.place})',
@@ -101,11 +113,6 @@ def figures(arguments: argparse.Namespace) -> int:
     """Draw the figures; return 0 when all were drawn, 1 when a file could not be
     written, 2 for a wrong argument.
     """
-    from ..results import RESULT_FOLDER
-    from .command import keep_figure_picture, save_verdicts
-    from .figure import Quality
-    from .gallery import ALL_FIGURES, FIGURES_BY_NAME, make_figure, select_figures
-
     console = create_console(aside=arguments.json)
     if arguments.list:
         for figure in ALL_FIGURES:
@@ -153,10 +160,6 @@ def _print_claims(console: Console, figures: list[Figure], output: Path) -> list
     """Print and return the verdict on every claim for which these figures have all the data."""
     from rich.text import Text
 
-    from .command import load_all
-    from .figure import Judgement
-    from .gallery import ALL_CLAIMS
-
     data = load_all(output, figures)
     colors = {
         Judgement.HOLDS: 'green',
@@ -168,7 +171,7 @@ def _print_claims(console: Console, figures: list[Figure], output: Path) -> list
     claims = []
     for claim in ALL_CLAIMS:
         if all(name in data for name in claim.needs):
-            judgement, numbers = claim.judged(data)
+            judgement, numbers = claim.judge_data(data)
             text = Text(judgement.value, colors[judgement])
             table.add_row(text, claim.sentence, numbers)
             claims.append(

@@ -91,7 +91,7 @@ class Claim:
         """Where the paper has it, in words."""
         return f'p. {self.page}, {self.where}' if self.where else f'p. {self.page}'
 
-    def judged(self, data: Mapping[str, Data]) -> Judged:
+    def judge_data(self, data: Mapping[str, Data]) -> Judged:
         """Judge the claim by the data of all figures, by name."""
         judgement, numbers = self.judge(*(data[name] for name in self.needs))
         if self.replaced and judgement is Judgement.HOLDS:
@@ -103,9 +103,9 @@ class Claim:
 class Figure:
     """One figure of the paper, or one of ours beside it.
 
-    The file that makes it gives it its functions by the decorators `data` and `drawing`, and
-    `claim` for every sentence that its data judge. A film has `film` instead of `drawing`; where
-    only the claims matter there is neither.
+    The file that makes it gives it its functions by the decorators `register_data` and
+    `register_drawing`, and `register_claim` for every sentence that its data judge. A film has
+    `register_film` instead; where only the claims matter there is neither.
 
     Attributes:
         name: What a person types, as '2a'.
@@ -124,7 +124,7 @@ class Figure:
     ending: str = ''
     _save: Save = lambda data, stem: []
 
-    def data(self, compute: Callable[[Quality], Data]) -> Callable[[Quality], Data]:
+    def register_data(self, compute: Callable[[Quality], Data]) -> Callable[[Quality], Data]:
         """Take what computes the data, arrays or what becomes arrays."""
 
         @functools.wraps(compute)
@@ -140,13 +140,13 @@ class Figure:
         self.draw, self.ending = draw, 'png'
         return draw
 
-    def film(self, save: Save) -> Save:
+    def register_film(self, save: Save) -> Save:
         """Take what saves the data as a GIF of a stem, and returns the files."""
         self._save = save
         self.ending = 'gif'
         return save
 
-    def result(self, summary: Callable[[Data], Mapping[str, Any]]) -> None:
+    def register_summary(self, summary: Callable[[Data], Mapping[str, Any]]) -> None:
         """Take what makes of the data what the result file keeps, for the pages."""
         self.summary = summary
 

@@ -83,7 +83,7 @@ def plan_pulses(
     if preset.settings.register.spacing:
         return _plan_register(specimen, preset.settings, report)
     tried = _Trial(specimen, preset)
-    state, steps, erase = tried.blank(), [], math.nan
+    state, steps, erase = tried.place_blank(), [], math.nan
     by_kicks, chain = [Found()] * preset.design.levels, build_chain(specimen, preset.settings)
     if is_kicked(preset.settings, 0):
         most = preset.settings.transducer.max_speed
@@ -94,7 +94,7 @@ def plan_pulses(
             report(f'level {level}', level / preset.design.levels)
         if is_kicked(preset.settings, level):
             speed = preset.settings.kick.wall_speeds[level]
-            step, state = _correct_kick(level, speed, by_kicks[level]), tried.at(level)
+            step, state = _correct_kick(level, speed, by_kicks[level]), tried.place_wall(level)
         else:
             step, state = _choose_best(tried, state, level)
         steps.append(step)
@@ -136,7 +136,7 @@ def _correct_kick(level: int, speed: float, found: Found) -> Step:
 
 def _choose_best(tried: _Trial, state: Array, level: int) -> tuple[Step, Array]:
     """Return the pulse to a level that is farthest from failure, and the state after it."""
-    best, after = Step(level, PulseCorrection(), -1.0), tried.at(level)
+    best, after = Step(level, PulseCorrection(), -1.0), tried.place_wall(level)
     launch_speeds = (1.0, 2.0)  # factors that are tried, nearest to the settings first
     speeds = (1.0,) if level else launch_speeds
     # relative changes at which a pulse is tried, too; the distance to failure follows
@@ -178,17 +178,17 @@ class _Trial:
             design, preset.settings, Calibration(None, delays), Simulation(self._chain)
         )
 
-    def blank(self) -> Array:
+    def place_blank(self) -> Array:
         """Return the blank element at rest."""
         self._chain.place(make_blank(self._specimen))
         return self._chain.state()
 
-    def at(self, level: int) -> Array:
+    def place_wall(self, level: int) -> Array:
         """Return the element with its wall at a level, at rest, if that holds it, else blank."""
         try:
             self._chain.place(find_pinned_wall(self._specimen, level))
         except StateError:
-            return self.blank()
+            return self.place_blank()
         return self._chain.state()
 
     def try_pulse(self, state: Array, level: int, correction: PulseCorrection) -> Array | None:

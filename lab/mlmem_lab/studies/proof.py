@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Calibration, Erase, Read, Settings, Write
+from mlmem import Calibration, Erase, MemoryElement, Outcome, Read, Settings, Write
 from mlmem.element_file import Element
 from mlmem.parsing import decode_value, encode_value
 from mlmem.physics import Design
@@ -34,7 +34,6 @@ from mlmem.readers.register import pin_walls
 from mlmem.readers.words import make_code
 
 from .bench import Bench
-from .trace import least_margins, write_upward
 
 Values = Mapping[str, Any]
 """Numbers and strings by name: what JSON can hold."""
@@ -116,7 +115,7 @@ def evaluate_run(common: Values, values: Values) -> dict[str, Any]:
             else 0.
         passed: Whether all succeeded at the first attempt.
         error: What the device said, or the truth if that differs.
-        level_margin, threshold_margin: The least of the readings, None without one.
+        level_margin: The least of the readings, None without one.
         time: Duration in time units.
     """
     bench = Bench.of(common)
@@ -124,10 +123,9 @@ def evaluate_run(common: Values, values: Values) -> dict[str, Any]:
     contents = common['contents']
     begin, goal = contents[values['start']], contents[values['goal']]
     if values['kind'] == 'upward':
-        climb = write_upward(element, level=bench.level, contents=contents[:-1])
-        last, outcomes = climb.writes[-1], [each.outcome for each in climb.writes]
-        done, passed = climb.reached, climb.passed
-        error = '' if passed else f'level {last.asked}: {last.failure} {last.outcome.error}'
+        outcomes, error = write_upward(bench, element, contents[:-1])
+        passed = not error
+        done = len(outcomes) - (not passed)
     else:
         made, reader = bench.made, element.reader
         many = reader.holds_words
@@ -144,9 +142,37 @@ def evaluate_run(common: Values, values: Values) -> dict[str, Any]:
         if not passed and not error:
             error = f'the wall is at level {true}'
     return dict(values) | {
-        'done': done, 'passed': passed, 'error': error, **least_margins(outcomes),
+        'done': done, 'passed': passed, 'error': error,
+        'level_margin': find_least_margin(outcomes),
         'time': element.ticks * element.tick,
     }  # fmt: skip
+
+
+def write_upward(
+    bench: Bench, element: MemoryElement, contents: Sequence[int]
+) -> tuple[list[Outcome], str]:
+    """Write contents in turn, one attempt each, up to the first failure.
+
+    A content counts if the write decodes it and the walls are really there.
+
+    Returns:
+        The outcomes, and what failed, empty if nothing did: 'wall' if the device knows that its
+        write failed, 'silent' if it does not, 'echo' if the wall is right and the reading is not.
+    """
+    outcomes: list[Outcome] = []
+    for content in contents:
+        outcomes.append(outcome := element.perform(Write(content)))
+        there = bench.level(element) == content
+        if not (there and outcome.success):
+            failure = 'echo' if there else 'silent' if outcome.success else 'wall'
+            return outcomes, f'level {content}: {failure} {outcome.error}'
+    return outcomes, ''
+
+
+def find_least_margin(outcomes: Iterable[Outcome]) -> float | None:
+    """Return the least level margin of all readings, None without a finite one."""
+    margins = (outcome.reading.level_margin for outcome in outcomes if outcome.reading)
+    return min(filter(math.isfinite, margins), default=None)
 
 
 def _run_commands(kind: str, goal: int) -> list[Erase | Write | Read]:

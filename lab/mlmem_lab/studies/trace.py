@@ -1,20 +1,17 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A device or a chain observed while it works, for the x-t figures; and a climb: every level is
-written and read back, and compared with the true wall.
-"""
+"""A device or a chain observed while it works, for the x-t figures."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from mlmem import Command, MemoryElement, Outcome, Write
+from mlmem import Command, MemoryElement, Outcome
 from mlmem.instrument.motion import Cycle, Ramp
-from mlmem.physics import Chain, Design, find_level, find_walls, substep_times
+from mlmem.physics import Chain, Design, find_walls, substep_times
 from mlmem.physics.potential import Array
 
 
@@ -93,92 +90,3 @@ def wall_position(design: Design, configuration: Array) -> float:
 def wall_path(design: Design, configurations: list[Array]) -> Array:
     """Return the wall's position in each of m configurations, shape (m,), NaN for none."""
     return np.array([wall_position(design, configuration) for configuration in configurations])
-
-
-@dataclass(frozen=True)
-class WrittenLevel:
-    """One write, verified by its echo, and the truth.
-
-    Attributes:
-        outcome: How the write ended, with its reading.
-        level: Level at whose defect the wall really is; -1 blank; -2 none of them.
-        wall: Its position in sites, NaN for none or several.
-    """
-
-    asked: int
-    outcome: Outcome
-    level: int
-    wall: float
-
-    @property
-    def failure(self) -> str:
-        """Why it failed.
-
-        Returns:
-            '' if the level was written and read back; 'wall' if the wall is elsewhere and the
-            device knows that its write failed; 'silent' if it does not know; 'echo' if the wall is
-            right and the reading is not.
-        """
-        if self.level != self.asked:
-            return 'silent' if self.outcome.success else 'wall'
-        return '' if self.outcome.success else 'echo'
-
-
-@dataclass(frozen=True)
-class Climb:
-    """Levels written one after another, up to the first that failed."""
-
-    writes: tuple[WrittenLevel, ...]
-    levels: int
-
-    @property
-    def reached(self) -> int:
-        """How many levels were written and read back."""
-        return sum(not each.failure for each in self.writes)
-
-    @property
-    def passed(self) -> bool:
-        """Whether all of them were."""
-        return self.reached == self.levels
-
-    @property
-    def failure(self) -> str:
-        """Why the last write failed, '' where all passed (see `WrittenLevel.failure`)."""
-        return self.writes[-1].failure
-
-
-def write_upward(
-    element: MemoryElement,
-    level: Callable[[MemoryElement], int] | None = None,
-    contents: Sequence[int] = (),
-) -> Climb:
-    """Write every level from 0 up with one attempt each; stop at the first failure.
-
-    Every write is the node's: it launches or drives the wall, probes it and decodes the echo. A
-    level counts if the echo decodes to it and the wall is really there.
-
-    Args:
-        element: An element at rest; it is advanced.
-        level: Returns the true level; by default the one within a cell of the wall.
-        contents: What to write instead.
-    """
-    assert element.settings.write.attempts == 1
-    design, writes = element.design, []
-    contents = contents or range(design.levels)
-    for asked in contents:
-        outcome = element.perform(Write(asked))
-        found = element.chain.configuration
-        true = find_level(design, found) if level is None else level(element)
-        writes.append(WrittenLevel(asked, outcome, true, wall_position(design, found)))
-        if writes[-1].failure:
-            break
-    return Climb(tuple(writes), len(contents))
-
-
-def least_margins(outcomes: Iterable[Outcome]) -> dict[str, float | None]:
-    """Return the least margins of all readings, by name; None without a finite one."""
-    readings = [outcome.reading for outcome in outcomes if outcome.reading]
-    return {
-        name: min(filter(math.isfinite, (getattr(each, name) for each in readings)), default=None)
-        for name in ('level_margin', 'threshold_margin')
-    }

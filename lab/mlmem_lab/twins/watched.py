@@ -81,19 +81,19 @@ class Bench:
         self.watch = Residuals(known, INTEGRATORS[self.element.settings.time.integrator])
         self.wall: float | None = 0.0
 
-    def heard(self, command: Read | Write) -> Comparison | None:
+    def compare_last_read(self, command: Read | Write) -> Comparison | None:
         """Perform a command and compare its last read, as a node does."""
-        return self._compared(
+        return self._compare_events(
             perform_command(self.element, command)[1], isinstance(command, Write)
         )
 
-    def read(self) -> Comparison | None:
+    def read_at_rest(self) -> Comparison | None:
         """Let the element rest, read it, and compare the read."""
         element = self.element
         element.pass_ticks(math.ceil(SETTLE_DAMPING_TIMES / element.design.eta / element.tick))
-        return self.heard(Read())
+        return self.compare_last_read(Read())
 
-    def _compared(self, events: list[Event], moved: bool) -> Comparison | None:
+    def _compare_events(self, events: list[Event], moved: bool) -> Comparison | None:
         heard = [event for event in events if isinstance(event, EchoReceived)]
         if not heard:
             return None
@@ -105,7 +105,7 @@ class Bench:
             return None
         return self.watch.compare(shots, self.wall)
 
-    def change(self, change: str, site: int) -> tuple[str, float]:
+    def apply_change(self, change: str, site: int) -> tuple[str, float]:
         """Change something; return the name under which it should be told, and its amount."""
         faults = dict(CHANGE_KINDS[change])
         if 'gain' in faults:
@@ -131,9 +131,11 @@ def watch_healthy(preset: str, scatter: float, seed: int) -> dict[str, Any]:
     told, chi2 = [], []
     for number in range(HEALTHY_READS):
         if number % 10 == 0:
-            found = bench.heard(Write(int(random.integers(bench.element.design.levels))))
+            found = bench.compare_last_read(
+                Write(int(random.integers(bench.element.design.levels)))
+            )
         else:
-            found = bench.read()
+            found = bench.read_at_rest()
         if found is not None:
             chi2.append(found.chi2)
             told += [found.text] if found.text else []
@@ -159,17 +161,17 @@ def watch_changed(preset: str, scatter: float, seed: int, change: str) -> dict[s
     """Return what is told of a change, after how many reads, and how far off it is."""
     bench, random = Bench(preset, scatter, seed), np.random.default_rng([seed, len(change)])
     design = bench.element.design
-    bench.heard(Write(int(random.integers(design.levels))))
-    before = [seen.text for seen in (bench.read(), bench.read()) if seen]
+    bench.compare_last_read(Write(int(random.integers(design.levels))))
+    before = [seen.text for seen in (bench.read_at_rest(), bench.read_at_rest()) if seen]
     site = int(random.integers(2, design.N - 1))
-    name, amount = bench.change(change, site)
+    name, amount = bench.apply_change(change, site)
     found: dict[str, Any] = {
         'seed': seed, 'site': site, 'wall': bench.wall, 'alarm': any(before), 'text': '',
         'reads': None, 'named': False, 'off': None,
     }  # fmt: skip
     max_changed_reads = 10  # reads after which a change that has not been told is given up
     for number in range(1, max_changed_reads + 1):
-        seen = bench.read()
+        seen = bench.read_at_rest()
         if seen is not None and seen.text:
             found |= {'text': seen.text, 'reads': number}
             if (one := seen.change) is not None and one.name == name:

@@ -105,7 +105,7 @@ def test_transducers_that_are_late_are_found(fitted):
     late = [
         replace(each, wall=shot.wall) for each, shot in zip(late, found.misfit.shots, strict=True)
     ]
-    before = compute_posterior(found.misfit.only(late), found.x)
+    before = compute_posterior(found.misfit.select_shots(late), found.x)
     assert before.chi2 > 10.0
     after = _extend_model(before, print)
     assert after.unknowns.latency
@@ -134,7 +134,7 @@ def test_gains_that_drift_are_integrated_over(fitted):
     chance = np.random.default_rng(2)
     heard = measured(element, held_off=7e-5 * chance.choice((-1.0, 1.0), 7))
     shots = drifted(heard, found.misfit.shots, chance, 0.005)
-    before = compute_posterior(found.misfit.only(shots), found.x)
+    before = compute_posterior(found.misfit.select_shots(shots), found.x)
     assert list_doubts(before)
     after = _extend_model(before, print)
     assert after.misfit.gain_drift
@@ -154,7 +154,7 @@ def test_a_wall_that_was_put_beside_its_place_is_sought_again(fitted):
         replace(shot, wall=shot.wall and shot.wall + aside)
         for shot, aside in zip(found.misfit.shots, (0, 0, 0, 0, 3.0, -4.0, 3.0), strict=True)
     ]
-    sought = _move_strayed_walls(found.misfit.only(beside), found.x)
+    sought = _move_strayed_walls(found.misfit.select_shots(beside), found.x)
     assert [shot.wall for shot in sought.shots] == pytest.approx(true, abs=0.1)
 
 
@@ -162,10 +162,10 @@ def test_a_wall_that_a_survey_lost_is_found_missing(fitted):
     """Its shots are blank ones; the next wall shows how waves travel in the active phase."""
     _, shots, found = fitted
     lost = [replace(shot, wall=5.0) for shot in shots[:2]]
-    misfit, x = locate_walls(found.misfit.only(lost), found.x)
+    misfit, x = locate_walls(found.misfit.select_shots(lost), found.x)
     assert {shot.wall for shot in misfit.shots} == {0.0}
     seen = [shot for shot in shots if shot.wall]
-    misfit, x = locate_walls(found.misfit.only([*shots[:4], *lost, *seen]), x)
+    misfit, x = locate_walls(found.misfit.select_shots([*shots[:4], *lost, *seen]), x)
     assert [shot.wall for shot in misfit.shots[:6]] == [0.0] * 6
     true = [shot.wall for shot in found.misfit.shots if shot.wall]
     assert [shot.wall for shot in misfit.shots[6:]] == pytest.approx(true, abs=0.5)
@@ -193,7 +193,7 @@ JITTER = r'times jitter by (9|10|11) ?% of a sample'
 
 def test_jitter_of_the_samples_is_refused_and_named(fitted):
     *_, found = fitted
-    jittered = found.misfit.only(jittering(found.misfit.shots))
+    jittered = found.misfit.select_shots(jittering(found.misfit.shots))
     with pytest.raises(Misfitting, match=JITTER):
         _extend_model(compute_posterior(jittered, found.x), print)
 
@@ -205,7 +205,7 @@ def test_jitter_does_not_explain_a_motion_below_the_noise(fitted):
     for shot in found.misfit.shots:
         t = shot.dt * np.arange(shot.samples.shape[1])
         hummed.append(replace(shot, samples=shot.samples + 0.8e-5 * np.sin(t)))
-    assert estimate_jitter(replace(found, misfit=found.misfit.only(hummed))) == 0.0
+    assert estimate_jitter(replace(found, misfit=found.misfit.select_shots(hummed))) == 0.0
 
 
 @pytest.mark.slow

@@ -101,7 +101,7 @@ def test_doctored_data_do_not_pass(key, small):
     data = {name: dict(small[name]) for name in claim.needs}
     for name, change in changes.items():
         data[claim.needs[0]][name] = change(np.asarray(data[claim.needs[0]][name]))
-    assert claim.judged(data).judgement is not Judgement.HOLDS
+    assert claim.judge_data(data).judgement is not Judgement.HOLDS
 
 
 # --- the result file: made of the data, whole ------------------------------------------------

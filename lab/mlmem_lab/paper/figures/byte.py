@@ -27,7 +27,7 @@ DRAWN_WORDS = (0x00, 0x80, WRITTEN_WORD)
 """Words whose echoes are drawn: no wall, the farthest alone, five."""
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Write a word into a blank byte, listen in three words, and try other carriers.
 

@@ -29,7 +29,7 @@ FIGURE = Figure(
 THRESHOLD_GRID = np.geomspace(1e-6, 2e-2, 431)
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return echo strength, ring-down and usable thresholds for a sweep of carriers, both ends.
 

@@ -25,7 +25,7 @@ FIGURE = Figure(
 )
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return landscapes by strain, the pull on the way to a defect by gamma, and the bands."""
     write = Settings().write

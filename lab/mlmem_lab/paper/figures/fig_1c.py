@@ -21,7 +21,7 @@ FIGURE = Figure(
 )
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return the potential over three ground states and the resting walls of both cases.
 

@@ -31,7 +31,7 @@ FIGURE = Figure(
 STRAIN_FAMILY = 1e-3 * np.array([-15, -12, -9, -6, -3, 0, 3, 6, 9, 12, 15])
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return U(X) by both ways, the fits' errors and orders, for a family of strains.
 

@@ -30,7 +30,7 @@ MAX_STRAIN = 0.06
 """Strain at the end of the growth, either sign."""
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return the wall's path under growing strain, by time integration and by equilibria.
 

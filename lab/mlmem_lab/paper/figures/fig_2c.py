@@ -22,7 +22,7 @@ FIGURE = Figure(
 )
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return s_{j+1/2} over s_min for every j_0, shape (3, N - 1)."""
     designs = [dataclasses.replace(CASE_I, j_0=j_0) for j_0 in SOFTEST_SITES]

@@ -27,7 +27,7 @@ CARRIER_FREQUENCIES = (PAPER_PROBE.omega_c, Settings().probe.omega_c, PRINTED_PR
 """Our reading of the paper's carrier, that of our device, and the printed one."""
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return the complex wavenumber against frequency, and the band edges, for both phases."""
     omega = np.linspace(0.0, 2.6, quality.pick(521, 2601))

@@ -26,7 +26,7 @@ FIGURE = Figure(
 SHORT_DESIGN = dataclasses.replace(CASE_II, N=200)
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return v_m, v_c and the delay for both walls, with our carrier and the printed one."""
     data: Data = {'sites': SHORT_DESIGN.sites, 'states': [SHORT_DESIGN.D_s1, SHORT_DESIGN.D_s2]}

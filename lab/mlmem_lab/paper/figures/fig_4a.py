@@ -24,7 +24,7 @@ FIGURE = Figure(
 )
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Write level 0, then go up one level at a time; note field, strain and wall.
 

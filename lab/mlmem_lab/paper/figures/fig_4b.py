@@ -34,7 +34,7 @@ DELAY_READERS: dict[str, tuple[End, ProbeSettings]] = {
 """The paper's plain threshold (our reading of it), and the device's two ends."""
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return the echo delays of all levels by three readers, and of the same with no wall."""
     design = CASE_II
@@ -97,7 +97,7 @@ def draw_figure(data: Data) -> Any:
     return figure
 
 
-@FIGURE.result
+@FIGURE.register_summary
 def delays_by_reader(data: Data) -> dict[str, list[float]]:
     """Return the delays of all levels by reader."""
     return {name: [round(float(t), 1) for t in data[f'delay_{name}']] for name in DELAY_READERS}

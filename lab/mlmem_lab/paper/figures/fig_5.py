@@ -24,7 +24,7 @@ FIGURE = Figure(
 )
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Write each level and erase it; keep field and strain of the last level's erase.
 

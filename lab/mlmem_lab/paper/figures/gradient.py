@@ -25,7 +25,7 @@ UNIFORM_DESIGN = dataclasses.replace(CASE_I, beta=0.0)
 """Case I without its defect: nothing but the gradient."""
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Let both kinds of wall go at rest, and return path, speed and change of profile.
 

@@ -20,7 +20,7 @@ from ..figure import Data, Figure, Quality
 FIGURE = Figure('kicked', 'Every level written by a kick, after one that erases', seconds=15)
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return frames of the configuration, and how the ends move, while all levels are written."""
     element, trace = MemoryElement(use_kicks(preset('case_2'))), Trace()

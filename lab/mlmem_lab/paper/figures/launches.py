@@ -23,7 +23,7 @@ FIGURE = Figure(
 )
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Kick or move the first cell and see which wall is left when the strain is released.
 

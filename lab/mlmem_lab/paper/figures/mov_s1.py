@@ -28,7 +28,7 @@ FRAME_TIME_MS = 60
 """Time per frame."""
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return frames of configuration and strain while every level is written and erased."""
     design, element, trace = CASE_II, MemoryElement(CASE_II), Trace()
@@ -51,7 +51,7 @@ def compute_data(quality: Quality) -> Data:
     }
 
 
-@FIGURE.film
+@FIGURE.register_film
 def save_movie(data: Data, stem: Path) -> list[Path]:
     """Write a film of the cells, which change their phases, over the strain; return the file.
 

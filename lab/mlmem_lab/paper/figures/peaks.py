@@ -37,7 +37,7 @@ def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, floa
     return find_level(CASE_II, chain.configuration), place - CASE_II.defect_site(level)
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return the levels and cells moved by one cycle (level x peak), of either sign."""
     times = CycleSettings()

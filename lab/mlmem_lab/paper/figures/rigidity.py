@@ -31,7 +31,7 @@ SETTLE_TIME = 4000.0
 """Time in which the substrate gives way under the wall and comes to rest: exp(-8) is left."""
 
 
-@FIGURE.data
+@FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Make a cycle from every level with Eq. (1a) alone and with Eq. (1b), over s_min.
 
