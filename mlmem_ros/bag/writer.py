@@ -145,7 +145,6 @@ class BagWriter:
         path: str | PathLike[str],
         *,
         max_bytes: int = 0,
-        max_duration: float = 0.0,
         custom_data: Mapping[str, str] | None = None,
     ) -> None:
         """Create the bag.
@@ -154,8 +153,6 @@ class BagWriter:
             path: Directory of the bag; must not exist. Missing parents are made.
             max_bytes: Begin a new file once the current one has this size; 0 never does. A file
                 exceeds it by at most a chunk (256 KiB) and its summary.
-            max_duration: Begin a new file once the current one spans this many seconds of
-                log time; 0 never does.
             custom_data: What ``metadata.yaml`` stores for the application.
 
         Raises:
@@ -169,7 +166,6 @@ class BagWriter:
         self.custom_data = dict(custom_data or {})
         """Written to ``metadata.yaml`` with the next sync, split or close; may be changed."""
         self._max_bytes = max_bytes
-        self._max_duration = round(max_duration * 1e9)
         self._channels: dict[str, _Channel] = {}
         self._files: list[FileInfo] = []
         self._closed_bytes = 0
@@ -252,7 +248,7 @@ class BagWriter:
         log_time = _check_nanoseconds(log_time)
         publish_time = log_time if publish_time is None else _check_nanoseconds(publish_time)
         with self._abandon_on_error():
-            if self._is_split_due(log_time):
+            if self._files[-1].message_count and 0 < self._max_bytes <= self._file.size:
                 self._split_file(log_time)
             self._write_message(channel, cdr, log_time, publish_time)
 
@@ -340,12 +336,6 @@ class BagWriter:
         if channel.latch:
             channel.last = cdr, publish_time
         self.unsynced = True
-
-    def _is_split_due(self, log_time: int) -> bool:
-        newest = self._files[-1]
-        too_big = 0 < self._max_bytes <= self._file.size
-        too_long = 0 < self._max_duration < log_time - newest.starting_time
-        return newest.message_count > 0 and (too_big or too_long)
 
     def _split_file(self, log_time: int) -> None:
         self._close_file()

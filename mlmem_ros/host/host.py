@@ -183,7 +183,7 @@ class Host(RequestGate):
             loop.submit(SetFaults(given.faults))
         if (method := given.settings.write.method) != element.settings.write.method:
             loop.submit(SetMethod(method))
-        self.loop, self.patience = loop, given.queue.wait
+        self.loop = loop
         if paused:
             loop.pause(True)
         loop.start()

@@ -281,11 +281,7 @@ def opened(
         BagError: The path exists, or cannot be written.
     """
     settings = plan.settings
-    writer = BagWriter(
-        path,
-        max_bytes=settings.max_bytes,
-        max_duration=settings.max_duration,
-    )
+    writer = BagWriter(path, max_bytes=settings.max_bytes)
     for topic in plan.topics:
         qos = format_qos(topic.qos.reliability, topic.qos.durability)
         writer.add_topic(topic.name, topic.type, qos)

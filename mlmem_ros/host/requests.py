@@ -23,13 +23,16 @@ INACTIVE_REASON = 'inactive: {}configure and activate the node first'
 """Why nothing is accepted; the gap is for what stopped the device, if anything did."""
 
 
+QUEUE_TIMEOUT_S = 60.0
+"""Longest wait of a request that brings no deadline of its own."""
+
+
 class RequestGate:
     """Hands requests to the loop of an element, if it is active.
 
     Attributes:
         element: The element; None while unconfigured.
         stopped: Why there is no device, if it has stopped or is waited for; empty otherwise.
-        patience: Seconds for which a request waits for its turn unless it says otherwise.
     """
 
     def __init__(self, sessions: Sessions) -> None:
@@ -38,7 +41,6 @@ class RequestGate:
         self.sessions = sessions
         self.stopped = ''
         self.refused = 0
-        self.patience = 60.0
         self._closed = False
 
     def open_loop(self) -> Loop:
@@ -53,13 +55,13 @@ class RequestGate:
         return loop
 
     def submit(self, command: Command, client: Client | None = None, wait: float = 0.0) -> Asked:
-        """Hand in a command for the next tick; see `Loop.submit`. Without a time to wait, it is
-        that of the settings.
+        """Hand in a command for the next tick; see `Loop.submit`. Without a time in seconds for
+        which it may wait for its turn, that is `QUEUE_TIMEOUT_S`.
 
         With a state file, the outcome comes after the changed content is safe on the disk; if it
         cannot be saved, the outcome is a failure.
         """
-        return self._asked(lambda loop: loop.submit(command, client, wait or self.patience))
+        return self._asked(lambda loop: loop.submit(command, client, wait or QUEUE_TIMEOUT_S))
 
     def submit_scaled(self, make: Callable[[Units], Command]) -> Asked:
         """Hand in a command given in SI values, converted to the device's units."""

@@ -105,8 +105,7 @@ class PublishSettings(Checked):
     field_every: int = _tick_interval(20, '~/field')
     wall_every: int = _tick_interval(20, '~/wall')
     joint_states_every: int = _tick_interval(20, '~/joint_states')
-    image_every: int = _tick_interval(50, '~/image')
-    markers_every: int = _tick_interval(50, '~/markers')
+    views_every: int = _tick_interval(50, '~/image, and two ~/markers')
     frame_id: str = describe_field(
         'mlmem', "frame of stamped messages; by default the node's full name without its first /"
     )
@@ -135,7 +134,6 @@ class RecordSettings(Checked):
     max_bytes: int = describe_field(
         0, 'begin a new file at this size; 0: never', unit='bytes', low=0, high=2**31 - 1
     )
-    max_duration: float = _seconds(0.0, 'begin a new file after this time; 0: never', high=1e6)
     most_megabytes: float = describe_field(
         0.0,
         'end the session at about this size, checked at every hash; 0: never',
@@ -149,7 +147,6 @@ class RecordSettings(Checked):
         "seconds of the element's time kept in memory while active: a session begins with them, "
         'and they are saved if the device fails; 0: none',
     )
-    views: bool = describe_field(False, 'record ~/image and ~/markers too: three times the size')
 
 
 @dataclass(frozen=True)
@@ -185,9 +182,6 @@ class QueueSettings(Checked):
 
     most: int = describe_field(
         8, 'most procedures that wait while one runs; 0: refuse them as busy', low=0, high=8
-    )
-    wait: float = _seconds(
-        60.0, 'longest wait of a request that brings no deadline of its own', low=0.1
     )
 
 

@@ -19,9 +19,7 @@ from mlmem_ros.host.settings import (
     StateSettings,
 )
 
-PUBLISH = PublishSettings(
-    field_every=4, wall_every=4, joint_states_every=4, image_every=40, markers_every=8
-)
+PUBLISH = PublishSettings(field_every=4, wall_every=4, joint_states_every=4, views_every=8)
 
 
 @dataclass(frozen=True)
