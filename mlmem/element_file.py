@@ -233,9 +233,11 @@ class _File(Settings):
                 )
         factor, most = self.alpha_factor, MAX_ALPHA_FACTOR
         if outside := factor[~((factor >= 1.0 / most) & (factor <= most))].tolist():
-            raise ElementFileError.out_of_range('alpha', outside[0],
+            raise ElementFileError.out_of_range(
+                'alpha',
+                outside[0],
                 f"from 1/{most:g} to {most:g} times the design's",
-            )  # fmt: skip
+            )
         levels, plan = self.design.levels, self.plan
         if plan and not (len(plan.steps) == levels and len(plan.kinks) in (0, levels)):
             raise ElementFileError.of_value(
@@ -386,9 +388,11 @@ def load_element(source: str | Path) -> Element:
     path = Path(source).expanduser()
     if not os.path.exists(path):  # false for a name that is too long, too
         known = ', '.join(NAMES)
-        raise ElementFileError.out_of_range('element', str(source),
+        raise ElementFileError.out_of_range(
+            'element',
+            str(source),
             f'one of {known}, or the path of an element file',
-        )  # fmt: skip
+        )
     return read_element_file(path)
 
 

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 
 from .errors import SettingsError
 from .physics import (
+    DEFAULT_INTEGRATOR,
     INTEGRATORS,
     Chain,
     Design,
@@ -231,7 +232,7 @@ def simulate(
     strain: TimeFunction | float = 0.0,
     drive: Mapping[int, TimeFunction] | None = None,
     eta: float | None = None,
-    integrator: str = 'pefrl',
+    integrator: str = DEFAULT_INTEGRATOR.name,
     dt: float | None = None,
     progress: bool = True,
 ) -> Trajectory:
@@ -247,7 +248,7 @@ def simulate(
         drive: Displacement v_j over time of an end, site 1 or N; NaN while the end is free. One
             end can be driven, because a chain's loop holds one cell.
         eta: Damping in place of the design's.
-        integrator: Name in `INTEGRATORS`.
+        integrator: Name in `INTEGRATORS`; by default that of `DEFAULT_INTEGRATOR`.
         dt: Largest step in time units; by default the largest that is accurate and stable.
         progress: Whether to show a progress bar if it takes longer than two seconds.
 

@@ -88,9 +88,11 @@ class Actuator:
         """Raise `Refused` for a strain that is not finite or beyond the limit."""
         limit = self.settings.max_strain
         if not is_number(strain, limit):
-            raise Refused.out_of_range('strain', strain,
+            raise Refused.out_of_range(
+                'strain',
+                strain,
                 f'a finite number from {-limit:g} to {limit:g} (actuator.max_strain)',
-            )  # fmt: skip
+            )
 
     def check_state(self, state: ActuatorState) -> None:
         """Raise `ValueError` for a state whose motion is none, or is beyond the limit."""
@@ -199,9 +201,11 @@ def plan_profile(
     times, strains, rates = _check_points(command)
     longest = 1e12 * time_unit
     if times[-1] > longest:
-        raise Refused.out_of_range('times', times[-1],
+        raise Refused.out_of_range(
+            'times',
+            times[-1],
             f'at most {longest:g} s, where a trajectory ends',
-        )  # fmt: skip
+        )
     if times[0] > 0.0:
         times, strains = (0.0, *times), (strain, *strains)
         rates = (0.0, *rates) if rates else ()

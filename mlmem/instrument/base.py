@@ -61,10 +61,12 @@ class Base:
         if limit < self._settings.max_acceleration:
             whose = 'beyond it no cell of this design stays in place'
         if not is_number(acceleration, limit):
-            raise Refused.out_of_range('acceleration', acceleration,
+            raise Refused.out_of_range(
+                'acceleration',
+                acceleration,
                 f'a finite number from {-limit:g} to {limit:g} lattice constants per time unit '
                 f'squared ({whose})',
-            )  # fmt: skip
+            )
 
     @property
     def still(self) -> bool:

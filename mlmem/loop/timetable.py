@@ -130,9 +130,11 @@ def check_speed(speed: float) -> float:
     """
     if speed == 0.0 or MIN_SPEED <= speed <= MAX_SPEED:
         return speed
-    raise SettingsError.out_of_range('time.speed', speed,
+    raise SettingsError.out_of_range(
+        'time.speed',
+        speed,
         f'0 (as fast as possible) or from {MIN_SPEED:g} to {MAX_SPEED:g}',
-    )  # fmt: skip
+    )
 
 
 class Timetable:

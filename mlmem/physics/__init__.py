@@ -5,7 +5,7 @@
 from .chain import Chain, is_kernel_cached
 from .design import CASE_I, CASE_II, Design
 from .jit import ARITHMETIC_VERSION
-from .methods import INTEGRATORS, NOH_BATHE, PEFRL, Integrator
+from .methods import DEFAULT_INTEGRATOR, INTEGRATORS, NOH_BATHE, PEFRL, Integrator
 from .potential import DesignError, Potential, StateError
 from .specimen import Scatter, Specimen, scattered
 from .stepping import HeldCell, default_step, stable_step, substep_times
@@ -15,6 +15,7 @@ __all__ = [
     'ARITHMETIC_VERSION',
     'CASE_I',
     'CASE_II',
+    'DEFAULT_INTEGRATOR',
     'INTEGRATORS',
     'NOH_BATHE',
     'PEFRL',

@@ -14,7 +14,7 @@ from ..rejections import ErrorCode
 from .design import Design
 from .equilibrium import metamaterial_force, substrate_force
 from .jit import is_cached
-from .methods import NOH_BATHE, Integrator
+from .methods import DEFAULT_INTEGRATOR, Integrator
 from .methods.integrator import MAX_REST_SPEED, Cells, Chained, Forcing, align_array, is_balanced
 from .potential import Array, DesignError, StateError
 from .specimen import MAX_OFFSET, Specimen
@@ -38,12 +38,13 @@ class Chain:
     """
 
     def __init__(
-        self, design: Design, dt: float | None = None, integrator: Integrator = NOH_BATHE
+        self, design: Design, dt: float | None = None, integrator: Integrator = DEFAULT_INTEGRATOR
     ) -> None:
         """Make a blank chain at rest: every cell in the inactive phase.
 
         Args:
             dt: Step size in time units; by default `default_step(design, integrator)`.
+            integrator: `DEFAULT_INTEGRATOR` says why PEFRL is the default.
 
         Raises:
             DesignError: The step is not positive or beyond the stability limit.
@@ -52,10 +53,12 @@ class Chain:
         limit = stable_step(specimen, integrator)
         dt = default_step(specimen, integrator) if dt is None else dt
         if not 0.0 < dt <= limit:
-            raise DesignError.out_of_range('dt', dt,
+            raise DesignError.out_of_range(
+                'dt',
+                dt,
                 f'above 0 and at most {limit:.5g}, {STABILITY_MARGIN:g} of the stability limit of '
                 f'the {design.substrate} substrate',
-            )  # fmt: skip
+            )
         self.design = design
         self.specimen = specimen
         self.dt = dt
@@ -378,7 +381,7 @@ class Chain:
         return self.advance(np.full(self.integrator.substeps * steps, self.V_N))
 
 
-def is_kernel_cached(design: Design, integrator: Integrator = NOH_BATHE) -> bool:
+def is_kernel_cached(design: Design, integrator: Integrator = DEFAULT_INTEGRATOR) -> bool:
     """Return whether the loop for an element of a design is already compiled, here or on disk."""
     nothing = Inputs(np.empty(0)), np.empty((2, 0))
     return is_cached(

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .design import Design
-from .methods import NOH_BATHE, Integrator
+from .methods import DEFAULT_INTEGRATOR, Integrator
 from .potential import Array, StateError
 from .specimen import Specimen
 
@@ -37,12 +37,14 @@ def highest_frequency(specimen: Specimen, reach: float | None = None) -> float:
     return math.sqrt(max(substrate, cells) + on_site / math.sqrt(float(specimen.masses.min())))
 
 
-def stable_step(specimen: Design | Specimen, integrator: Integrator = NOH_BATHE) -> float:
+def stable_step(specimen: Design | Specimen, integrator: Integrator = DEFAULT_INTEGRATOR) -> float:
     """Return the largest step that keeps the margin to the limit of the integrator."""
     return STABILITY_MARGIN * _stability_limit(Specimen.of(specimen), integrator)
 
 
-def default_step(specimen: Design | Specimen, integrator: Integrator = NOH_BATHE) -> float:
+def default_step(
+    specimen: Design | Specimen, integrator: Integrator = DEFAULT_INTEGRATOR
+) -> float:
     """Return the largest step that is both accurate and stable."""
     specimen = Specimen.of(specimen)
     followed = integrator.accurate_turn / math.sqrt(_bound_cell_frequency(specimen)[0])
@@ -93,7 +95,9 @@ class Nodes(Protocol):
         """These times, as fractions of the step."""
 
 
-def substep_times(steps: int, dt: float, asker: Nodes = NOH_BATHE, first: int = 0) -> Array:
+def substep_times(
+    steps: int, dt: float, asker: Nodes = DEFAULT_INTEGRATOR, first: int = 0
+) -> Array:
     """Return the times in a run of steps at which the prescribed motion is needed.
 
     Args:

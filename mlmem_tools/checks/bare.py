@@ -12,6 +12,7 @@ from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import WriteSettings, select_peak
 from mlmem.moves.corrections import PulseCorrection, correct_write
 from mlmem.physics import (
+    NOH_BATHE,
     Chain,
     Design,
     Specimen,
@@ -60,7 +61,7 @@ def find_configuration_after(
     """Return the configuration, shape (N,), after a cycle from a level, or `BLANK`, and a rest, in
     steps of `dt` where they are stable; None if the chain diverges, or no wall rests at the level.
     """
-    chain = Chain(specimen.design, min(dt, 0.95 * stable_step(specimen)))
+    chain = Chain(specimen.design, min(dt, 0.95 * stable_step(specimen, NOH_BATHE)), NOH_BATHE)
     chain.set_specimen(specimen)
     try:
         if level != BLANK:
@@ -110,7 +111,8 @@ def measure_departures(
         StateError: The level to start from pins no wall.
     """
     made = Specimen.of(made)
-    design, chain = made.design, Chain(made.design, min(dt, stable_step(made)))
+    design = made.design
+    chain = Chain(design, min(dt, stable_step(made, NOH_BATHE)), NOH_BATHE)
     chain.set_specimen(made)
     chain.place(find_pinned_wall(made, start))
     for level in range(start, goal):

@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterator
 
 from mlmem.instrument.motion import Cycle
-from mlmem.physics import Specimen, StateError, stable_step
+from mlmem.physics import NOH_BATHE, Specimen, StateError, stable_step
 from mlmem_ros.host.design_check import Verdict
 
 from .bare import COARSE_TIME_STEP, measure_departures, scale_peaks
@@ -69,7 +69,8 @@ def _estimate_work(subject: Subject) -> float:
     design, write = subject.design, subject.settings.write
     cycle = Cycle.plan_cycle(write, write.tension, subject.settings.actuator.max_rate)
     dt = min(
-        COARSE_TIME_STEP, stable_step(Specimen(dataclasses.replace(design, substrate='rigid')))
+        COARSE_TIME_STEP,
+        stable_step(Specimen(dataclasses.replace(design, substrate='rigid')), NOH_BATHE),
     )
     time = cycle.duration + write.final_settle
     return len(subject.steps) * time / dt * max(design.N, MIN_STEP_CELLS)

@@ -67,7 +67,7 @@ def test_standing_wave_of_the_chain_dies_as_the_scheme_says():
     """A uniform chain, all cells in step: one oscillator of frequency sqrt(k_s)."""
     dt, steps = 1.0, 400
     design = dataclasses.replace(UNIFORM, N=30)
-    chain = Chain(design, dt)
+    chain = Chain(design, dt, NOH_BATHE)
     chain.place(np.full(30, design.D_s1 + 1e-6))
     ends = chain.advance(np.zeros(2 * steps))[0] - design.D_s1
     # The frequency and decay for which the scheme sees exactly k_s: by Newton's method.
@@ -100,12 +100,12 @@ def test_chain_returns_what_the_linear_waves_say(k_r):
         x = (t - 48.0) / sigma
         return 1e-5 * np.exp(-0.5 * x * x) * np.sin(carrier * t)
 
-    chain = Chain(CASE_II, dt)
+    chain = Chain(CASE_II, dt, NOH_BATHE)
     chain.set_specimen(made)
     chain.place(v)
     rest = chain.end(1)
     steps = round(duration / dt)
-    times = substep_times(steps, dt)
+    times = substep_times(steps, dt, NOH_BATHE)
     held = times[times <= 96.0]
     motion = np.stack((rest + pulse(held), np.gradient(pulse(held), held)))
     heard = chain.advance(np.zeros(2 * steps), HeldCell(1, motion))[0] - rest

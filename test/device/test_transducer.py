@@ -18,7 +18,7 @@ from mlmem.instrument.transducer import (
     Transducer,
     find_upper_edge,
 )
-from mlmem.physics import CASE_II, INTEGRATORS, Chain, HeldCell
+from mlmem.physics import CASE_II, INTEGRATORS, NOH_BATHE, Chain, HeldCell
 from mlmem.physics.waves import pass_band
 from mlmem.readers.echo import compute_weights, filter_carrier
 from mlmem.settings import ProbeSettings
@@ -149,7 +149,7 @@ def test_noise_is_distinguished_from_motion_in_stiff_element(method):
 
 
 def test_rest_of_too_many_samples_is_rejected():
-    chain = Chain(dataclasses.replace(CASE_II, N=60), dt=1e-3)
+    chain = Chain(dataclasses.replace(CASE_II, N=60), dt=1e-3, integrator=NOH_BATHE)
     probe = ProbeSettings(omega_c=1e-3)
     with pytest.raises(SettingsError, match='omega_c must be at least'):
         Transducer(chain.design, Settings(probe=probe, probe_right=probe), Simulation(chain))

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The public names of the library, as a first script uses them."""
 
+import inspect
 from dataclasses import replace
 
 import numpy as np
@@ -20,8 +21,9 @@ from mlmem import (
     element_file,
 )
 from mlmem.element_file import Element
-from mlmem.physics import default_step, find_walls
+from mlmem.physics import DEFAULT_INTEGRATOR, NOH_BATHE, default_step, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.settings import TimeSettings
 
 
 def double_well(D):
@@ -74,9 +76,9 @@ def test_chain_that_is_no_memory_is_simulated_but_no_element(changes):
 
 def test_functions_of_specimen_take_design():
     ideal = Specimen(CASE_II)
-    assert default_step(CASE_II) == default_step(ideal)
+    assert default_step(CASE_II, NOH_BATHE) == default_step(ideal, NOH_BATHE)
     assert (find_pinned_wall(CASE_II, 3) == find_pinned_wall(ideal, 3)).all()
-    chain = Chain(CASE_II, 0.1)
+    chain = Chain(CASE_II, 0.1, NOH_BATHE)
     chain.set_specimen(CASE_II)
     assert chain.specimen.is_ideal
 
@@ -113,3 +115,10 @@ def test_design_with_law_starts_at_its_lowest_ground_state():
     assert (design.D_s1, design.D_s2) == pytest.approx((-1.0, 1.0), abs=1e-9)
     run = mlmem.simulate(design, initial=mlmem.wall_at(level=1), duration=50.0, progress=False)
     assert run.wall_positions[:, 0] == pytest.approx(30.0, abs=0.6)
+
+
+def test_chain_simulation_and_device_have_one_default_integrator():
+    assert Chain(CASE_II).integrator is DEFAULT_INTEGRATOR
+    assert TimeSettings().integrator == DEFAULT_INTEGRATOR.name
+    given = inspect.signature(mlmem.simulate).parameters['integrator']
+    assert given.default == DEFAULT_INTEGRATOR.name

@@ -133,7 +133,7 @@ def let_go_in_mid_step(substrate, dt):
     """Return the error of a run whose driven end is let go at p dt of a step."""
     p = case_ii(substrate, N=30, eta=0.0)
     steps, driven = round(6.0 / dt), 2 * round(4.0 / dt) + 1
-    t = substep_times(steps, dt)[:driven]
+    t = substep_times(steps, dt, NOH_BATHE)[:driven]
     release = t[-1]
     assert release == pytest.approx(4.0 + 0.54 * dt)
 
@@ -147,7 +147,7 @@ def let_go_in_mid_step(substrate, dt):
     y[0], y[p.N] = v_1(release), 0.02 * release
     y = oracle.solve(rhs(p, lambda t: 0.0), y, (release, 6.0))
 
-    chain = Chain(p, dt)
+    chain = Chain(p, dt, NOH_BATHE)
     chain.place(np.full(p.N, p.D_s2))
     chain.advance(np.zeros(2 * steps), HeldCell(1, np.array([v_1(t), 0.02 * t])))
     return np.abs(chain.v - y[: p.N]).max()
@@ -168,7 +168,7 @@ def test_end_released_in_mid_step_keeps_order(substrate):
 def test_wall_between_other_phases_stays_at_its_defect(substrate, phase):
     """Phases 0 and 1 lie in the soft middle of the potential, 2 and 3 are three times stiffer."""
     design = case_ii(substrate, phase=phase)
-    chain = Chain(design)
+    chain = Chain(design, integrator=NOH_BATHE)
     chain.place(find_pinned_wall(Specimen(design), 3))
     before = find_walls(design, chain.configuration)
     chain.rest(4000)
@@ -183,9 +183,9 @@ def test_wall_between_other_phases_stays_at_its_defect(substrate, phase):
 @SUBSTRATES
 def test_new_chain_is_blank_at_its_default_step(substrate):
     design = case_ii(substrate)
-    chain = Chain(design)
+    chain = Chain(design, integrator=NOH_BATHE)
     assert chain.time == 0.0
-    assert chain.dt == min(0.25, stable_step(Specimen(design)))
+    assert chain.dt == min(0.25, stable_step(Specimen(design), NOH_BATHE))
     np.testing.assert_array_equal(chain.configuration, design.D_s1)
     np.testing.assert_array_equal(chain.velocity, 0.0)
     chain.rest(12)
@@ -195,22 +195,22 @@ def test_new_chain_is_blank_at_its_default_step(substrate):
 
 @SUBSTRATES
 def test_step_out_of_range_is_rejected(substrate):
-    limit = stable_step(Specimen(case_ii(substrate)))
-    Chain(case_ii(substrate), limit)
+    limit = stable_step(Specimen(case_ii(substrate)), NOH_BATHE)
+    Chain(case_ii(substrate), limit, NOH_BATHE)
     for dt in (0.0, -0.1, 1.001 * limit, math.nan, math.inf):
         with pytest.raises(DesignError, match=rf'^dt must be .* {limit:.5g}.*; got'):
-            Chain(case_ii(substrate), dt)
+            Chain(case_ii(substrate), dt, NOH_BATHE)
 
 
 def test_substeps_end_at_p_and_at_one():
-    np.testing.assert_allclose(substep_times(3, 0.5), [0.27, 0.5, 0.77, 1.0, 1.27, 1.5])
-    assert substep_times(0, 0.5).shape == (0,)
+    np.testing.assert_allclose(substep_times(3, 0.5, NOH_BATHE), [0.27, 0.5, 0.77, 1.0, 1.27, 1.5])
+    assert substep_times(0, 0.5, NOH_BATHE).shape == (0,)
 
 
 @SUBSTRATES
 def test_placed_chain_is_strained_and_accelerates_by_forces(substrate):
     design = case_ii(substrate, N=60)
-    chain = Chain(design)
+    chain = Chain(design, integrator=NOH_BATHE)
     v = wall_profile(design, 30.7)
     chain.place(v, V_N=0.8)
     V = 0.8 * oracle.quasi_static(design)
@@ -471,7 +471,7 @@ def test_chains_in_threads_give_bits_of_each_alone(substrate):
     """The loops hold no GIL and share nothing: more chains than threads, each with its shake."""
 
     def shaken(seed):
-        chain = Chain(case_ii(substrate))
+        chain = Chain(case_ii(substrate), integrator=NOH_BATHE)
         shake = 0.02 * np.random.default_rng(seed).standard_normal(400)
         chain.advance(np.zeros(400), shake=shake)
         return chain.state().tobytes()

@@ -149,7 +149,7 @@ def test_curve_of_the_paper_moves_as_its_formula():
     assert design.k_s2 == pytest.approx(CASE_II.k_s2, rel=1e-6)
     found = []
     for each in (CASE_II, design):
-        chain = Chain(each, 0.2)
+        chain = Chain(each, 0.2, NOH_BATHE)
         v = wall_profile(each, 100.3)
         chain.place(v)
         chain.rest(500)

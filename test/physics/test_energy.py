@@ -17,7 +17,7 @@ import numpy as np
 import oracle
 import pytest
 
-from mlmem.physics import CASE_II, Chain, Specimen
+from mlmem.physics import CASE_II, NOH_BATHE, Chain, Specimen
 from mlmem.physics.energy import actuator_force, energy
 from mlmem.physics.equilibrium import compute_energies, metamaterial_force, substrate_force
 
@@ -61,7 +61,7 @@ def test_actuator_force_is_slope_of_energy(substrate):
     """Moving V_N moves the whole foundation of the rigid model, one site of the elastic one."""
     design = dataclasses.replace(SMALL, substrate=substrate)
     v, _ = rough()
-    chain = Chain(design)
+    chain = Chain(design, integrator=NOH_BATHE)
     chain.place(v, V_N=0.7)
     moved = oracle.quasi_static(design) if substrate == 'rigid' else np.eye(design.N)[-1]
     V, h = 0.7 * oracle.quasi_static(design), 1e-5
@@ -72,7 +72,7 @@ def test_actuator_force_is_slope_of_energy(substrate):
 @SUBSTRATES
 def test_energy_is_the_sum_of_its_parts(substrate):
     design = dataclasses.replace(SMALL, substrate=substrate)
-    chain = Chain(design)
+    chain = Chain(design, integrator=NOH_BATHE)
     chain.place(rough()[0], V_N=0.4)
     chain.advance(0.4 + 0.01 * np.arange(40))
     parts = energy(chain)
@@ -94,7 +94,7 @@ def test_energy_without_damping_and_work_stays(substrate):
     design = dataclasses.replace(SMALL, eta=0.0, substrate=substrate)
     drifts = []
     for dt in (0.02, 0.01):
-        chain = Chain(design, dt)
+        chain = Chain(design, dt, NOH_BATHE)
         wave = 0.3 * np.cos(np.pi * 5 * (design.sites - 0.5) / design.N)
         chain.place(design.D_s1 + wave)
         start = energy(chain).total

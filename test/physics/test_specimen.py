@@ -37,7 +37,7 @@ SCATTER = Scatter(alpha=0.1, k_r=0.1, s=0.1, mass=0.1, offset=0.05)
 
 
 def test_ideal_specimen_gives_bits_of_design():
-    plain, made = Chain(CASE_II), Chain(CASE_II)
+    plain, made = Chain(CASE_II, integrator=NOH_BATHE), Chain(CASE_II, integrator=NOH_BATHE)
     made.set_specimen(Specimen(CASE_II))
     made.set_specimen(scattered(CASE_II, Scatter(), seed=3))
     strain = np.linspace(0.0, 2.0, 400)
@@ -147,7 +147,7 @@ def test_equilibrium_balances_its_own_springs():
     on_site = CASE_II.alpha * CASE_II.potential.slope(v)
     pull = np.diff(specimen.k_r * np.diff(v), prepend=0.0, append=0.0)
     np.testing.assert_allclose(pull, on_site, atol=1e-11)
-    chain = Chain(CASE_II)
+    chain = Chain(CASE_II, integrator=NOH_BATHE)
     chain.set_specimen(specimen)
     chain.place(v)
     chain.rest(200)
@@ -159,7 +159,7 @@ def test_stiffer_springs_need_shorter_step():
     stiff = Specimen(SMALL, k_r_factor=9.0)
     assert highest_frequency(stiff) > 6.0 > highest_frequency(Specimen(SMALL))
     with pytest.raises(DesignError, match=r'^dt must be at most .* for this specimen'):
-        Chain(SMALL, stable_step(Specimen(SMALL))).set_specimen(stiff)
+        Chain(SMALL, stable_step(Specimen(SMALL), NOH_BATHE), NOH_BATHE).set_specimen(stiff)
 
 
 def test_specimen_comes_back_from_plain_values():
@@ -218,7 +218,7 @@ def test_equilibrium_keeps_its_stuck_cell():
 def test_masses_enter_kinetic_energy_and_balance():
     """A free specimen loses energy to damping alone: dE/dt = -eta sum w^2."""
     specimen = scattered(SMALL, SCATTER, seed=1)
-    chain = Chain(SMALL, 0.01)
+    chain = Chain(SMALL, 0.01, NOH_BATHE)
     chain.set_specimen(specimen)
     chain.place(np.where(SMALL.sites < 20, SMALL.D_s2, SMALL.D_s1) + specimen.offsets)
     before, lost = energy(chain).total, 0.0
@@ -296,7 +296,7 @@ def test_only_rigid_substrate_can_damp_cells():
 
 
 def test_chain_rejects_specimen_and_shake_it_cannot_run():
-    chain = Chain(SMALL)
+    chain = Chain(SMALL, integrator=NOH_BATHE)
     with pytest.raises(DesignError, match='design'):
         chain.set_specimen(Specimen(CASE_II))
     with pytest.raises(DesignError, match=r'^dt must be'):

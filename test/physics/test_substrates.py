@@ -20,14 +20,22 @@ import oracle
 import pytest
 from sampled import sampled
 
-from mlmem.physics import CASE_II, Chain, Specimen, find_walls, stable_step, substep_times
+from mlmem.physics import (
+    CASE_II,
+    NOH_BATHE,
+    Chain,
+    Specimen,
+    find_walls,
+    stable_step,
+    substep_times,
+)
 from mlmem.physics.equilibrium import find_pinned_wall
 
 
 def cycle(chain, peak):
     """Strain the element to a peak and back; return the wall's path, every 25 time units."""
     sample = round(25.0 / chain.dt)
-    t = substep_times(180 * sample, chain.dt)
+    t = substep_times(180 * sample, chain.dt, NOH_BATHE)
     strain = peak * (oracle.smooth(t / 1200.0) - oracle.smooth((t - 1800.0) / 1200.0))
     path = []
     for V_N in np.split(chain.design.end_displacement(strain), 180):
@@ -40,8 +48,8 @@ def cycle(chain, peak):
 def element(substrate, N=225):
     """Return a chain at level 0; both step sizes fit 25 time units a whole number of times."""
     design = dataclasses.replace(CASE_II, N=N, substrate=substrate)
-    whole = np.ceil(25.0 / min(0.25, stable_step(Specimen(design))))
-    chain = Chain(design, 25.0 / whole)
+    whole = np.ceil(25.0 / min(0.25, stable_step(Specimen(design), NOH_BATHE)))
+    chain = Chain(design, 25.0 / whole, NOH_BATHE)
     chain.place(find_pinned_wall(Specimen(design), 0))
     return chain
 

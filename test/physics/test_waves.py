@@ -20,7 +20,7 @@ import numpy as np
 import oracle
 import pytest
 
-from mlmem.physics import CASE_II, PEFRL, Chain, Design, Specimen
+from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Design, Specimen
 from mlmem.physics import waves as eq4
 from mlmem.physics.equilibrium import make_blank
 from mlmem.physics.waves import Tones, combine_rows, linearize_cells, multiply_matrices
@@ -73,7 +73,7 @@ def test_standing_wave_oscillates_at_frequency_of_eq_4(phase, mode):
     """A free chain of N cells stands in cos[kappa (j - 1/2)] with kappa = pi mode / N."""
     design = dataclasses.replace(UNIFORM, N=40, phase=phase)
     kappa = np.pi * mode / design.N
-    chain = Chain(design, dt=0.02)
+    chain = Chain(design, dt=0.02, integrator=NOH_BATHE)
     # 1e-7 is harmonic to 1e-7 and still 1e8 roundings high.
     chain.place(design.D_s1 + 1e-7 * np.cos(kappa * (design.sites - 0.5)))
     v_1 = chain.rest(10_000)[0] - design.D_s1
@@ -93,7 +93,7 @@ def test_wave_packet_travels_at_group_velocity(phase, kappa):
     state = np.zeros((3, design.N))
     state[0], state[1] = design.D_s1 + wave.real, (-1j * omega * wave).real
     state[2] = oracle.forces(design, state[0], np.zeros(design.N))[0]
-    chain = Chain(design, dt=0.05)
+    chain = Chain(design, dt=0.05, integrator=NOH_BATHE)
     chain.restore(state, V_N=0.0, steps_done=0)
 
     def centre_of_energy():

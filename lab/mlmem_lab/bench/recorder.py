@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem.physics import CASE_II, Chain, Specimen, substep_times
+from mlmem.physics import CASE_II, NOH_BATHE, Chain, Specimen, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.potential import Array
 from mlmem_ros.bag import jazzy
@@ -54,11 +54,11 @@ class Message:
 
 def build_traffic(seconds: float) -> list[Message]:
     """Return the messages of a session: a wall that is strained, and one read a second."""
-    chain = Chain(CASE_II, 0.25)
+    chain = Chain(CASE_II, 0.25, NOH_BATHE)
     chain.place(find_pinned_wall(Specimen(CASE_II), 3))
     stream_every = 5  # ticks between two messages of the streams field, wall and joint_states
     steps = 80 * stream_every
-    phase = substep_times(steps, chain.dt)
+    phase = substep_times(steps, chain.dt, NOH_BATHE)
     messages = []
     tick_ns = 2_000_000  # nanoseconds of a default tick
     echo_every = 500  # ticks between two reads, and between two hashes of the state

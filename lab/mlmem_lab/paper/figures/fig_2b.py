@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem.physics import CASE_I, Chain, Design, Specimen, substep_times
+from mlmem.physics import CASE_I, NOH_BATHE, Chain, Design, Specimen, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem_tools.checks.quasistatic import MAX_PINNED_DISTANCE, find_depinning_strain
 
@@ -53,11 +53,11 @@ def compute_data(quality: Quality) -> Data:
 
 def _grow_strain(design: Design, sign: float, duration: float) -> tuple[np.ndarray, np.ndarray]:
     """Return |strain| and the wall's position while the strain grows slowly."""
-    chain = Chain(design)
+    chain = Chain(design, integrator=NOH_BATHE)
     chain.place(find_pinned_wall(Specimen(design), 0))
     looks = 480
     steps = round(duration / looks / chain.dt)
-    times = substep_times(steps, chain.dt)
+    times = substep_times(steps, chain.dt, NOH_BATHE)
     strain = MAX_STRAIN * np.arange(1, looks + 1) / looks
     path = np.empty(looks)
     for look in range(looks):

@@ -8,7 +8,7 @@ import dataclasses
 
 import numpy as np
 
-from mlmem.physics import CASE_I, Chain, Design, Specimen
+from mlmem.physics import CASE_I, NOH_BATHE, Chain, Design, Specimen
 from mlmem.physics.held_wall import hold_walls, make_uniform
 from mlmem.physics.potential import Array
 
@@ -56,7 +56,7 @@ def _release_wall(
     design: Design, position: float, name: str, duration: float, every: float
 ) -> list[Array]:
     """Let a wall go at rest; return the configurations, one at the end of every interval."""
-    chain, fields = Chain(design), []
+    chain, fields = Chain(design, integrator=NOH_BATHE), []
     chain.place(_equilibrium_wall(make_uniform(design), position, name))
     for _ in range(round(duration / every)):
         chain.rest(round(every / chain.dt))

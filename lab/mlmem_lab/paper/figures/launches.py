@@ -11,7 +11,15 @@ import numpy as np
 from mlmem.instrument.end import EndMove
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
-from mlmem.physics import CASE_II, Chain, HeldCell, find_level, find_walls, substep_times
+from mlmem.physics import (
+    CASE_II,
+    NOH_BATHE,
+    Chain,
+    HeldCell,
+    find_level,
+    find_walls,
+    substep_times,
+)
 
 from ...studies.trace import strain_chain
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
@@ -65,7 +73,7 @@ def _kick_cell(velocity: float, strain: float, driven: bool = False) -> tuple[fl
     A driven cell is held at this velocity all the way from s2 to s1.
     """
     times = EraseSettings()
-    chain = Chain(CASE_II)
+    chain = Chain(CASE_II, integrator=NOH_BATHE)
     chain.place(np.full(CASE_II.N, CASE_II.D_s2))
     if strain:
         strain_chain(chain, Cycle.build_from_targets([(strain, times.ramp)]), times.ramp)
@@ -93,7 +101,7 @@ def _kick_cell(velocity: float, strain: float, driven: bool = False) -> tuple[fl
 def _move_cell(speed: float, strain: float) -> int:
     """Return the level after the first cell of a blank element was moved under a strain."""
     times = WriteSettings()
-    chain = Chain(CASE_II)
+    chain = Chain(CASE_II, integrator=NOH_BATHE)
     if strain:
         strain_chain(chain, Cycle.build_from_targets([(strain, times.ramp)]), times.ramp)
     _drive_cell(chain, EndMove(chain.end(1), CASE_II.D_s2, speed), times.hold)
@@ -110,7 +118,7 @@ def _move_cell(speed: float, strain: float) -> int:
 def _drive_cell(chain: Chain, move: EndMove, hold: float) -> None:
     """Move the first cell, let go of it, and wait."""
     steps = math.ceil((move.duration + hold) / chain.dt)
-    at = substep_times(steps, chain.dt)
+    at = substep_times(steps, chain.dt, NOH_BATHE)
     held_cell = HeldCell(1, move.at(at[at <= move.duration]))
     chain.advance(np.full(2 * steps, chain.V_N), held_cell)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import CycleSettings
-from mlmem.physics import CASE_II, Chain, Specimen, find_level
+from mlmem.physics import CASE_II, NOH_BATHE, Chain, Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 
 from ...studies.trace import strain_chain, wall_position
@@ -28,7 +28,7 @@ def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, floa
         The level (-1 blank, -2 no level), and by how many cells the wall has moved to the right;
         a wall that has left through an end counts as standing there.
     """
-    chain = Chain(CASE_II)
+    chain = Chain(CASE_II, integrator=NOH_BATHE)
     chain.place(find_pinned_wall(Specimen(CASE_II), level))
     strain_chain(chain, Cycle.plan_cycle(times, peak), 500.0)
     place = wall_position(CASE_II, chain.configuration)

@@ -10,7 +10,7 @@ import numpy as np
 
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import CycleSettings, WriteSettings, select_peak
-from mlmem.physics import CASE_II, Chain, Design, Specimen, find_level
+from mlmem.physics import CASE_II, NOH_BATHE, Chain, Design, Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 
 from ...studies.trace import strain_chain, wall_path
@@ -83,7 +83,7 @@ def _run_cycle(design: Design, level: int) -> tuple[np.ndarray, float]:
     """Return the wall's path through a cycle and the level after it, NaN for none."""
     settings, times = WriteSettings(), CycleSettings()
     compress = design.is_freed_by_compression(level)
-    chain = Chain(design)
+    chain = Chain(design, integrator=NOH_BATHE)
     chain.place(find_pinned_wall(Specimen(design), level))
     trace = strain_chain(
         chain, Cycle.plan_cycle(times, select_peak(settings, compress)), SAMPLE_PERIOD
