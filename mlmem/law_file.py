@@ -8,7 +8,6 @@ m and N, or with `unit: cells` in those of a design.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, replace
 from pathlib import Path
@@ -28,7 +27,7 @@ UNIT_SI, UNIT_CELLS = 'SI', 'cells'
 
 
 class LawFileError(DecodeError):
-    """A file or a text is not a law; the message says why."""
+    """A file is not a law; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -48,26 +47,20 @@ class _File:
 
 
 def read_law_file(path: Path | str, length: float = 1.0, stiffness: float = 1.0) -> Curve:
-    """Read a law, as a `Design` takes it (see `parse_curve`).
-
-    Raises:
-        LawFileError: It cannot be read, or is none.
-    """
-    return parse_curve(read_law_text(path), length, stiffness)
-
-
-def parse_curve(text: str, length: float = 1.0, stiffness: float = 1.0) -> Curve:
-    """Return the law of a text, in units of a lattice constant and of a spring.
+    """Read a law, as a `Design` takes it: in units of a lattice constant and of a spring.
 
     Args:
-        text: What a file holds.
+        path: The file.
         length: Lattice constant, m.
         stiffness: Of the springs between cells, N/m.
 
     Raises:
-        LawFileError: It is none.
+        LawFileError: It cannot be read, or is none.
     """
-    given = _decode_file(text)
+    try:
+        given: _File = decode_value(_File, parse_yaml(read_file(path)))
+    except ValueError as error:
+        raise LawFileError(f'{path} is not a law as `mlmem law` writes: {error}') from error
     law = given.law
     if given.unit == UNIT_CELLS:
         return law
@@ -78,24 +71,6 @@ def parse_curve(text: str, length: float = 1.0, stiffness: float = 1.0) -> Curve
         raise LawFileError(f'this law is none in units of {length:g} m: {error}') from error
 
 
-def read_law_text(path: Path | str) -> str:
-    """Return the text of a file, without its scatter, as one line that a parameter holds.
-
-    Raises:
-        LawFileError: It cannot be read, or is none.
-    """
-    try:
-        given = _decode_file(read_file(path))
-    except DecodeError as error:
-        raise LawFileError(f'{path}: {error}') from error
-    return format_law(given.law, given.unit)
-
-
-def format_law(law: Curve, unit: str = UNIT_CELLS) -> str:
-    """Return a law, that of a design or in SI units, as one line of text."""
-    return json.dumps({'format': FORMAT_VERSION, 'unit': unit, 'law': _collect_values(law)})
-
-
 def write_law_file(path: Path, law: Curve, force_std: Sequence[float] = ()) -> None:
     """Write a law in SI units to a file, whole or not at all.
 
@@ -104,23 +79,10 @@ def write_law_file(path: Path, law: Curve, force_std: Sequence[float] = ()) -> N
     """
     import yaml  # type: ignore[import-untyped]
 
+    curve = {'low': law.low, 'high': law.high, 'force': list(map(float, law.force))}
+    if law.d != 1.0:
+        curve['d'] = law.d
     values = {
-        'format': FORMAT_VERSION,
-        'unit': UNIT_SI,
-        'law': _collect_values(law),
-        'force_std': list(force_std),
-    }
+        'format': FORMAT_VERSION, 'unit': UNIT_SI, 'law': curve, 'force_std': list(force_std),
+    }  # fmt: skip
     write_atomically(path, yaml.safe_dump(values, sort_keys=False, default_flow_style=None))
-
-
-def _collect_values(law: Curve) -> dict[str, object]:
-    factor = {} if law.d == 1.0 else {'d': law.d}
-    return {'low': law.low, 'high': law.high, 'force': list(map(float, law.force)), **factor}
-
-
-def _decode_file(text: str) -> _File:
-    try:
-        given: _File = decode_value(_File, parse_yaml(text))
-    except ValueError as error:
-        raise LawFileError(f'this is not a law as `mlmem law` writes: {error}') from error
-    return given

@@ -7,8 +7,8 @@ their units, as `displacement_mm,force_N`; other columns and lines that begin wi
 Where the displacement turns back, what follows is the way back, and the law is the mean of both.
 Several runs give the mean and its scatter: wells, barriers, the energy set free on passing. Last
 comes whether kicks erase walls between two neighbouring wells, and, with --mass and --coupling,
-the pass band of every well. A node's parameter `design.law` takes the
-file that --output writes, and so does `mlmem design check --law`.
+the pass band of every well. `mlmem design --law` takes the file that --output writes, and so does
+`mlmem design check --law`.
 
 Exit status 0: the law has two or more wells; 1: it has not, or could not be written; 2: a file is
 no curve, or an argument is wrong.

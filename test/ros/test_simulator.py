@@ -211,19 +211,20 @@ def test_step_action_reports_every_step(stepping, tool):
     assert ticks(tool) == begun + 8
 
 
-@pytest.mark.parametrize('ended', ['canceled', 'resumed'])
-def test_steps_end_early_when_canceled_or_resumed(stepping, tool, ended):
+@pytest.mark.parametrize('ended', ['canceled', 'paused', 'resumed'])
+def test_steps_end_early_when_canceled_paused_or_resumed(stepping, tool, ended):
     handle = stepping.send(2**63)
     stepping.robot.wait(lambda: stepping.said, 'the first step')
     if ended == 'canceled':
         stepping.robot.response(handle.cancel_goal_async())
         assert stepping.result(handle) == (GoalStatus.STATUS_CANCELED, FAILED)
+    else:
+        assert tool.set(PLAYING if ended == 'resumed' else PAUSED).result == OK
+        assert stepping.result(handle) == (GoalStatus.STATUS_ABORTED, FAILED)
+    assert tool.state == (PLAYING if ended == 'resumed' else PAUSED)
+    if ended != 'resumed':
         before = ticks(tool)
         assert ticks(tool) == before
-    else:
-        tool.set(PLAYING)
-        assert stepping.result(handle) == (GoalStatus.STATUS_ABORTED, FAILED)
-    assert tool.state == (PAUSED if ended == 'canceled' else PLAYING)
 
 
 def test_real_element_is_not_reset():
