@@ -36,7 +36,7 @@ class ActuatorSettings(Checked):
         'whether there is one: without, an element is written by kicks alone',
     )
     max_strain: float = describe_field(
-        0.08, 'largest strain of either sign; a preset has its own', low=1e-6, high=0.5
+        0.08, 'largest strain of either sign; an element has its own', low=1e-6, high=0.5
     )
     max_rate: float = _rate(1e-4, 'highest strain rate', low=1e-9)
     hand_rate: float = _rate(

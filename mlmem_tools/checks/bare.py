@@ -30,7 +30,7 @@ TIME_STEP = 0.5
 """Time step; the wall's own motion is a hundred times slower."""
 
 COARSE_TIME_STEP = 1.0
-"""Time step of checks and searches: with it, all shipped presets get the same verdicts."""
+"""Time step of checks and searches: with it, all shipped elements get the same verdicts."""
 
 SETTLING_TIME = 2500.0
 """Ten damping times, after which a wall no longer swings about its defect."""

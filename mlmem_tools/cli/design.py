@@ -14,7 +14,7 @@ how many levels (2, 4, 8 ... 256). If not, it says why.
 prints first what the laws of such elements allow (`mlmem_tools.checks.budget`), and rejects what
 is impossible. The found element is written and erased by kicks alone.
 
-`check` takes an element file or the name of a preset, judges every quantity that the memory
+`check` takes a shipped element or an element file, judges every quantity that the memory
 depends on, and says what goes wrong if one fails; then how much it holds by one wall, and by many
 that kicks put in place. `prove` simulates such designs: every level is
 written and read back, lower ones are written, and every level is erased; results are kept, so the
@@ -67,7 +67,7 @@ PROOF_OPTIONS = (
 
 @declare_command(
     'judge a design',
-    declare_option('source', metavar='FILE|PRESET', help='element file, or a preset'),
+    declare_option('source', metavar='ELEMENT', help='shipped element, or element file'),
     ELEMENT_OPTION,
     JSON_OPTION,
     declare_option(
@@ -98,7 +98,9 @@ def check(arguments: argparse.Namespace) -> int:
 
 @declare_command(
     'simulate designs',
-    declare_option('sources', metavar='FILE|PRESET', nargs='+', help='element files, or presets'),
+    declare_option(
+        'sources', metavar='ELEMENT', nargs='+', help='shipped elements, or element files'
+    ),
     declare_option('--markdown', type=Path, metavar='FILE', help='also write the table there'),
     declare_option('--output', type=Path, metavar='FILE', help='result file to write'),
     ELEMENT_OPTION,

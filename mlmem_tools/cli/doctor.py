@@ -36,7 +36,7 @@ VERDICT_COLOURS = {'pass': 32, 'warn': 33, 'fail': 31}
     declare_option(
         '--warm',
         action='store_true',
-        help='first compile the kernels and check the presets, so that a node starts in a second',
+        help='first compile the kernels and check the elements, so that a node starts in a second',
     ),
     JSON_OPTION,
     text=__doc__,

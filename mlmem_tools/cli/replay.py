@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from mlmem_ros.session.report import ReplayReport
 
 
-FOREIGN_BAG_PRESET = 'case_2'
+FOREIGN_BAG_ELEMENT = 'case_2'
 """Element for a bag that names none."""
 
 
@@ -41,7 +41,7 @@ FOREIGN_BAG_PRESET = 'case_2'
     declare_option(
         '--element',
         metavar='NAME|FILE',
-        help=f'element for a bag written by another recorder; {FOREIGN_BAG_PRESET} unless given',
+        help=f'element for a bag written by another recorder; {FOREIGN_BAG_ELEMENT} unless given',
     ),
     declare_option(
         '--incomplete',
@@ -79,7 +79,7 @@ def _replay_bag(arguments: argparse.Namespace) -> int:
         if session.header is not None:
             report = run_replay(session, progress)
         else:
-            element = MemoryElement(load_preset(arguments.element or FOREIGN_BAG_PRESET))
+            element = MemoryElement(load_preset(arguments.element or FOREIGN_BAG_ELEMENT))
             report = replay_commands(element, session, progress)
     note_outcome()
     if arguments.json:

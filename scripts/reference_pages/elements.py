@@ -21,7 +21,7 @@ def generate_checks() -> dict[str, str]:
 
 
 def generate_elements() -> dict[str, str]:
-    """Return the size of every preset, the schedule of its steps up, and all settings."""
+    """Return the size of every shipped element, the schedule of its steps up, and all settings."""
     names: dict[int, list[str]] = {}
     for name, one in presets.PRESETS.items():
         names.setdefault(id(one), []).append(name)
@@ -33,9 +33,9 @@ def generate_elements() -> dict[str, str]:
         sizes.append([named, *(f'{number:.6g}' for number in size)])
         if settings.actuator.present:
             schedules.append([named, *_schedule(settings.write), _peaks(settings.write)])
-    head = ['preset', 'ramp', 'hold', 'ease', 'to', 'release', 'settle', 'peak strains']
+    head = ['element', 'ramp', 'hold', 'ease', 'to', 'release', 'settle', 'peak strains']
     return {
-        'sizes': table(['preset', 'levels', 'N', 'J', '1/eta'], sizes),
+        'sizes': table(['element', 'levels', 'N', 'J', '1/eta'], sizes),
         'steps': table(head, schedules),
         'settings': list_settings(),
     }

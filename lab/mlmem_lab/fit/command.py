@@ -40,7 +40,7 @@ from .misfit import Prior
     declare_option('source', nargs='+', metavar='SESSION',
         help='session with a survey, or CSV of a shot'),
     declare_option('--output', metavar='FILE', help='write the element to this file'),
-    declare_option('--design', metavar='FILE|PRESET',
+    declare_option('--design', metavar='ELEMENT',
         help='design as built; a session has its own'),
     declare_option('--scatter', type=float, metavar='X', default=0.02,
            help='scatter of alpha that is expected, relative'),

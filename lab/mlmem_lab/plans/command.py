@@ -36,8 +36,8 @@ from .plan import plan_pulses as planned
 @declare_command(
     'find pulses that take the wall of a fitted element to every level',
     declare_option('element', metavar='FILE', help='element, as mlmem fit writes it'),
-    declare_option('--design', metavar='FILE|PRESET',
-           help='design and settings of the instrument; by default the only preset that fits'),
+    declare_option('--design', metavar='ELEMENT',
+           help='design and settings of the instrument; by default the shipped element that fits'),
     declare_option('--output', metavar='FILE',
         help='write the element with its pulses here; by default '
            'into its own file'),

@@ -45,7 +45,7 @@ AMOUNT_COUNT = 10
 @declare_command(
     'measure how much scatter, noise and vibration a memory tolerates',
     declare_option(
-        '--design', default='case_2', metavar='FILE|PRESET', help='element file or preset'
+        '--design', default='case_2', metavar='ELEMENT', help='shipped element or element file'
     ),
     declare_option(
         '--kinds',
