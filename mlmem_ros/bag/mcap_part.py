@@ -10,16 +10,14 @@ a damaged one may look right and be wrong. Nothing after a damaged length field 
 
 from __future__ import annotations
 
-import heapq
 import struct
 import zlib
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from io import BytesIO
-from operator import attrgetter
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO
 
 import lz4.frame
 import zstandard
@@ -50,7 +48,7 @@ _READ_OPCODES = {
     *(Opcode.METADATA, Opcode.DATA_END, Opcode.FOOTER),
 }
 MAX_HELD_BYTES = 2**27
-"""Most bytes of decompressed chunks that are held at once, however small the file is."""
+"""Most bytes that a chunk may take in memory, however small the file is."""
 
 RECORD_BYTES = 600
 """Bytes that a record takes in memory in addition to its content."""
@@ -69,7 +67,6 @@ class Block:
 
     Attributes:
         counts: Number of messages of each channel.
-        size: Bytes that its messages take in memory.
     """
 
     offset: int
@@ -78,13 +75,6 @@ class Block:
     earliest: int = 2**64
     latest: int = 0
     counts: Counter[int] = field(default_factory=Counter)
-    size: int = 0
-
-
-class _Start(NamedTuple):
-    """Stands before the messages of a block that is not read yet."""
-
-    log_time: int
 
 
 class McapPart:
@@ -166,12 +156,8 @@ class McapPart:
             for schema in self.schemas.values()
         }
 
-    def messages(self, topics: Collection[str], as_written: bool = False) -> Iterator[Message]:
-        """Yield the messages of some topics.
-
-        Args:
-            as_written: In the order in which they were written; otherwise in that of their log
-                times, ties as written.
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Yield the messages of some topics in the order in which they were written.
 
         Raises:
             BagError: The file has changed since it was opened.
@@ -181,22 +167,9 @@ class McapPart:
             for number, channel in self.channels.items()
             if channel.topic in topics
         }
-        blocks = [block for block in self.blocks if wanted.keys() & block.counts]
-        if as_written:
-            for block in blocks:
+        for block in self.blocks:
+            if wanted.keys() & block.counts:
                 yield from self._read_block(block, wanted)
-            return
-        merged = (self._sort_by_time(block, wanted) for block in blocks)
-        for message in heapq.merge(*merged, key=attrgetter('log_time')):
-            if isinstance(message, Message):
-                yield message
-
-    def _sort_by_time(
-        self, block: Block, wanted: Mapping[int, tuple[str, str]]
-    ) -> Iterator[Message | _Start]:
-        # A block is read when a merge reaches its start.
-        yield _Start(block.earliest)
-        yield from sorted(self._read_block(block, wanted), key=attrgetter('log_time'))
 
     def _read_block(self, block: Block, wanted: Mapping[int, tuple[str, str]]) -> list[Message]:
         with storage_errors(f'read {self.path}'), self.path.open('rb') as stream:
@@ -275,7 +248,6 @@ class McapPart:
             run = Block(offset, end, chunked)
             self.blocks.append(run)
         run.end = end
-        run.size += sum(len(each.data) + RECORD_BYTES for each in messages)
         run.counts.update(each.channel_id for each in messages)
         run.earliest = min(run.earliest, *(each.log_time for each in messages))
         run.latest = max(run.latest, *(each.log_time for each in messages))

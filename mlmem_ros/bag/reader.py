@@ -4,12 +4,9 @@
 
 from __future__ import annotations
 
-import heapq
-import itertools
 import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
-from operator import attrgetter
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -31,13 +28,13 @@ from .contents import (
     read_metadata_text,
 )
 from .errors import BagError, storage_errors
-from .mcap_part import MAX_HELD_BYTES, McapPart
+from .mcap_part import McapPart
 
 
 class BagReader:
     """Reads a bag directory, or a single ``.mcap`` file.
 
-    Opening the bag reads all of it once, a few chunks at a time; after that `topics` and `losses`
+    Opening the bag reads all of it once, one chunk at a time; after that `topics` and `losses`
     are exact. Whatever cannot be read is left out and listed in `losses`.
     """
 
@@ -97,48 +94,23 @@ class BagReader:
         """What the recording application stored besides the messages."""
         return self.metadata.custom_data if self.metadata else {}
 
-    def messages(
-        self, topics: Collection[str] | None = None, as_written: bool = False
-    ) -> Iterator[Message]:
-        """Read messages in the order of their log times, across all files.
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
+        """Read messages in the order in which they were written, across all files.
 
         Args:
             topics: Names of the wanted topics; all by default. Unknown names are ignored.
-            as_written: In the order in which they were written, which differs if the clock went
-                back.
-
-        Yields:
-            Messages; those with equal log times in the order they were written.
 
         Raises:
-            BagError: The bag has changed since it was opened, or its chunks overlap in time so
-                much that more than `MAX_HELD_BYTES` would be held at once.
+            BagError: The bag has changed since it was opened.
         """
         wanted = self.topics.keys() if topics is None else set(topics)
-        if not as_written:
-            self._check_overlap()
-        parts = (part.messages(wanted, as_written) for part in self._parts)
-        if as_written:
-            return itertools.chain.from_iterable(parts)
-        return heapq.merge(*parts, key=attrgetter('log_time'))
+        for part in self._parts:
+            yield from part.messages(wanted)
 
     def session_messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Read messages in the order in which they were written, up to the first missing file."""
+        """Read messages as `messages` does, but only up to the first missing file."""
         for part in self._parts[: self._parts_before_gap]:
-            yield from part.messages(topics, as_written=True)
-
-    def _check_overlap(self) -> None:
-        """Raise `BagError` if chunks that are read at the same time take too much memory."""
-        blocks = [block for part in self._parts for block in part.blocks]
-        changes = [(block.earliest, 0, block.size) for block in blocks]
-        changes += [(block.latest, 1, -block.size) for block in blocks]
-        held = max(itertools.accumulate(change for *_, change in sorted(changes)), default=0)
-        if held > MAX_HELD_BYTES:
-            raise BagError(
-                f'{self.path} must not take more than {MAX_HELD_BYTES} bytes at once; its chunks '
-                f'overlap in time and take {held}',
-                'too_large',
-            )
+            yield from part.messages(topics)
 
     def definition(self, topic: str) -> Definition:
         """Return the definition of a topic's type as the bag holds it, perhaps without a text."""

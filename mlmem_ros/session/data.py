@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from os import PathLike
 from typing import Any
 
@@ -21,6 +22,7 @@ from mlmem.schema import short_repr
 
 from ..bag.contents import LOST_KEY, Message
 from ..bag.errors import BagError
+from ..bag.mcap_part import RECORD_BYTES
 from ..bag.reader import BagReader
 from ..contract import calls
 from ..contract.commands import COMMAND_TOPICS, Make, NoCommand
@@ -392,8 +394,22 @@ def iterate_timed(
     as_written = f'{node}/{HEADER_TOPIC}' in reader.topics
     start = None if as_written or reader.span is None else reader.span[0]
     latest = 0
-    messages = reader.session_messages(topics) if as_written else reader.messages(topics)
-    for message in messages:
+    for message in reader.session_messages(topics) if as_written else _sort(reader, topics):
         start = message.log_time if start is None else start - max(0, latest - message.log_time)
         latest = message.log_time
         yield (latest - start) / 1e9, message
+
+
+def _sort(reader: BagReader, topics: Collection[str]) -> list[Message]:
+    """Return messages by log time, those of one time as they were written."""
+    found, held = [], 0
+    for message in reader.messages(topics):
+        held += len(message.cdr) + RECORD_BYTES
+        if held > MAX_SESSION_BYTES:
+            raise BagError(
+                f'{reader.path} must hold no more messages of a node than {MAX_SESSION_BYTES} '
+                'bytes of memory',
+                'too_large',
+            )
+        found.append(message)
+    return sorted(found, key=attrgetter('log_time'))

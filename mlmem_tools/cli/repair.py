@@ -53,6 +53,6 @@ def repair_bag(source: str | PathLike[str], destination: str | PathLike[str]) ->
                 definition=reader.definition(info.name),
                 serialization_format=info.serialization_format,
             )
-        for message in reader.messages(as_written=True):
+        for message in reader.messages():
             writer.write(message.topic, message.cdr, message.log_time, message.publish_time)
     return Repaired(writer.path, writer.message_count, reader.losses)

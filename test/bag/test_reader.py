@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags are read whoever recorded them and however the recording ended."""
 
-import tracemalloc
-
 import mcap.writer
 import numpy as np
 import pytest
@@ -63,8 +61,8 @@ def test_some_topics_can_be_read_alone(record, messages):
     assert list(reader.messages(wanted)) == [m for m in messages if m.topic == wanted[0]]
 
 
-def test_order_is_by_log_time_across_chunks_and_files(tmp_path):
-    # Written out of order, in chunks of one message, into files of a few.
+def test_order_is_that_of_writing_across_chunks_and_files(tmp_path):
+    # With random log times, in chunks of one message, in files of a few.
     times = np.random.default_rng(3).permutation(100)
     with BagWriter(tmp_path / 'bag', max_bytes=4096) as writer:
         writer.add_topic('/n', 'std_msgs/msg/UInt8')
@@ -73,10 +71,10 @@ def test_order_is_by_log_time_across_chunks_and_files(tmp_path):
             writer.sync()
     reader = BagReader(tmp_path / 'bag')
     assert len(list((tmp_path / 'bag').glob('*.mcap'))) > 2
-    assert [(m.log_time, m.cdr[4]) for m in reader] == [(i, i) for i in range(100)]
+    assert [(m.log_time, m.cdr[4]) for m in reader] == [(i, i) for i in times]
 
 
-def test_chunk_is_read_when_its_time_has_come(record, monkeypatch):
+def test_chunk_is_read_when_its_turn_has_come(record, monkeypatch):
     """A bag of many gigabytes is read with a few chunks in memory."""
     reader = BagReader(record(sync_each=True))
     read, breakup = [], mcap_part.breakup_chunk
@@ -86,15 +84,6 @@ def test_chunk_is_read_when_its_time_has_come(record, monkeypatch):
     for number, _ in enumerate(reader):
         assert len(read) <= number + 2
     assert len(read) == 30
-
-
-def test_equal_times_keep_the_order_of_writing(tmp_path):
-    with BagWriter(tmp_path / 'bag', max_bytes=4096) as writer:
-        writer.add_topic('/n', 'std_msgs/msg/UInt8')
-        for i in range(50):
-            writer.write('/n', bytes([0, 1, 0, 0, i]), 7)
-            writer.sync()
-    assert [m.cdr[4] for m in BagReader(tmp_path / 'bag')] == [*range(50)]
 
 
 def test_single_file_is_a_bag(record, messages):
@@ -207,28 +196,3 @@ def test_a_file_without_messages_spans_no_time(tmp_path):
     assert reader.metadata is None
     assert list(reader) == []
     assert reader.losses == ()
-
-
-def test_chunks_that_overlap_in_time_are_bounded(tmp_path):
-    """Each of 30 chunks of zeros has its last message after the first of every other."""
-    path = tmp_path / 'small.mcap'
-    with path.open('wb') as file:
-        writer = mcap.writer.Writer(file, chunk_size=2**25)
-        writer.start('ros2')
-        channel = writer.register_channel('/n', 'cdr', writer.register_schema('a/b', '', b''))
-        for number in range(30):
-            for log_time in (number, 1000 + number):
-                writer.add_message(channel, log_time, bytes(2**22), log_time)
-            writer.flush()
-        writer.finish()
-    assert path.stat().st_size < 100_000
-    tracemalloc.start()
-    try:
-        reader = BagReader(path)
-        with pytest.raises(BagError) as caught:
-            list(reader)
-        assert tracemalloc.get_traced_memory()[1] < mcap_part.MAX_HELD_BYTES
-    finally:
-        tracemalloc.stop()
-    assert caught.value.code == 'too_large'
-    assert sum(1 for _ in reader.messages(as_written=True)) == 60

@@ -107,7 +107,7 @@ def test_session_holds_what_was_published_and_replays(session):
     assert report.levels == [-1, 1, 1, 1, 1]  # a wall is heard from both ends
     assert len(heard['echo']) == ECHOES
     commands = contents = 0
-    for message in BagReader(bag).messages(as_written=True):
+    for message in BagReader(bag).messages():
         commands += message.topic.endswith('/session/command')
         contents += message.topic == '/mlmem/content'
         assert commands >= contents  # a file cut anywhere has the command of every event in it

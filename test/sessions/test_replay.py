@@ -13,6 +13,8 @@ from mlmem import MemoryElement
 from mlmem.instrument.instrument import Units
 from mlmem.physics import CASE_II
 from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.mcap_part import RECORD_BYTES
+from mlmem_ros.session import data
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import replay_commands, run_replay
 from mlmem_tools.cli.main import main
@@ -51,6 +53,22 @@ def test_commands_of_other_recorders_apply_at_their_stamps(tmp_path):
     assert [(o.procedure, o.reading.level) for o in report.outcomes] == [('write', 1), ('read', 1)]
     probed = report.outcomes[1].start_tick
     assert probed == round(1.5 / 2e-3)  # ticks of 20 time units, 2 ms
+
+
+def test_bag_of_another_recorder_is_read_by_time(tmp_path):
+    orders = [(0.5 * n, 'write_level', 'std_msgs/msg/UInt8', {'data': n}) for n in (3, 0, 2, 1)]
+    session = load_session(foreign_bag(tmp_path / 'bag', orders))
+    assert [(time, given.level) for time, given in session.commands] == [
+        (0.5 * n, n) for n in range(4)
+    ]
+
+
+def test_foreign_bag_that_takes_too_much_memory_is_rejected(tmp_path, monkeypatch):
+    monkeypatch.setattr(data, 'MAX_SESSION_BYTES', 10 * RECORD_BYTES)
+    bag = foreign_bag(tmp_path / 'bag', 10 * WRITE_LEVEL_1_THEN_PROBE)
+    with pytest.raises(BagError) as caught:
+        load_session(bag)
+    assert caught.value.code == 'too_large'
 
 
 def test_session_with_a_clock_set_back_is_exact(tmp_path):
