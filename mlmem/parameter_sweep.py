@@ -119,7 +119,8 @@ def sweep(
             `Client.get_executor()`; by default the calls follow each other in this process.
         progress: Whether to show a progress bar if it takes longer than two seconds.
         axes: Values by the name of a field of `Design` (`eta=[0.002, 0.004]`), or of a scatter:
-            `alpha_std`, `k_r_std`, `s_std`, `mass_std`, `offset_std`.
+            `alpha_std`, `k_r_std`, `s_std`, `mass_std`, `offset_std`,
+            `depth_std`.
 
     Raises:
         ValueError: An axis is neither, or has no values.

@@ -35,6 +35,7 @@ class Stream(IntEnum):
     LEVELS = 21
     GAIN = 22
     K_R = 23
+    DEPTH = 24
 
 
 def make_generator(seed: int, stream: Stream) -> np.random.Generator:

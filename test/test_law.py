@@ -65,6 +65,9 @@ def test_law_of_several_runs_has_mean_and_scatter(tmp_path):
     (step,) = average_runs(runs, 64).barriers
     assert step['barrier'] == pytest.approx(H, rel=5e-3)
     assert step['barrier_std'] == pytest.approx(0.1 * H, rel=5e-3)
+    unequal = [write(tmp_path / f'{tilt}.csv', tilt=tilt) for tilt in (-TILT, 0.0, TILT)]
+    (step,) = average_runs(unequal, 64).barriers
+    assert step['depth_std'] == pytest.approx(2.0 * W * TILT / step['barrier'], rel=0.02)
     tilted = average_runs([write(tmp_path / 'tilted.csv', tilt=-TILT)], 64).barriers[0]
     assert tilted['set_free'] == pytest.approx(2.0 * W * TILT, rel=0.01)
 

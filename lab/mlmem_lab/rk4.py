@@ -63,10 +63,13 @@ class Rk4Element(Driver):
             harmonic: Force of a third harmonic of the on-site energy, over that of the first.
 
         Raises:
-            SettingsError: A number is out of range, or the substrate is elastic.
+            SettingsError: A number is out of range, the substrate is elastic, or wells differ in
+                depth.
         """
         if specimen.design.substrate != 'rigid':
             raise SettingsError('only a rigid substrate can be integrated otherwise')
+        if specimen.depths.any():
+            raise SettingsError('wells of unequal depth cannot be integrated otherwise')
         if not (0.0 < step <= 0.25 and 0.0 <= friction < math.inf):
             raise SettingsError(
                 'step must be above 0 and at most 0.25 time units, and friction at least 0; got '

@@ -95,6 +95,9 @@ class Faults(Checked):
         0.0, 'standard deviation of every coupling spring, relative'
     )
     disorder_s: float = _of_material(0.0, 'standard deviation of every substrate spring, relative')
+    disorder_depth: float = _of_material(
+        0.0, "standard deviation of the difference of a cell's wells, relative to the barrier"
+    )
     damping_factor: float = _of_material(1.0, "damping, relative to the design's", high=100.0)
     seed: int = describe_field(
         0, 'seed of the random numbers: noise, drop-out, slips, disorder', low=0, high=2**31 - 1
@@ -160,7 +163,9 @@ def apply_faults(made: Specimen, faults: Faults) -> Specimen:
             ErrorCode.CONFLICT, 'stuck_cell', faults.stuck_cell,
             f'0 or from 2 to N - 1 = {design.N - 1}, because the transducers hold the ends',
         )  # fmt: skip
-    scatter = Scatter(faults.disorder_alpha, faults.disorder_k_r, faults.disorder_s)
+    scatter = Scatter(
+        faults.disorder_alpha, faults.disorder_k_r, faults.disorder_s, depth=faults.disorder_depth
+    )
     disorder = scattered(design, scatter, faults.seed)
     alpha = np.asarray(made.alpha_factor * disorder.alpha_factor)
     stuck = made.stuck
@@ -171,7 +176,7 @@ def apply_faults(made: Specimen, faults: Faults) -> Specimen:
     return dataclasses.replace(
         made, alpha_factor=alpha, k_r_factor=made.k_r * disorder.k_r,
         s_factor=made.s_factor * disorder.s_factor, stuck=stuck,
-        eta_factor=made.eta_factor * faults.damping_factor,
+        depth=made.depths + disorder.depths, eta_factor=made.eta_factor * faults.damping_factor,
     )  # fmt: skip
 
 

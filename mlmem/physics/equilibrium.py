@@ -28,7 +28,9 @@ def compute_energies(
 ) -> tuple[Array, Array, Array]:
     """Return the energies of coupling, on-site and substrate springs, shape (...) each."""
     specimen = Specimen.of(specimen)
-    on_site = specimen.alpha * specimen.potential.energy(v - (V + specimen.offsets))
+    D = v - (V + specimen.offsets)
+    on_site = specimen.alpha * specimen.potential.energy(D)
+    on_site = on_site - specimen.depth_force * (D - specimen.design.D_s1)
     return (
         np.asarray(0.5 * np.sum(specimen.k_r * np.diff(v) ** 2, axis=-1)),
         np.asarray(np.sum(on_site, axis=-1)),
@@ -57,7 +59,7 @@ def stiffness_diagonal(specimen: Specimen, v: Array, V: Array) -> Array:
 def _compute_on_site_pull(specimen: Specimen, v: Array, V: Array) -> Array:
     """Return the pull of the on-site springs on the substrate, shape (..., N)."""
     slope = specimen.potential.slope(v - (V + specimen.offsets))
-    return np.asarray(specimen.alpha * slope)
+    return np.asarray(specimen.alpha * slope - specimen.depth_force)
 
 
 def _add_spring_pull(force: Array, tension: Array) -> Array:
@@ -108,7 +110,7 @@ def make_blank(specimen: Design | Specimen) -> Array:
     specimen = Specimen.of(specimen)
     design = specimen.design
     v = np.full(design.N, design.D_s1)
-    if not specimen.offsets.any():
+    if not (specimen.offsets.any() or specimen.depths.any()):
         return v
     return relax_to_equilibrium(specimen, v + specimen.offsets, np.zeros(design.N))
 

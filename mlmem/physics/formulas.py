@@ -152,9 +152,10 @@ def _overload_on_site(constants: Any, j: Any, y: Any) -> Any:
 def coupling_pull(constants: Any, j: int, left: float, x: float, right: float) -> float:
     """Return the pull of both neighbours' springs on a cell at x.
 
-    Without constants they have stiffness 1, and nothing else is compiled. The one constant is the
-    stiffness left of every cell and right of the last, 0 beyond the ends, shape (n + 1,). A
-    coupling with a formula of its own has other constants.
+    Without constants they have stiffness 1, and nothing else is compiled. The first constant is
+    the stiffness left of every cell and right of the last, 0 beyond the ends, shape (n + 1,). A
+    second one is a constant force on every cell, shape (n,), which is added. A coupling with a
+    formula of its own has other constants.
     """
     pull: float = _select_coupling(constants, j, left, x, right)
     return pull
@@ -174,10 +175,14 @@ def _overload_coupling(constants: Any, j: Any, left: Any, x: Any, right: Any) ->
         k_r = constants[0]
         return fma(k_r[j + 1], right - x, -k_r[j] * (x - left))
 
+    def forced_pull(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
+        k_r, force = constants
+        return fma(k_r[j + 1], right - x, fma(-k_r[j], x - left, force[j]))
+
     law = find_formula(constants)
     if law is not None:
         return law
-    return scattered_pull if len(constants) else uniform_pull
+    return (uniform_pull, scattered_pull, forced_pull)[len(constants)]
 
 
 @inline_function

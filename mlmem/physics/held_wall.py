@@ -93,6 +93,7 @@ def cut_excerpt(made: Design | Specimen, low: float, high: float) -> Excerpt:
         np.asarray(made.s_factor)[before : last - 1],
         made.masses[cells],
         made.offsets[cells],
+        made.depths[cells],
         made.eta_factor,
         stuck=tuple(site - before for site in made.stuck if 1 < site - before < last - before),
     )

@@ -14,11 +14,14 @@ from .curve import Curve
 from .design import Design, strain_shape
 from .potential import Array, DesignError, Potential
 
-ARRAY_FIELDS = ('alpha_factor', 'k_r_factor', 's_factor', 'mass', 'offset')
+ARRAY_FIELDS = ('alpha_factor', 'k_r_factor', 's_factor', 'mass', 'offset', 'depth')
 """The fields of a specimen that have a value for every cell or spring."""
 
 MAX_OFFSET = 0.5
 """Largest accepted shift of a cell's ground states, in lattice constants."""
+
+MAX_DEPTH = 0.5
+"""Largest accepted difference of a cell's two wells, relative to the barrier."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +39,9 @@ class Specimen:
         s_factor: Substrate stiffness over the design's, shape (N - 1,), above 0.
         mass: Masses of the metamaterial's cells in m, shape (N,), above 0.
         offset: Shift of a cell's ground states in lattice constants, shape (N,).
+        depth: How much deeper the active well of a cell is than the inactive one, over the barrier
+            between them where alpha is 1, shape (N,); only over a rigid substrate. A constant
+            force on the cell makes the difference.
         eta_factor: Damping over the design's, at least 0.
         stuck: Sites of the cells that stick to the substrate under them, from 2 to N - 1: their
             configuration v - V does not change.
@@ -52,13 +58,14 @@ class Specimen:
     s_factor: float | Array = 1.0
     mass: float | Array = 1.0
     offset: float | Array = 0.0
+    depth: float | Array = 0.0
     eta_factor: float = 1.0
     damped_by_substrate: bool = False
     stuck: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         n = self.design.N
-        for name, size in zip(ARRAY_FIELDS, (n, n - 1, n - 1, n, n), strict=True):
+        for name, size in zip(ARRAY_FIELDS, (n, n - 1, n - 1, n, n, n), strict=True):
             given = np.array(getattr(self, name), dtype=np.float64)  # a private copy
             if given.shape not in ((), (size,)):
                 raise DesignError.out_of_range(name, given.shape, f'of shape ({size},)')
@@ -75,6 +82,13 @@ class Specimen:
         if not (np.abs(self.offsets) <= MAX_OFFSET).all():
             worst = _find_worst(-np.abs(self.offsets))
             raise DesignError.out_of_range('offset', worst, f'from {-MAX_OFFSET} to {MAX_OFFSET}')
+        if not (np.abs(self.depths) <= MAX_DEPTH).all():
+            worst = _find_worst(-np.abs(self.depths))
+            raise DesignError.out_of_range('depth', worst, f'from {-MAX_DEPTH} to {MAX_DEPTH}')
+        if self.depths.any() and self.design.substrate != 'rigid':
+            raise DesignError.out_of_range(
+                'depth', _find_worst(self.depths), '0 over an elastic substrate'
+            )
         if not 0.0 <= self.eta_factor < np.inf:
             raise DesignError.out_of_range('eta_factor', self.eta_factor, 'at least 0')
         if self.damped_by_substrate and self.design.substrate != 'rigid':
@@ -90,10 +104,11 @@ class Specimen:
     @property
     def is_ideal(self) -> bool:
         """Whether it is exactly as designed."""
-        arrays = (getattr(self, name) for name in ARRAY_FIELDS if name != 'offset')
+        shifts = self.offsets, self.depths
+        arrays = (getattr(self, name) for name in ARRAY_FIELDS if name not in ('offset', 'depth'))
         same = all((values == 1.0).all() for values in arrays)
         plain = self.eta_factor == 1.0 and not self.damped_by_substrate
-        return same and plain and not self.offsets.any() and not self.stuck
+        return same and plain and not any(each.any() for each in shifts) and not self.stuck
 
     # --- as the functions of the material use it ------------------------------------------
 
@@ -106,6 +121,18 @@ class Specimen:
     def offsets(self) -> Array:
         """Shifts of the ground states, shape (N,)."""
         return np.asarray(self.offset)
+
+    @property
+    def depths(self) -> Array:
+        """By how much active wells are deeper, relative to the barrier, shape (N,)."""
+        return np.asarray(self.depth)
+
+    @cached_property
+    def depth_force(self) -> Array:
+        """The constant force on every cell that makes its wells unequal, shape (N,)."""
+        made = self.design
+        barrier = made.potential.energy(made.D_barrier) - made.potential.energy(made.D_s1)
+        return np.asarray(self.depths * barrier / (made.D_s2 - made.D_s1))
 
     @property
     def potential(self) -> Potential | Curve:
@@ -124,9 +151,13 @@ class Specimen:
 
     @property
     def springs(self) -> tuple[Array, ...]:
-        """These springs as the loops take them: nothing where all are k_r."""
-        alike = (self.k_r == 1.0).all()
-        return () if alike else (np.concatenate(([0.0], self.k_r, [0.0])),)
+        """These springs as the loops take them: nothing where all are k_r; `depth_force` follows
+        where wells are unequal.
+        """
+        stiffness = np.concatenate(([0.0], self.k_r, [0.0]))
+        if self.depths.any():
+            return stiffness, self.depth_force
+        return () if (self.k_r == 1.0).all() else (stiffness,)
 
     @cached_property
     def coupling_stiffness(self) -> Array:
@@ -161,6 +192,7 @@ class Scatter:
         s: Of the substrate stiffness, relative.
         mass: Of the masses, relative.
         offset: Of the ground states, in lattice constants.
+        depth: Of the difference of a cell's two wells, relative to the barrier.
     """
 
     alpha: float = 0.0
@@ -168,6 +200,7 @@ class Scatter:
     s: float = 0.0
     mass: float = 0.0
     offset: float = 0.0
+    depth: float = 0.0
 
 
 def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
@@ -176,8 +209,8 @@ def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
     Every quantity has its own random stream, so that one scatter does not change the others'
     values for the same seed.
     """
-    streams = Stream.ALPHA, Stream.K_R, Stream.S, Stream.MASS, Stream.OFFSET
-    alpha, k_r, s, mass, offset = (make_generator(seed, stream) for stream in streams)
+    streams = Stream.ALPHA, Stream.K_R, Stream.S, Stream.MASS, Stream.OFFSET, Stream.DEPTH
+    alpha, k_r, s, mass, offset, depth = (make_generator(seed, stream) for stream in streams)
 
     def draw_factors(generator: np.random.Generator, deviation: float, size: int) -> Array:
         # no stiffness can be below zero
@@ -191,6 +224,7 @@ def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
         s_factor=draw_factors(s, scatter.s, n - 1),
         mass=draw_factors(mass, scatter.mass, n),
         offset=np.clip(scatter.offset * offset.standard_normal(n), -MAX_OFFSET, MAX_OFFSET),
+        depth=np.clip(scatter.depth * depth.standard_normal(n), -MAX_DEPTH, MAX_DEPTH),
     )
 
 

@@ -5,7 +5,8 @@
 A file is one run: a CSV whose header names displacement (um, mm, cm, m) and force (mN, N, kN) with
 their units, as `displacement_mm,force_N`; other columns and lines that begin with # are left out.
 Where the displacement turns back, what follows is the way back, and the law is the mean of both.
-Several runs give the mean and its scatter: wells, barriers, the energy set free on passing. Last
+Several runs give the mean and its scatter: wells, barriers, the energy set free on passing, and
+by how much of the barrier that differs from run to run: the scatter `depth` of `tolerance`. Last
 comes whether kicks erase walls between two neighbouring wells, and, with --mass and --coupling,
 the pass band of every well. `mlmem design --law` takes the file that --output writes, and so does
 `mlmem design check --law`.
@@ -74,6 +75,12 @@ def law(arguments: argparse.Namespace) -> int:
                 _format_quantity(step, 'set_free', 1e3),
             )
         console.print(table)
+        for number, step in enumerate(told['barriers']):
+            if (depth := step['depth_std']) is not None:
+                console.print(
+                    f'wells {number} and {number + 1}: their energies differ from run to run by '
+                    f'{depth:.2g} of the barrier (depth_std)'
+                )
         for n, costs in enumerate(told['next_walls']):
             below, above = (
                 math.inf if cost is None else cost for cost in (costs['below'], costs['above'])

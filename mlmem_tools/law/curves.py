@@ -214,11 +214,16 @@ class Measured:
     @cached_property
     def barriers(self) -> list[dict[str, Any]]:
         """From every ground state to the next: peak force (N), energies of the barrier and set
-        free on passing (J), each with its `_std`.
+        free on passing (J), each with its `_std`; and `depth_std`, the scatter of the energy set
+        free relative to the barrier, as in `physics.Scatter`.
         """
-        return [
+        rows = [
             self._add_spread(_measure_barrier, n) for n in range(len(self.curve.ground_states) - 1)
         ]
+        for row in rows:
+            spread = row['set_free_std']
+            row['depth_std'] = None if spread is None else spread / row['barrier']
+        return rows
 
     @property
     def next_walls(self) -> list[dict[str, Any]]:

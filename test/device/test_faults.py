@@ -120,7 +120,7 @@ def test_fault_of_material_is_declared_as_one_and_changes_it(field):
     after = apply_faults(made, faults)
     changed = any(
         np.any(getattr(before, name) != getattr(after, name))
-        for name in ('alpha_factor', 'k_r_factor', 's_factor', 'stuck', 'eta_factor')
+        for name in ('alpha_factor', 'k_r_factor', 's_factor', 'depth', 'stuck', 'eta_factor')
     )
     assert changed == isinstance(row, OfMaterial)
     assert faults.has_same_material(Faults(**others)) != changed

@@ -33,7 +33,7 @@ from mlmem.physics.equilibrium import (
 from mlmem.physics.stepping import highest_frequency, stable_step
 
 SMALL = dataclasses.replace(CASE_II, N=51)
-SCATTER = Scatter(alpha=0.1, k_r=0.1, s=0.1, mass=0.1, offset=0.05)
+SCATTER = Scatter(alpha=0.1, k_r=0.1, s=0.1, mass=0.1, offset=0.05, depth=0.2)
 
 
 def test_ideal_specimen_gives_bits_of_design():
@@ -96,7 +96,7 @@ def by_dop853(name, end):
         if rigid:
             V = strain(t) * made.strain_shape
             v[held] = begin[held] + V[held]
-        on_site = made.alpha * p.potential.slope(v - V - made.offsets)
+        on_site = made.alpha * p.potential.slope(v - V - made.offsets) - made.depth_force
         pull = np.diff(made.k_r * np.diff(v), prepend=0.0, append=0.0) - on_site - made.eta * w
         below = np.diff(made.s * np.diff(V), prepend=0.0, append=0.0) + on_site - made.eta * W
         both = (pull + below)[held] / (1.0 + made.masses[held])
@@ -165,7 +165,7 @@ def test_stiffer_springs_need_shorter_step():
 def test_specimen_comes_back_from_plain_values():
     made = scattered(SMALL, SCATTER, seed=2)
     again = decode_value(Specimen, encode_value(made))
-    for name in ('alpha', 'k_r', 's', 'masses', 'offsets'):
+    for name in ('alpha', 'k_r', 's', 'masses', 'offsets', 'depths'):
         assert (getattr(again, name) == getattr(made, name)).all()
     assert Specimen(SMALL, k_r_factor=1.0).springs == ()  # the loops are compiled without them
     assert Specimen(SMALL, k_r_factor=1.001).springs != ()
@@ -254,6 +254,7 @@ def test_scatter_has_given_deviation_and_depends_on_seed():
         (made.s_factor, 0.1),
         (made.masses, 0.1),
         (made.offsets, 0.05),
+        (made.depths, 0.2),
     ):
         # the standard error of a deviation is its 1 / sqrt(2 n): four of them
         assert np.std(values) == pytest.approx(deviation, rel=4 / math.sqrt(40_000))
@@ -278,6 +279,8 @@ def test_scatter_has_given_deviation_and_depends_on_seed():
         ('stuck', (51,)),
         ('offset', 0.6),
         ('offset', np.nan),
+        ('depth', 0.6),
+        ('depth', np.nan),
         ('eta_factor', -1.0),
         ('eta_factor', math.nan),
     ],
@@ -285,6 +288,19 @@ def test_scatter_has_given_deviation_and_depends_on_seed():
 def test_specimen_values_out_of_range_are_rejected(field, value):
     with pytest.raises(DesignError, match=field):
         Specimen(SMALL, **{field: value})
+
+
+def test_depth_is_energy_between_wells_over_barrier():
+    """The wells themselves shift by the force over their stiffness, which changes little more."""
+    made = Specimen(SMALL, alpha_factor=1.0 / SMALL.alpha, depth=0.1)
+    blank, full = (
+        relax_to_equilibrium(made, np.full(SMALL.N, D), np.zeros(SMALL.N))
+        for D in (SMALL.D_s1, SMALL.D_s2)
+    )
+    one, other = (sum(compute_energies(made, v, np.zeros(SMALL.N))) for v in (blank, full))
+    assert one - other == pytest.approx(SMALL.N * 0.1 * 2.0 * SMALL.d, rel=0.02)
+    with pytest.raises(DesignError, match='only over a rigid substrate'):
+        dataclasses.replace(made, design=dataclasses.replace(SMALL, substrate='elastic'))
 
 
 def test_only_rigid_substrate_can_damp_cells():

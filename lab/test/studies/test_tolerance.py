@@ -12,7 +12,7 @@ from small_register import first_levels
 
 from mlmem import UNDECODABLE, Settings, preset
 from mlmem.move_settings import KickSettings
-from mlmem.physics import CASE_II
+from mlmem.physics import CASE_II, Scatter
 from mlmem_lab.studies.tolerance import element
 from mlmem_lab.studies.tolerance import study as studied
 from mlmem_lab.studies.tolerance.element import Chance, evaluate_batch, single_chance, try_element
@@ -74,6 +74,14 @@ def test_coarse_cells_hold_the_wall_and_heavy_ones_hide_it():
     for end in ('left', 'right'):
         heavy = [try_short(single_chance('mass', 0.02), seed, end) for seed in range(6)]
         assert sum(levels != (0, 1) for levels in heavy) >= 4
+
+
+def test_kinds_joined_are_random_at_once():
+    by = single_chance('alpha+depth+noise', 0.02)
+    assert by.scatter == Scatter(alpha=0.02, depth=0.02)
+    assert by.noise == 0.02
+    with pytest.raises(ValueError, match='kinds must be of'):
+        Tolerance(SHORT, Settings(), ('alpha+rust',))
 
 
 def test_the_seed_makes_the_element():

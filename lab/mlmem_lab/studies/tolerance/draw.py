@@ -20,7 +20,7 @@ from ..style import (
     axes_grid,
     new_figure,
 )
-from .element import ALL_KINDS, Row
+from .element import ALL_KINDS, JOINED_BY, Row
 from .estimate import RARE_RATE, Rate, fit_fragility, foot_length
 from .study import Tolerance
 
@@ -38,6 +38,7 @@ KIND_COLOURS = dict(
             INK_COLOUR,
             '#56b4e9',
             INACTIVE_COLOUR,
+            '#d55e00',
             '#009e73',
             '#cc79a7',
             '#999999',
@@ -54,8 +55,8 @@ SHOWN_RATES = (2e-4, 2.0)
 """Rates that are shown."""
 
 AMOUNT_LABEL = (
-    'standard deviation: alpha, k_r, s, mass, damping, gain relative; offset, noise in cells; '
-    'vibration per time unit$^2$'
+    'standard deviation: alpha, k_r, s, mass, damping, gain relative; depth over the barrier; '
+    'offset, noise in cells; vibration per time unit$^2$'
 )
 
 
@@ -74,7 +75,8 @@ def draw_rates(study: Tolerance, rows: Sequence[Row]) -> Any:
         axes.xaxis.set_major_locator(LogLocator(numticks=20))
         axes.xaxis.set_minor_locator(NullLocator())
         for kind in study.kinds:
-            draw_curve(axes, *study.rates(rows, kind, tried), KIND_COLOURS[kind], kind)
+            colour = KIND_COLOURS[kind.split(JOINED_BY)[0]]
+            draw_curve(axes, *study.rates(rows, kind, tried), colour, kind)
     grid[0].set_title(
         'dotted: one in a thousand fails', fontsize=STYLE_SETTINGS['legend.fontsize']
     )

@@ -100,14 +100,18 @@ GLOBAL_KINDS = 'noise', 'vibration', 'damping', 'gain'
 ALL_KINDS = (*(one.name for one in dataclasses.fields(Scatter)), *GLOBAL_KINDS)
 """Names of what may be random."""
 
+JOINED_BY = '+'
+"""Joins the names of kinds that are random at once, by the same amount: `alpha+k_r+mass`."""
+
 BATCH_TRIALS = 64
 """Trials of a batch: several small elements, or one tried at 64 levels."""
 
 
 def single_chance(kind: str, amount: float) -> Chance:
-    """Return randomness of one kind only."""
-    changed: dict[str, Any] = {kind: amount}
-    return Chance(**changed) if kind in GLOBAL_KINDS else Chance(Scatter(**changed))
+    """Return randomness of one kind only, or of several at once (`JOINED_BY`)."""
+    names = kind.split(JOINED_BY)
+    scatter = Scatter(**{name: amount for name in names if name not in GLOBAL_KINDS})
+    return Chance(scatter, **{name: amount for name in names if name in GLOBAL_KINDS})
 
 
 def count_trials(design: Design, tried: str) -> int:

@@ -23,6 +23,7 @@ from mlmem.physics import Design
 from ...study import RowFile
 from .element import (
     ALL_KINDS,
+    JOINED_BY,
     KICK_TRIAL,
     STEP_TRIAL,
     WORD_TRIALS,
@@ -95,7 +96,7 @@ class Tolerance:
     """A study of the randomness in fabrication, sensors and base that an element tolerates.
 
     Attributes:
-        kinds: What is random, one at a time.
+        kinds: What is random, one at a time; or several kinds at once, as `alpha+mass`.
         tried: What is tried, one at a time; by default a step and a read from every end.
         amounts: How many amounts per decade.
         most: Trials of an amount after which counting stops, however few have failed.
@@ -110,7 +111,7 @@ class Tolerance:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if unknown := sorted(set(self.kinds) - set(ALL_KINDS)):
+        if unknown := sorted(set(JOINED_BY.join(self.kinds).split(JOINED_BY)) - set(ALL_KINDS)):
             raise ValueError(f'kinds must be of {", ".join(ALL_KINDS)}; got {", ".join(unknown)}')
         usual = (STEP_TRIAL, *(end.value for end in End))
         possible = (STEP_TRIAL, KICK_TRIAL, *WORD_TRIALS, *usual[1:])
@@ -136,7 +137,8 @@ class Tolerance:
 
     def ladder(self, kind: str) -> list[float]:
         """Return the amounts of a kind that may be counted, rising."""
-        last = int(self.amounts * np.log10(MAX_AMOUNTS[kind] / MIN_AMOUNT) + 1e-9)
+        most = min(MAX_AMOUNTS[name] for name in kind.split(JOINED_BY))
+        last = int(self.amounts * np.log10(most / MIN_AMOUNT) + 1e-9)
         powers = np.arange(last + 1) / self.amounts
         return [float(f'{amount:.3g}') for amount in MIN_AMOUNT * 10.0**powers]
 
