@@ -191,6 +191,8 @@ class ClearingPulseSettings(Checked):
 
     end: str = describe_field('right', 'end that is driven', choices=('left', 'right'))
     omega_c: float = describe_field(0.8, 'carrier frequency', unit='rad/time', low=1e-3, high=10.0)
-    A: float = describe_field(0.0, 'amplitude', unit='cells', low=0.0, high=5.0)
+    A: float = describe_field(
+        0.0, 'amplitude; 0: no pulse, kicks take the walls out', unit='cells', low=0.0, high=5.0
+    )
     sigma: float = _time(5.0, 'standard deviation of the envelope', low=0.1, high=1e4)
     settle: float = _time(200.0, 'rest in which the walls leave and the waves fade')

@@ -290,11 +290,11 @@ class Settings:
                 'empty for an element with many walls (register.spacing)',
             )  # fmt: skip
 
-        if self.read.method == 'waveform' and (self.register.spacing or self.element.bad_cells):
+        if self.read.method == 'waveform' and self.element.bad_cells:
             raise SettingsError.of_value(
                 ErrorCode.CONFLICT, 'read.method', self.read.method,
-                'delay for an element with many walls (register.spacing) or known bad cells '
-                '(element.bad_cells), whose waveforms are compared anyway',
+                'delay for an element with known bad cells (element.bad_cells), whose waveforms '
+                'are compared anyway',
             )  # fmt: skip
 
     @property

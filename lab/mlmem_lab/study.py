@@ -48,6 +48,7 @@ STUDY_PLACES = {
     'kicks': 'windows.kicks:STUDY',
     'one_end': 'one_end:STUDY',
     'reads': 'reads.count:STUDY',
+    'robust_words': 'robust_words:STUDY',
     'robust_writes': 'robust_writes:STUDY',
     'shaken': 'shaken:STUDY',
     'times': 'times:STUDY',

@@ -22,7 +22,6 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Specimen, StateError, find_walls
 from mlmem.physics.equilibrium import DEFECT_OFFSET_CELLS, find_pinned_walls
 from mlmem.physics.specimen import Scatter, scattered
-from mlmem.presets import PRESETS
 from mlmem.readers.reading import UNDECODABLE
 from mlmem.readers.register import MAX_LEVEL_OFFSET_CELLS, pin_walls
 from mlmem.readers.words import make_code
@@ -270,7 +269,7 @@ def merge_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, An
 STUDY = Study(
     'words',
     count_preset,
-    tuple(name for name, (_, settings) in PRESETS.items() if settings.register.spacing),
+    ('byte', 'register_4', 'register_5'),
     ('lab/mlmem_lab/words.py', 'lab/mlmem_lab/reads/count.py'),
     SEED,
     merge_counts,

@@ -117,7 +117,7 @@ class WaveformReader:
         """Return a reader that compares with the forecasts of a twin; raises as `forecast_levels`
         and `forecast_words`.
         """
-        forecast = forecast_levels if settings.read.method == 'waveform' else forecast_words
+        forecast = forecast_words if settings.register.spacing else forecast_levels
         return WaveformReader(forecast(twin, settings))
 
 

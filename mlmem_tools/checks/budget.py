@@ -284,11 +284,11 @@ def describe_erase(below: float, above: float) -> tuple[str, str]:
     erase = 'a kick erases one wall'
     if below <= 1.0:
         erase = 'no kick erases a wall, which passes through the kink into the state below s1'
-    words = 'kicks erase words'
+    words = 'kicks of any speed erase words'
     if above <= 1.0:
         words = (
-            'kicks do not erase words reliably, because two walls that meet across s1 can pass '
-            'into the state above s2'
+            'kicks that stop next to a wall erase words; fast ones may not, because two walls '
+            'that meet across s1 can pass into the state above s2'
         )
     return erase, words
 
