@@ -13,9 +13,9 @@ differences from twice that step and from Noh and Bathe's method.
 
 from .fronts import kink, speed_law
 from .problem import Answers, Problem
-from .walls import byte, echo, kick, pinning
+from .walls import byte, echo, kick, pinning, robust_kick
 
-ALL_PROBLEMS = (kink, speed_law, pinning, echo, kick, byte)
+ALL_PROBLEMS = (kink, speed_law, pinning, echo, kick, byte, robust_kick)
 """In the order of the page."""
 
 __all__ = ['ALL_PROBLEMS', 'Answers', 'Problem']

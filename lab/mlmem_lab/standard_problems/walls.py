@@ -6,8 +6,19 @@ import math
 
 import numpy as np
 
-from mlmem.physics import CASE_I, CASE_II, Chain, Design, HeldCell, Integrator, substep_times
+from mlmem import load_element
+from mlmem.physics import (
+    CASE_I,
+    CASE_II,
+    Chain,
+    Design,
+    HeldCell,
+    Integrator,
+    Specimen,
+    substep_times,
+)
 from mlmem.physics.energy import energy
+from mlmem.physics.equilibrium import make_blank
 from mlmem.physics.potential import Array
 
 from .problem import Answers, crossing_site, define_problem
@@ -134,3 +145,56 @@ def byte(integrator: Integrator, dt: float) -> Answers:
     found = dict(zip((0, 1, 2, 5, 7), places.tolist(), strict=True))
     loud = float(np.sqrt(np.mean(np.square(heard))))
     return {**{f'wall {level}': place for level, place in found.items()}, 'echo': loud}
+
+
+@define_problem('robust kick', 0.05)
+def robust_kick(integrator: Integrator, dt: float) -> Answers:
+    """A kick brings a wall to the same level of an ideal element and of one of uneven parts.
+
+    The paper's potential with d = 0.0129, N = 72, eta = 0.0221, all cells inactive and at rest.
+    alpha_j = (1 + 0.0031 j) f_j: f is 0.15 at j = 8, 16, ... 64, 0.49 next to these, 1.29 from 69
+    on, and 1 elsewhere. v_1 goes from D_s1 to D_s2 along 3 x^2 - 2 x^3 in 17.5 units, x being the
+    square of the elapsed share, held for 20, then free. *energy*, over that of the blank one, when
+    the end is let go; *time to cell 20*, from the start; *rest*, the place 2000 later. The same
+    with alpha_j times 1 + 0.03 sqrt(2) sin(j^2), springs j + 1/2 times
+    1 + 0.03 sqrt(2) sin(2 j^2) and masses times 1 + 0.03 sqrt(2) sin(3 j^2): *uneven energy*,
+    *uneven time*, *uneven rest*.
+    """
+    design = load_element('robust_3').design
+    j, size = design.sites, 0.03 * math.sqrt(2.0)
+    uneven = Specimen(
+        design, alpha_factor=1.0 + size * np.sin(j**2),
+        k_r_factor=1.0 + size * np.sin(2.0 * j[:-1] ** 2), mass=1.0 + size * np.sin(3.0 * j**2),
+    )  # fmt: skip
+    found: Answers = {}
+    names = ('energy', 'time to cell 20', 'rest'), ('uneven energy', 'uneven time', 'uneven rest')
+    for specimen, own in zip((Specimen(design), uneven), names, strict=True):
+        found |= dict(zip(own, _kick_robust(specimen, integrator, dt), strict=True))
+    return found
+
+
+def _kick_robust(
+    specimen: Specimen, integrator: Integrator, dt: float
+) -> tuple[float, float, float]:
+    """Return the energy of the kick, the time to cell 20 and the final place of the wall."""
+    design, held, mark = specimen.design, 20.0, 20.0
+    moving = 17.5
+    chain = Chain(design, dt, integrator)
+    chain.set_specimen(specimen)
+    chain.place(make_blank(specimen))
+    before = energy(chain).total
+    t = substep_times(round((moving + held) / dt), dt, integrator)
+    share = np.minimum(t / moving, 1.0)
+    x, way = share**2, design.D_s2 - design.D_s1
+    velocity = np.where(t < moving, 12.0 * way * x * (1.0 - x) * share / moving, 0.0)
+    place = design.D_s1 + way * x * x * (3.0 - 2.0 * x)
+    chain.advance(np.zeros(len(t)), HeldCell(1, np.stack((place, velocity))))
+    put_in = energy(chain).total - before
+    places = [crossing_site(chain.configuration, design.D_barrier)]
+    while places[-1] < mark and len(places) < 1_000:
+        chain.rest(round(1.0 / dt))
+        places.append(crossing_site(chain.configuration, design.D_barrier))
+    share_passed = (mark - places[-2]) / (places[-1] - places[-2])
+    arrival = chain.time - 1.0 + float(share_passed)
+    chain.rest(round(2_000.0 / dt))
+    return put_in, arrival, crossing_site(chain.configuration, design.D_barrier)
