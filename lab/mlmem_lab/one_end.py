@@ -10,7 +10,7 @@ Reads with eight times the damping are probed anew.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -26,7 +26,7 @@ from mlmem.readers.echo import Echo, blanking_time, detection_threshold
 from mlmem.readers.reading import UNDECODABLE
 
 from .results import STRAINED_PRESETS
-from .study import Study
+from .study import Study, sum_counts
 
 SEED, DRAWS = 1, 8
 """Of all chance; of every error, level and end."""
@@ -132,19 +132,11 @@ def count_reads(name: str) -> dict[str, Counter[str]]:
 
 def merge_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
     """Return the counts of every preset, and of all together."""
-    presets = kept.get('presets', {}) | {name: found}
-    errors = {what: _sum_counts(each[what] for each in presets.values()) for what in found}
-    sound = _sum_counts(errors[f'sound, {names}'] for names in READ_ENDS)
-    return {
-        'all': _sum_counts(errors.values()), 'sound': sound, 'errors': errors, 'presets': presets,
-    }  # fmt: skip
-
-
-def _sum_counts(counts: Iterable[Mapping[str, int]]) -> dict[str, int]:
-    total = Counter({'reads': 0, 'right': 0, 'undecodable': 0, 'wrong': 0})
-    for each in counts:
-        total.update(each)
-    return dict(total)
+    presets, none = kept.get('presets', {}) | {name: found}, {'wrong': 0}
+    errors = {
+        what: sum_counts([none, *(each[what] for each in presets.values())]) for what in found
+    }
+    return {'all': sum_counts(errors.values()), 'errors': errors, 'presets': presets}
 
 
 STUDY = Study(

@@ -18,6 +18,7 @@ import os
 import shlex
 import signal
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
@@ -64,6 +65,14 @@ STUDY_PLACES = {
 def add_by_name(kept: Mapping[str, Any], case: str, found: Any) -> dict[str, Any]:
     """Return a result that holds each case by its name under `presets`."""
     return {'presets': kept.get('presets', {}) | {case: found}}
+
+
+def sum_counts(counts: Iterable[Mapping[str, Any]]) -> dict[str, int]:
+    """Return the sums of whole numbers by name."""
+    total = Counter[str]()
+    for each in counts:
+        total.update({name: count for name, count in each.items() if isinstance(count, int)})
+    return dict(total)
 
 
 @dataclass(frozen=True)

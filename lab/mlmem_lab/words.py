@@ -27,7 +27,7 @@ from mlmem.readers.register import MAX_LEVEL_OFFSET_CELLS, pin_walls
 from mlmem.readers.words import make_code
 
 from .reads.count import READS_PER_MOVE, build_device, true_level
-from .study import Study
+from .study import Study, sum_counts
 
 SEED, READS, BETWEEN, WRITES, COUNT, SPECIMENS = 1, 2000, 500, 2600, 200, 10
 """Reads of every kind; of a wall between levels; writes as designed; writes of each scatter; and
@@ -256,14 +256,11 @@ def count_preset(name: str) -> dict[str, Any]:
 def merge_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
     """Return the counts of every preset, and the sum of all reads and writes."""
     presets = kept.get('presets', {}) | {name: found}
-    total = Counter[str]()
-    for each in presets.values():
-        for counts in each['reads'].values():
-            total.update(counts)
-        for counts in each['writes'].values():
-            total.update({'written': counts['right'], 'written wrong': counts['wrong']})
-    read = total['right'] + total['undecodable'] + total['wrong']
-    return {'all': {'reads': read, **total}, 'presets': presets}
+    total = sum_counts(counts for each in presets.values() for counts in each['reads'].values())
+    writes = sum_counts(counts for each in presets.values() for counts in each['writes'].values())
+    reads = {name: total[name] for name in ('right', 'undecodable', 'wrong')}
+    written = {'written': writes['right'], 'written wrong': writes['wrong']}
+    return {'all': {'reads': sum(reads.values()), **reads, **written}, 'presets': presets}
 
 
 STUDY = Study(

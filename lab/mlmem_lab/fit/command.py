@@ -31,7 +31,7 @@ from mlmem_tools.twin.unknowns import SHARED_UNKNOWNS
 from ..study import Bar
 from . import csv_shots
 from .fit import Misfitting, fit_element
-from .fitted import ADDED_TERMS, TERM_DESCRIPTIONS, Fit, has_term
+from .fitted import ADDED_TERMS, SCATTER_UNKNOWNS, TERM_DESCRIPTIONS, Fit, has_term
 from .misfit import Prior
 
 
@@ -136,14 +136,10 @@ def _as_dict(found: Fit) -> dict[str, Any]:
         'scatter': dict(found.misfit.scatter),
         'untold': list(found.untold),
     }
-    if unknowns.masses:
-        told |= {'mass': found.x[unknowns.mass], 'mass_std': deviations[unknowns.mass]}
-    if unknowns.springs:
-        told |= {'k_r': found.x[unknowns.k_r], 'k_r_std': deviations[unknowns.k_r]}
-    if unknowns.damping:
-        told |= {'damping': found.x[unknowns.damped], 'damping_std': deviations[unknowns.damped]}
-    if unknowns.offsets:
-        told |= {'offset': found.x[unknowns.offset], 'offset_std': deviations[unknowns.offset]}
+    for name, cells in SCATTER_UNKNOWNS.items():
+        where = getattr(unknowns, cells)
+        if where.stop > where.start:
+            told |= {name: found.x[where], f'{name}_std': deviations[where]}
     return told
 
 

@@ -12,7 +12,7 @@ if it succeeds and the wall is at another level. Nothing is discarded.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -33,7 +33,7 @@ from mlmem.physics import StateError
 from mlmem.readers.register import pin_walls
 from mlmem.settings import ElementSettings
 
-from ..study import Study
+from ..study import Study, sum_counts
 from .count import true_level
 
 SITE_SPACINGS = {'bits_1': 2, 'bits_2': 2, 'case_2': 12}
@@ -134,24 +134,17 @@ def measure_element(name: str) -> dict[str, Any]:
     return result
 
 
-def _sum_counts(counts: Iterable[Mapping[str, float]]) -> dict[str, int]:
-    total = Counter[str]()
-    for each in counts:
-        total.update({name: n for name, n in each.items() if isinstance(n, int)})
-    return dict(total)
-
-
 def merge_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
     """Return the counts of every preset, and their sums."""
     presets = kept.get('presets', {}) | {name: found}
     known = {
         f'{preset}, {kind}': each[kind] for preset, each in presets.items() for kind in CELL_FAULTS
     }
-    wrongly = _sum_counts(each['told wrongly'] for each in presets.values())
+    wrongly = sum_counts(each['told wrongly'] for each in presets.values())
     return {
         'presets': presets,
         'known': known,
-        'all': _sum_counts(known.values()),
+        'all': sum_counts(known.values()),
         'told wrongly': wrongly,
     }
 

@@ -32,7 +32,7 @@ from mlmem.readers.words import count_words, make_code
 from ..designer import propose_design
 from ..results import STRAINED_PRESETS
 from ..studies.tolerance.estimate import Rate
-from ..study import Study
+from ..study import Study, sum_counts
 
 SCATTER_BY_SPACING = {25: 8e-5, 9: 4e-3}
 """Scatter of alpha at which one step in a thousand fails, by cells per level (docs/limits.md)."""
@@ -275,20 +275,16 @@ def _write_level(element: MemoryElement, counts: Counts, level: int) -> None:
         counts.reasons[f'{level} of {element.design.levels}: {outcome.error}'] += 1
 
 
-def sum_counts(found: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+def sum_elements(found: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Return the sum of counts as `Counts.as_dict` gives them; it has no median."""
-    summed: Counter[str] = Counter()
-    reasons: Counter[str] = Counter()
+    summed, reasons = sum_counts(found.values()), Counter[str]()
     for each in found.values():
-        summed.update({key: count for key, count in each.items() if isinstance(count, int)})
         reasons.update(each['reasons'])
     most = Rate(summed['wrong rows'], summed['rows']).interval[1] if summed['rows'] else None
     return {
-        **Counts().as_dict(),
-        **summed,
-        'wrong rows, at most (95 %)': most,
-        'reasons': dict(reasons.most_common(5)),
-    }
+        **Counts().as_dict(), **summed,
+        'wrong rows, at most (95 %)': most, 'reasons': dict(reasons.most_common(5)),
+    }  # fmt: skip
 
 
 ROWS, SPECIMENS, SPECIMEN_ROWS = 100, 20, 4
@@ -335,7 +331,7 @@ def add_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]
         for key, each in kept.get('elements', {}).items()
         if key != 'all' and key.partition(',')[0] != name
     }
-    return {'elements': others | found | {'all': sum_counts(others | found)}}
+    return {'elements': others | found | {'all': sum_elements(others | found)}}
 
 
 SEED = 1

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from mlmem import EchoReceived, Erase, MemoryElement, Outcome, Read, Write, preset
+from mlmem import End, Erase, MemoryElement, Read, Write, preset
 from mlmem.physics import CASE_II
 from mlmem.readers.echo import Echo, detection_threshold
 
@@ -55,25 +55,13 @@ def record_element() -> tuple[Trace, dict[str, int], Echo]:
         ValueError: A procedure failed.
     """
     element, trace, ended = MemoryElement(preset('case_2')), Trace(), {}
-    echoes: list[Echo] = []
     for name, command in (('write', Write(FILMED_LEVEL)), ('read', Read()), ('erase', Erase())):
-        if name == 'read':
-            element.apply(command)
-            while len(trace.outcomes) < 2:
-                for event in element.advance():
-                    if isinstance(event, EchoReceived) and event.echo.end.value == 'left':
-                        echoes.append(event.echo)
-                    elif isinstance(event, Outcome):
-                        trace.outcomes.append(event)
-                trace.t.append(element.ticks * element.tick)
-                trace.strain.append(element.actuator.strain)
-                trace.configuration.append(element.chain.configuration)
-        else:
-            record_procedure(element, command, trace)
-        if not trace.outcomes[-1].success:
-            raise ValueError(f'{name} failed: {trace.outcomes[-1]}')
+        if not (outcome := record_procedure(element, command, trace)).success:
+            raise ValueError(f'{name} failed: {outcome}')
         ended[name] = len(trace.t)
-    return trace, ended, echoes[-1]
+        if name == 'read':
+            echo = next(each for each in reversed(trace.echoes) if each.end is End.LEFT)
+    return trace, ended, echo
 
 
 def draw_frames(

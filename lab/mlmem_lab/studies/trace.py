@@ -9,10 +9,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mlmem import Command, MemoryElement, Outcome
+from mlmem import Command, EchoReceived, MemoryElement, Outcome
 from mlmem.instrument.motion import Cycle, Ramp
 from mlmem.physics import Chain, Design, find_walls, substep_times
 from mlmem.physics.potential import Array
+from mlmem.readers.echo import Echo
 
 
 @dataclass
@@ -24,12 +25,14 @@ class Trace:
         strain: Strain of the substrate.
         configuration: Delta_j, one row of N each.
         outcomes: How every procedure ended, in order.
+        echoes: What was detected.
     """
 
     t: list[float] = field(default_factory=list)
     strain: list[float] = field(default_factory=list)
     configuration: list[Array] = field(default_factory=list)
     outcomes: list[Outcome] = field(default_factory=list)
+    echoes: list[Echo] = field(default_factory=list)
 
 
 def record_procedure(element: MemoryElement, command: Command, trace: Trace) -> Outcome:
@@ -49,7 +52,9 @@ def record_procedure(element: MemoryElement, command: Command, trace: Trace) -> 
         trace.strain.append(element.actuator.strain)
         trace.configuration.append(element.chain.configuration)
         for event in events:
-            if isinstance(event, Outcome):
+            if isinstance(event, EchoReceived):
+                trace.echoes.append(event.echo)
+            elif isinstance(event, Outcome):
                 trace.outcomes.append(event)
                 return event
 

@@ -17,13 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Driver, MemoryElement, Shot, Survey, factory_calibration
+from mlmem import MemoryElement, Shot, Survey, factory_calibration
 from mlmem.element_file import Element
-from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Design, Scatter, scattered
 from mlmem.presets import PRESETS
 from mlmem_ros.rig import Rig
-from mlmem_tools.cli.rig import STEP_REFINEMENT
 from mlmem_tools.rig.emulated import EmulatedRig, Sensors
 
 from ..fit.fit import Misfitting, fit_element
@@ -42,12 +40,8 @@ SAMPLE_PERIOD = 0.25
 ALPHA_KIND = 'alpha'
 """The kind of element of which nothing else than alpha scatters."""
 
-RIG_KIND = 'of mlmem rig'
-"""The kind of element that `mlmem rig` emulates: as designed but for alpha, with ideal sensors."""
-
 HIDDEN_KINDS: dict[str, dict[str, float]] = {
     ALPHA_KIND: {},
-    RIG_KIND: {},
     'springs 0.1 %': {'k_r': 0.001},
     'springs 0.3 %': {'k_r': 0.003},
     'masses 0.3 %': {'mass': 0.003},
@@ -65,8 +59,6 @@ def make_hidden_element(
     design: Design, scatter: float, seed: int, kind: str = ALPHA_KIND
 ) -> Element:
     """Return an element whose cells scatter and whose shared values are off, and its clock."""
-    if kind == RIG_KIND:
-        return Element(scattered(design, Scatter(alpha=scatter), seed), np.zeros(design.N))
     random = np.random.default_rng([seed, design.N])
 
     max_shared_error = 0.02  # most by which what all cells share is off, relative
@@ -144,23 +136,18 @@ def survey_shots(
     gains = 1.0 + gain_deviation * random.standard_normal(2)
     late = random.integers(1, HiddenElement.PARTS + 1, 2) if 'latency' in amount else (0, 0)
     uneven = 1.0 + amount.get('damping', 0.0) * random.standard_normal(design.N)
-    driver: Driver
-    if kind == RIG_KIND:
-        driver = Simulation.of(truth.specimen, settings.time, STEP_REFINEMENT)
-    else:
-        element = Rk4Element(
-            truth.timed_specimen,
-            SAMPLE_PERIOD / HiddenElement.PARTS,
-            damping=np.maximum(uneven, 0.1),
-            friction=amount.get('friction', 0.0),
-            harmonic=amount.get('harmonic', 0.0),
-        )
-        sensors = Sensors(
-            gain=(float(gains[0]), float(gains[1])), noise=TRANSDUCER_NOISE_CELLS, seed=seed
-        )
-        driver = HiddenElement(
-            element, sensors, (int(late[0]), int(late[1])), amount.get('drift', 0.0)
-        )
+    element = Rk4Element(
+        truth.timed_specimen,
+        SAMPLE_PERIOD / HiddenElement.PARTS,
+        damping=np.maximum(uneven, 0.1),
+        friction=amount.get('friction', 0.0),
+        harmonic=amount.get('harmonic', 0.0),
+    )
+    sensors = Sensors(
+        gain=(float(gains[0]), float(gains[1])), noise=TRANSDUCER_NOISE_CELLS, seed=seed
+    )
+    late_samples = int(late[0]), int(late[1])
+    driver = HiddenElement(element, sensors, late_samples, amount.get('drift', 0.0))
     rig = EmulatedRig(design, settings, driver, at_once=True)
     there = Rig(design, settings, 'tcp://here:1', AtOnce(rig))
     device = MemoryElement(design, settings, factory_calibration(design, settings), there)
