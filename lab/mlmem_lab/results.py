@@ -3,18 +3,20 @@
 """Result files: numbers with the command, version, processor, seed and date that they belong to.
 
 A result also names the modules that it measured: files and folders of the checkout, which the
-study lists, and for each entry one hash of their contents. If the contents have changed, the
-entry is stale: `make figures-stale` lists it. `PICTURES_FILE` has the same for every picture of
-the pages, and a hash of its bytes.
+study lists, and for each entry one hash of their contents, of code without comments and
+docstrings. If the contents have changed, the entry is stale: `make figures-stale` lists it.
+`PICTURES_FILE` has the same for every picture of the pages, and a hash of its bytes.
 """
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import json
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import date
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -142,11 +144,32 @@ def hash_bytes(file: Path) -> str:
 
 
 def _read_content(file: Path) -> bytes:
-    """Return the bytes of a file, or the numbers of a result file."""
+    """Return what of a file matters: of Python the code, of a result file the numbers."""
+    if file.suffix == '.py':
+        return _parse_code(file, file.stat().st_mtime_ns).encode()
     if file.parent != RESULT_FOLDER:
         return file.read_bytes()
     numbers = {key: value for key, value in load_result(file).items() if key not in ORIGIN_KEYS}
     return json.dumps(numbers, sort_keys=True).encode()
+
+
+@cache
+def _parse_code(file: Path, changed_ns: int) -> str:
+    """Return the syntax tree of a module without its docstrings, as text."""
+    tree = ast.parse(file.read_bytes())
+    for node in ast.walk(tree):
+        if isinstance(body := getattr(node, 'body', None), list):
+            node.body = [each for each in body if not _is_string(each)]  # type: ignore[attr-defined]
+    return ast.dump(tree)
+
+
+def _is_string(node: ast.AST) -> bool:
+    """Return whether a statement is only a string, as a docstring is."""
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )
 
 
 def load_result(path: Path) -> dict[str, Any]:

@@ -93,6 +93,8 @@ def test_stale_result_is_listed_with_its_command_and_time(checkout, capsys):
         results.RESULT_FOLDER / 'r.json', {}, 'mlmem make', ['device'], ['new'], seed=1, kept=kept
     )
     assert list_stale(capsys) == 'r.json (old)\n    mlmem make (90000 s)\n'
+    (checkout / 'device' / 'wall.py').write_text('"""In cells."""\n\nwidth = 9  # as printed')
+    assert list_stale(capsys) == 'r.json (old)\n    mlmem make (90000 s)\n'
     (checkout / 'device' / 'wall.py').write_text('width = 11')
     listed = list_stale(capsys)
     assert listed.startswith('r.json\n    mlmem make (90000 s)\n')

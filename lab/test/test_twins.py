@@ -9,13 +9,13 @@ import pytest
 
 from mlmem_lab.twins import surveyed, watched
 
-calibrated = cache(watched.Bench)
+calibrated = cache(watched.WatchedElement)
 
 
 @pytest.fixture
 def calibrated_once(monkeypatch):
     """An element is made, planned and calibrated once, and every test has a copy."""
-    monkeypatch.setattr(watched, 'Bench', lambda *which: deepcopy(calibrated(*which)))
+    monkeypatch.setattr(watched, 'WatchedElement', lambda *which: deepcopy(calibrated(*which)))
 
 
 def test_a_healthy_element_is_read_and_nothing_is_told(monkeypatch, calibrated_once):

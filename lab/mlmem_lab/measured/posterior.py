@@ -101,7 +101,7 @@ class Particles:
 
 
 @dataclass(frozen=True)
-class Data:
+class Measurement:
     """What was measured of a lattice: speed (m/s) and rise (ms), NaN for silence; its well, cm."""
 
     speed: float
@@ -109,15 +109,15 @@ class Data:
     well: float
 
 
-def mean_measurement(case: Case) -> Data:
+def mean_measurement(case: Case) -> Measurement:
     """Return the means over the runs of a lattice; of a silent one the rail's mean well."""
     if case in SILENT_CASES:
         others = [Case(case.rail, spacing) for spacing in (6.0, 8.0)]
-        return Data(
+        return Measurement(
             np.nan, np.nan, float(np.mean([mean_measurement(other).well for other in others]))
         )
     found = load_runs(case)
-    return Data(
+    return Measurement(
         float(np.exp(np.mean([np.log(run.speed) for run in found]))),
         float(np.exp(np.nanmean([np.log(run.rise) for run in found]))),
         float(np.mean([run.rest.mean() for run in found])),

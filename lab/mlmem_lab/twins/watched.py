@@ -66,7 +66,7 @@ REPORTED_NAMES = {
 """What a twin should name, by the fault."""
 
 
-class Bench:
+class WatchedElement:
     """A calibrated element with its twin."""
 
     def __init__(self, preset: str, scatter: float, seed: int) -> None:
@@ -127,7 +127,7 @@ class Bench:
 
 def watch_healthy(preset: str, scatter: float, seed: int) -> dict[str, Any]:
     """Return how many of healthy reads, with writes between, were told as a change."""
-    bench, random = Bench(preset, scatter, seed), np.random.default_rng(seed)
+    bench, random = WatchedElement(preset, scatter, seed), np.random.default_rng(seed)
     told, chi2 = [], []
     for number in range(HEALTHY_READS):
         if number % 10 == 0:
@@ -159,7 +159,10 @@ def summarise_healthy(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 def watch_changed(preset: str, scatter: float, seed: int, change: str) -> dict[str, Any]:
     """Return what is told of a change, after how many reads, and how far off it is."""
-    bench, random = Bench(preset, scatter, seed), np.random.default_rng([seed, len(change)])
+    bench, random = (
+        WatchedElement(preset, scatter, seed),
+        np.random.default_rng([seed, len(change)]),
+    )
     design = bench.element.design
     bench.compare_last_read(Write(int(random.integers(design.levels))))
     before = [seen.text for seen in (bench.read_at_rest(), bench.read_at_rest()) if seen]
