@@ -57,7 +57,7 @@ class Shaking:
         name = f'sine, {self.frequency:g} Hz' if self.spectrum == 'sine' else self.spectrum
         return f'{name}, {self.amplitude:g} g'
 
-    def course(self, seed: int, tick: float) -> Iterator[float]:
+    def generate_course(self, seed: int, tick: float) -> Iterator[float]:
         """Yield the acceleration in m/s^2 at the end of every tick, which takes `tick` seconds."""
         random = np.random.Generator(np.random.PCG64(seed))
         each = {'white': _white_noise, 'walk': _random_walk, 'slams': _slam_pulses}.get(
@@ -137,7 +137,7 @@ class Counts:
         return self.right + self.undecodable + self.wrong
 
     @property
-    def lies(self) -> Rate:
+    def wrong_rate(self) -> Rate:
         """The fraction of blocks with a wrong read."""
         return Rate(self.wrong_blocks, self.blocks)
 
@@ -166,7 +166,7 @@ def count(
     if shaking.spectrum == 'noise':
         element.apply(SetFaults(Faults(sensor_noise=shaking.amplitude, seed=seed)))
     scale = settings.scale
-    course = shaking.course(seed, settings.time.tick * scale.time)
+    course = shaking.generate_course(seed, settings.time.tick * scale.time)
     for _ in range(20):
         _advance_tick(element, next(course) / scale.acceleration)
     counts = Counts()
@@ -234,7 +234,7 @@ def _summarise_counts(counts: Counts) -> dict[str, Any]:
     """Return the counts of a case as a result file has them."""
     keys = ('reads', 'moved', 'undecodable', 'wrong', 'blocks')
     return {key: getattr(counts, key) for key in keys} | {
-        'wrong blocks, at most (95 %)': counts.lies.interval[1] if counts.blocks else None,
+        'wrong blocks, at most (95 %)': counts.wrong_rate.interval[1] if counts.blocks else None,
         'ticks': counts.ticks / counts.reads if counts.reads else None,
     }
 

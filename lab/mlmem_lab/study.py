@@ -299,13 +299,13 @@ class RowFile:
         todo = {key: given for key, given in tasks.items() if key not in self.rows}
         if executor is None:
             for key, given in todo.items():
-                yield self._write(key, function(*given))
+                yield self._write_row(key, function(*given))
             return
         futures = {executor.submit(function, *given): key for key, given in todo.items()}
         for future in as_completed(futures):
-            yield self._write(futures[future], future.result())
+            yield self._write_row(futures[future], future.result())
 
-    def _write(self, key: str, row: Any) -> str:
+    def _write_row(self, key: str, row: Any) -> str:
         print(json.dumps([key, row]), file=self._stream, flush=True)
         self.rows[key] = row
         return key

@@ -39,8 +39,6 @@ SHOWN_PRESETS = {
 }
 """The presets of the page, and what it says of them."""
 
-INITIAL_CONTENTS = {'case_2': 3, 'kick_2': 3, 'byte': 0b1100}
-"""What they hold when the page is opened."""
 
 Event = dict[str, Any]
 """A move of the actuator or of an end, and the time `at` which it begins."""
@@ -98,8 +96,10 @@ def describe_preset(name: str) -> dict[str, Any]:
         found['register'] = _describe_register(settings)
     else:
         found['ways'] = _record_transitions(shipped)
-    found['begun'] = INITIAL_CONTENTS[name]
-    element.perform(Write(INITIAL_CONTENTS[name]))
+    # what they hold when the page is opened
+    initial_contents = {'case_2': 3, 'kick_2': 3, 'byte': 0b1100}
+    found['begun'] = initial_contents[name]
+    element.perform(Write(initial_contents[name]))
     found['cells'] = describe_cells(element.chain)
     return found
 

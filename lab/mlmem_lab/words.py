@@ -33,8 +33,6 @@ SEED, READS, BETWEEN, WRITES, COUNT, SPECIMENS = 1, 2000, 500, 2600, 200, 10
 """Reads of every kind; of a wall between levels; writes as designed; writes of each scatter; and
 elements that are written."""
 
-REDUCED_COUNTS = {'register_5': (500, 600)}
-"""Reads of every kind but the healthy ones, and writes as designed, where each takes long."""
 
 Rng = np.random.Generator
 
@@ -231,7 +229,9 @@ def count_preset(name: str) -> dict[str, Any]:
     kinds = define_troubles(
         element.design.N, element.settings.register.A, (1e-3, 3e-3, 1e-2), (1e-3, 1e-2)
     )
-    few, written = REDUCED_COUNTS.get(name, (READS, WRITES))
+    # reads of every kind but the healthy ones, and writes as designed, where each takes long
+    reduced_counts = {'register_5': (500, 600)}
+    few, written = reduced_counts.get(name, (READS, WRITES))
     of_reads = {
         what: count_reads(
             finer if what == 'half the time step' else element,

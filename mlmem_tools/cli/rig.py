@@ -32,10 +32,6 @@ if TYPE_CHECKING:
 
 RK4_INTEGRATOR = 'rk4'
 
-STEP_REFINEMENT = 2
-"""By how much steps are shorter than in a node: what stands for a real element has no step, and a
-fit would hear the errors of the usual one."""
-
 
 def _declare_number(name: str, text: str, metavar: str = 'X', default: float = 0.0) -> Option:
     return declare_option(name, type=float, default=default, metavar=metavar, help=text)
@@ -132,13 +128,16 @@ def _build_rig(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, 
     made = scattered(chosen.design, scatter, given.seed)
     made = replace(made, damped_by_substrate=given.relative_damping)
     element: Driver
+    # by how much steps are shorter than in a node: what stands for a real element has no step, and
+    # a fit would hear the errors of the usual one
+    step_refinement = 2
     if own:
         dt = settings.time.tick / steps_per_tick(chosen.design, settings.time)
         element = laboratory.load_part('rk4_element')(
             made, dt, step=given.step, friction=given.friction
         )
     else:
-        element = Simulation.of(made, settings.time, STEP_REFINEMENT)
+        element = Simulation.of(made, settings.time, step_refinement)
     left, right = 1.0 + given.gain * make_generator(given.seed, Stream.GAIN).standard_normal(2)
     sensors = Sensors(
         gain=(float(left), float(right)), noise=given.noise, jitter=given.sample_jitter,

@@ -273,14 +273,18 @@ class Forward:
         """Return derivatives by the unknowns, from those by the quantities of a run."""
         unknowns, d = self.unknowns, np.float32(self.specimen.design.d)
         unit, eta = self._unknown_value('time_unit'), self._unknown_value('eta')
-        first, q, patterns = material.first, len(material.origins), len(material.patterns)
+        first, q, patterns = (
+            material.first_shared_column,
+            len(material.origins),
+            len(material.patterns),
+        )
         size = patterns + len(SHARED_UNKNOWNS) if patterns else unknowns.size
         J = np.zeros((*raw.shape[:2], size), np.float32)
         common = first + q + len(tangent.COMMON_DERIVATIVES)
         if patterns:
             J[..., :patterns] = d * raw[..., common:]
         else:
-            J[..., unknowns.alpha] = d * raw[..., : material.heights]
+            J[..., unknowns.alpha] = d * raw[..., : material.height_count]
             J[..., unknowns.mass] = raw[..., material.mass_columns]
             J[..., unknowns.offset] = raw[..., material.offset_columns]
             J[..., unknowns.k_r] = raw[..., material.spring_columns]
@@ -355,12 +359,12 @@ def sample_waveforms(waveforms: Waveforms, times: Array) -> Waveforms:
             weights[..., k] *= (share - other) / (node - other)
     found = np.zeros((*times.shape, *waveforms.shape[2:]), waveforms.dtype)
     rows = waveforms.reshape(*waveforms.shape[:2], -1)
-    _interpolate(rows, whole + nodes[0], weights, found.reshape(*times.shape, -1))
+    _interpolate_rows(rows, whole + nodes[0], weights, found.reshape(*times.shape, -1))
     return found
 
 
 @compile_kernel
-def _interpolate(
+def _interpolate_rows(
     rows: Array | tangent.Single,
     first: NDArray[np.int64],
     weights: Array | tangent.Single,

@@ -127,14 +127,14 @@ class Material(NamedTuple):
     patterns: Array = np.empty((0, 0))
 
     @property
-    def heights(self) -> int:
+    def height_count(self) -> int:
         """Number of derivatives by every height, which come first."""
         return 0 if len(self.patterns) else len(self.height)
 
     @property
     def mass_columns(self) -> slice:
         """Columns of the derivatives by masses."""
-        return slice(self.heights, self.heights + len(self.height) * self.masses)
+        return slice(self.height_count, self.height_count + len(self.height) * self.masses)
 
     @property
     def offset_columns(self) -> slice:
@@ -155,16 +155,21 @@ class Material(NamedTuple):
         return slice(start, start + len(self.height) * self.damping)
 
     @property
-    def first(self) -> int:
+    def first_shared_column(self) -> int:
         """Column of the first derivative that is not by one cell or spring."""
         return int(self.damping_columns.stop)
 
     @property
-    def columns(self) -> int:
+    def column_count(self) -> int:
         """Number of derivatives: of cells and springs, by origins, `COMMON_DERIVATIVES` and
         patterns.
         """
-        return self.first + len(self.origins) + len(COMMON_DERIVATIVES) + len(self.patterns)
+        return (
+            self.first_shared_column
+            + len(self.origins)
+            + len(COMMON_DERIVATIVES)
+            + len(self.patterns)
+        )
 
 
 class Source(NamedTuple):
@@ -193,7 +198,7 @@ def run_tangent(material: Material, v: Array, source: Source, dt: float, steps: 
     Returns:
         At rest and after every step, shape (2, steps + 1, columns).
     """
-    n, columns = len(v), material.columns
+    n, columns = len(v), material.column_count
     U = np.zeros((n, columns + -columns % 16), np.float32)  # a multiple of the widest vector
     U[:, :columns] = solve_equilibrium_derivatives(material, v)
     out = np.zeros((2, steps + 1, U.shape[1]), np.float32)
@@ -207,7 +212,8 @@ def run_tangent(material: Material, v: Array, source: Source, dt: float, steps: 
     patterns = np.reshape(material.patterns, (-1, n)).astype(np.float32)
     _run_steps(
         dt, (v.copy(), np.zeros(n)), (U, U.copy(), np.zeros_like(U)), cells, constants,
-        (material.origins, patterns), (masses, offsets, pulls, drags, material.first), source, out,
+        (material.origins, patterns),
+        (masses, offsets, pulls, drags, material.first_shared_column), source, out,
         (np.array(DRIFT_FRACTIONS), np.array(KICK_FRACTIONS)),
     )  # fmt: skip
     return out[:, :, :columns]
@@ -215,11 +221,11 @@ def run_tangent(material: Material, v: Array, source: Source, dt: float, steps: 
 
 def solve_equilibrium_derivatives(material: Material, v: Array) -> Array:
     """Return the derivatives of an equilibrium, shape (N, columns)."""
-    n, q = len(v), len(material.origins)
+    n, q, first = len(v), len(material.origins), material.first_shared_column
     force, bend, by_first, by_second = _evaluate_law(material.potential, v - material.origin)
     stiffness = material.height * bend
-    pushes = np.zeros((material.columns, n))
-    if material.heights:
+    pushes = np.zeros((material.column_count, n))
+    if material.height_count:
         pushes[:n] = -np.diag(force)
     else:
         pushes[-len(material.patterns) :] = -force * material.patterns
@@ -229,9 +235,9 @@ def solve_equilibrium_derivatives(material: Material, v: Array) -> Array:
         stretch, spring = np.diff(v), np.arange(n - 1)
         at = material.spring_columns.start + spring
         pushes[at, spring], pushes[at, spring + 1] = stretch, -stretch
-    pushes[material.first : material.first + q] = stiffness * material.origins
-    pushes[material.first + q] = -material.height * by_first
-    pushes[material.first + q + 1] = -material.height * by_second
+    pushes[first : first + q] = stiffness * material.origins
+    pushes[first + q] = -material.height * by_first
+    pushes[first + q + 1] = -material.height * by_second
     diagonal = stiffness + np.append(material.k_r, 0.0) + np.append(0.0, material.k_r)
     solve_tridiagonal(diagonal, -material.k_r, pushes)
     return pushes.T

@@ -54,7 +54,7 @@ class Watcher:
         disturbed = any(event.echo.shaken or event.echo.spoiled for event in heard)
         shots.sort(key=lambda shot: -shot.samples.shape[1])
         known = self._wall is not None and len(shots) == len(heard)
-        if self._busy or disturbed or not known or not self._residuals.quiet(shots):
+        if self._busy or disturbed or not known or not self._residuals.was_at_rest(shots):
             self.skipped += 1
             return
         self._busy, wall = True, self._wall or 0.0

@@ -118,7 +118,7 @@ class Forecasts:
         self._integrator = integrator
         self._kept: OrderedDict[tuple[object, ...], Forecast] = OrderedDict()
 
-    def of(self, shots: Sequence[Shot]) -> Forecast:
+    def find_forecast(self, shots: Sequence[Shot]) -> Forecast:
         """Return the forecast of a read, of the longest so far."""
         first = shots[0]
         begins = tuple(first.samples.shape[1] - shot.samples.shape[1] for shot in shots)
@@ -278,7 +278,7 @@ class Residuals:
         self._places: dict[float, float] = {}
         self._open = np.asarray(element.alpha_std / element.specimen.alpha)
 
-    def quiet(self, shots: Sequence[Shot]) -> bool:
+    def was_at_rest(self, shots: Sequence[Shot]) -> bool:
         """Return whether the element was at rest before a read; only then can it be compared."""
         # waves from before the pulse look like a change
         return bool(shots[0].unrest <= 3.0 * estimate_noise(shots[0]).max())
@@ -318,7 +318,7 @@ class Residuals:
     def _fit_read(self, shots: Sequence[Shot], wall: float) -> _Read:
         """Return what a read says if its wall rests near a site."""
         shots = [replace(shot, wall=wall) for shot in shots]
-        forecast, first = self._forecasts.of(shots), shots[0]
+        forecast, first = self._forecasts.find_forecast(shots), shots[0]
         every = forecast.stride
         measured = np.concatenate((first.rest[:, None], first.samples[:, every - 1 :: every]), 1)
         m = min(measured.shape[1], forecast.waveforms.shape[1])

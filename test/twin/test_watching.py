@@ -54,7 +54,7 @@ class Bench:
             self.element.pass_ticks(math.ceil(10.0 / DESIGN.eta / self.element.tick))
             shots = [each.echo.shot for each in self.do(Read())]
             shots.sort(key=lambda shot: -shot.samples.shape[1])
-            assert self.watch.quiet(shots)
+            assert self.watch.was_at_rest(shots)
             found.append(self.watch.compare(shots, DESIGN.defect_site(LEVEL)))
         return found
 

@@ -45,7 +45,7 @@ class Figure(NamedTuple):
     name: str
     goal: str = ''
 
-    def judge(self, value: float, others: float) -> str:
+    def judge_value(self, value: float, others: float) -> str:
         """Return whether the goal is reached; only on a quiet machine it can be."""
         if not self.goal:
             return ''
@@ -92,14 +92,14 @@ def build_row(key: str, samples: Sequence[tuple[float, float]]) -> dict[str, str
     value, others = median(values), max(loads)
     return {
         'figure': FIGURES[key].name, 'goal': FIGURES[key].goal, 'value': format_number(value),
-        'verdict': FIGURES[key].judge(value, others), 'others': format_number(others),
+        'verdict': FIGURES[key].judge_value(value, others), 'others': format_number(others),
     }  # fmt: skip
 
 
 def measure_bank() -> dict[str, tuple[float, float]]:
     """Return the figures of a bank at rest, each with the share of others; it takes a minute."""
     with NodeProcess(100) as bank:
-        report = bank.watch()
+        report = bank.watch_node()
     others = report['others']
     return {'bank': (report['share'], others), 'bank_memory': (report['memory'], others)}
 
@@ -111,18 +111,18 @@ def measure_node() -> dict[str, tuple[float, float]]:
     with NodeProcess() as node, standalone() as memory:
         found = {'ready': (node.ready_time_s, node.others)}
         reports: dict[str, tuple[Report, str]] = {}
-        idle, fast = node.watch(), node.watch(speed=0.0)
+        idle, fast = node.watch_node(), node.watch_node(speed=0.0)
         for key in ('share', 'p99', 'overruns', 'memory'):
             reports[key] = idle, key
         reports['factor'] = fast, 'factor'
         memory.ready().wait()
-        writing = node.watch(partial(write_levels, memory))
+        writing = node.watch_node(partial(write_levels, memory))
         reports['writing'], reports['busy'] = (writing, 'share'), (writing, 'busy')
         load = node.meter_load()
         latencies = [measure_latency_ms(memory) for _ in range(15)]
         found['latency'] = median(latencies), load.measure_others()
         subscribe_streams(memory)
-        reports['streams'] = node.watch(time.sleep), 'share'
+        reports['streams'] = node.watch_node(time.sleep), 'share'
     return found | {
         key: (report[name], report['others']) for key, (report, name) in reports.items()
     }
@@ -163,7 +163,7 @@ class NodeProcess:
         """Begin to measure what others than this process and the node take of the machine."""
         return LoadMeter([self._process.pid])
 
-    def watch(
+    def watch_node(
         self, use_node: Callable[[float], object] = lambda seconds: None, speed: float = 1.0
     ) -> Report:
         """Let the node measure itself for ten seconds; return its report.

@@ -73,7 +73,7 @@ class Fit:
         return float(np.sqrt(np.mean(np.square(noise))))
 
     @cached_property
-    def drifts(self) -> float:
+    def drift_evidence(self) -> float:
         """By how much gains that drift would raise twice the logarithm of the evidence."""
         if has_term(self.misfit, 'drift'):
             return 0.0
@@ -305,7 +305,7 @@ def _evidence_gains(
     """
     misfit, gain = own.misfit, dict[str, float]()
     if 'drift' in terms:
-        gain['drift'] = own.drifts
+        gain['drift'] = own.drift_evidence
     others = [term for term in terms if term != 'drift']
     if not others:
         return gain, misfit, own.slopes

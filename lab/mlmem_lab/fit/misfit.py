@@ -262,9 +262,9 @@ class Misfit:
 
     def whiten_residuals(self, shot: Shot, waveforms: Array | Single, weights: Array) -> Array:
         """Return what a shot tells of waveforms, (2, m, ...), in standard deviations."""
-        return whiten_waveforms(waveforms, weights, self._held(shot))
+        return whiten_waveforms(waveforms, weights, self._count_held_samples(shot))
 
-    def _held(self, shot: Shot) -> int:
+    def _count_held_samples(self, shot: Shot) -> int:
         """Return for how many compared samples an end is held."""
         return math.ceil(shot.pulse.duration / (shot.dt * self._sample_stride(shot)))
 
@@ -398,7 +398,7 @@ class Misfit:
             residual, _ = self._loosen_gains(values, drifts)
             cost += float(np.sum(residual**2))
             twice = self._loosen_gains(residual, drifts)[0][..., None]
-            twice = weights * remove_lines(twice, weights, self._held(shot))[..., 0]
+            twice = weights * remove_lines(twice, weights, self._count_held_samples(shot))[..., 0]
             for of_end, J_of_end in zip(twice.astype(np.float32), J, strict=True):
                 g += of_end @ J_of_end[: len(of_end)]
         return near._replace(g=g, cost=cost)

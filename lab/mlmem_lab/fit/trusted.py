@@ -90,7 +90,10 @@ def needs_term(found: Fit) -> bool:
 
     Gains that drift by a thousandth bend what all cells share before they leave a misfit.
     """
-    left = found.in_band > min(MIN_BAND_MISFIT, found.sound) or found.drifts > MIN_EVIDENCE_GAIN
+    left = (
+        found.in_band > min(MIN_BAND_MISFIT, found.sound)
+        or found.drift_evidence > MIN_EVIDENCE_GAIN
+    )
     return left or bool(list_doubts(found))
 
 

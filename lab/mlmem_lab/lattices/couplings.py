@@ -74,7 +74,7 @@ class PowerLaw(Coupling):
 
     def energy(self, x: ArrayLike) -> Array:
         """Return the energy of a pair, 0 at rest, together with the push that holds them there."""
-        p, r = self.power, self._distance(x)
+        p, r = self.power, self._clip_distance(x)
         at_rest = self.distance ** (p + 1.0)
         potential = -self.A * (r ** (p + 1.0) - at_rest) / (p + 1.0)
         beyond = np.maximum(self.touch - (self.distance + np.asarray(x)), 0.0)
@@ -83,9 +83,11 @@ class PowerLaw(Coupling):
 
     def slope(self, x: ArrayLike) -> Array:
         """Return their attraction, over that at rest."""
-        return np.asarray(self.A * (self.distance**self.power - self._distance(x) ** self.power))
+        return np.asarray(
+            self.A * (self.distance**self.power - self._clip_distance(x) ** self.power)
+        )
 
-    def _distance(self, x: ArrayLike) -> Array:
+    def _clip_distance(self, x: ArrayLike) -> Array:
         return np.maximum(self.distance + np.asarray(x, dtype=np.float64), self.touch)
 
     def constants(self) -> PowerLawConstants:

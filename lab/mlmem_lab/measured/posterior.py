@@ -67,7 +67,7 @@ class Particles:
         """Return those of some numbers."""
         return Particles(*(each[which] for each in vars(self).values()))
 
-    def laws(self, rail: int) -> Array:
+    def share_laws(self, rail: int) -> Array:
         """Return the shares of a rail's force tests, (n, 3)."""
         weights = np.exp(self.shares[:, rail] - self.shares[:, rail].max(axis=1, keepdims=True))
         return np.asarray(weights / weights.sum(axis=1, keepdims=True))
@@ -76,7 +76,7 @@ class Particles:
         """Return their chains of a lattice."""
         rail = case // 3
         tables = [load_force_table(name) for name in TESTS_BY_RAIL[RAIL_DISTANCES_CM[rail]]]
-        weights = self.laws(rail)[:, : len(tables)]
+        weights = self.share_laws(rail)[:, : len(tables)]
         own = np.array([well for _, well in tables])
         well = self.well[:, case]
         stretch = (well / (weights @ own))[:, None] ** 1.5
@@ -119,8 +119,8 @@ def mean_measurement(case: Case) -> Measurement:
     found = load_runs(case)
     return Measurement(
         float(np.exp(np.mean([np.log(run.speed) for run in found]))),
-        float(np.exp(np.nanmean([np.log(run.rise) for run in found]))),
-        float(np.mean([run.rest.mean() for run in found])),
+        float(np.exp(np.nanmean([np.log(run.rise_times) for run in found]))),
+        float(np.mean([run.rest_positions.mean() for run in found])),
     )
 
 

@@ -51,26 +51,26 @@ class MeasuredRun:
     u: Array
 
     @cached_property
-    def rest(self) -> Array:
+    def rest_positions(self) -> Array:
         """Where each element comes to rest, in cm, shape (4,)."""
         rest_window_ms = 40.0  # the last part of a run over which rest positions are averaged, ms
         return np.asarray(self.u[:, self.t > self.t[-1] - rest_window_ms].mean(axis=1))
 
     @cached_property
-    def arrivals(self) -> Array:
+    def arrival_times(self) -> Array:
         """When each element passes half its way, ms, shape (4,)."""
-        pairs = zip(self.u, self.rest, strict=True)
+        pairs = zip(self.u, self.rest_positions, strict=True)
         return np.array([first_crossing(self.t, u, rest / 2.0) for u, rest in pairs])
 
     @cached_property
     def speed(self) -> float:
         """Mean speed over the four elements, m/s."""
-        return mean_speed(self.case, self.arrivals)
+        return mean_speed(self.case, self.arrival_times)
 
     @cached_property
-    def rise(self) -> Array:
+    def rise_times(self) -> Array:
         """Time each element takes from a tenth to nine tenths of its way, ms, shape (4,)."""
-        pairs = zip(self.u, self.rest, strict=True)
+        pairs = zip(self.u, self.rest_positions, strict=True)
         return np.array([rise_time(self.t, u, rest) for u, rest in pairs])
 
 

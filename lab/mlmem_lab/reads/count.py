@@ -34,9 +34,6 @@ from ..results import STRAINED_PRESETS
 from ..studies.tolerance.estimate import Rate
 from ..study import Study, sum_counts
 
-SCATTER_BY_SPACING = {25: 8e-5, 9: 4e-3}
-"""Scatter of alpha at which one step in a thousand fails, by cells per level (docs/limits.md)."""
-
 DESIGN_PREFIX = 'levels_'
 """A design is named by this and its number of levels."""
 
@@ -65,9 +62,11 @@ def build_device(name: str, finer: int = 1, specimen: int | None = None) -> Memo
     steps = steps_per_tick(design, settings.time) * finer
     chain = Chain(design, settings.time.tick / steps, INTEGRATORS[settings.time.integrator])
     element = MemoryElement(design, settings, driver=Simulation(chain))
+    # scatter of alpha at which one step in a thousand fails, by cells per level (docs/limits.md)
+    scatter_by_spacing = {25: 8e-5, 9: 4e-3}
     if specimen is not None:
         chain.set_specimen(
-            scattered(design, Scatter(alpha=SCATTER_BY_SPACING.get(design.J, 0.0)), specimen)
+            scattered(design, Scatter(alpha=scatter_by_spacing.get(design.J, 0.0)), specimen)
         )
     return element
 

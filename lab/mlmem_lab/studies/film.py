@@ -26,8 +26,6 @@ from . import style
 from .trace import Trace, record_procedure
 
 FILMED_LEVEL = 3
-FRAMES_BY_PROCEDURE = {'write': 46, 'read': 26, 'erase': 20}
-"""Frames of each procedure."""
 
 FRAME_TIME_MS = 100
 
@@ -124,7 +122,8 @@ def draw_frames(
     title = cells.set_title(' ', color=ink, loc='left', fontsize=12)
     begun = 0
     last_frame_time_ms = 900  # how long a frame is shown, and the last of a procedure
-    for name, count in FRAMES_BY_PROCEDURE.items():
+    frames_by_procedure = {'write': 46, 'read': 26, 'erase': 20}  # frames of each procedure
+    for name, count in frames_by_procedure.items():
         ticks = np.unique(np.linspace(begun, ended[name] - 1, count).astype(int))
         for number, tick in enumerate(ticks):
             now, share = field[tick], (number + 1) / len(ticks)

@@ -82,7 +82,7 @@ class Proof:
         p = self.design.levels
         downs = [(start, goal) for start in range(p) for goal in range(start)]
         if p > MAX_FULL_LEVELS or self.sample is not None:
-            downs = self._some(downs, p if self.sample is None else self.sample)
+            downs = self._sample_runs(downs, p if self.sample is None else self.sample)
         return [
             {'kind': 'upward', 'start': -1, 'goal': p - 1},
             *({'kind': 'erase', 'start': level, 'goal': -1} for level in range(p)),
@@ -98,7 +98,7 @@ class Proof:
         drawn = random.Random(self.seed).sample(range(1, code.words), self.design.levels)
         return [*sorted(drawn), 0]
 
-    def _some(self, whole: Sequence[Any], count: int) -> list[Any]:
+    def _sample_runs(self, whole: Sequence[Any], count: int) -> list[Any]:
         """Return a sample that holds the first and the last, in order."""
         if count >= len(whole):
             return list(whole)

@@ -102,7 +102,7 @@ class HiddenElement(Driver):
     ) -> Array:
         """Return the samples of both ends as the line gives them; see `Driver.advance`."""
         width, n = self._past.shape[1], len(V_N)
-        gains = self._gains(self._time + self.element.dt * np.arange(1.0, n + 1.0))
+        gains = self._compute_gains(self._time + self.element.dt * np.arange(1.0, n + 1.0))
         if held_cell is not None:
             motion = self._sensors.held(held_cell.site, held_cell.motion)
             motion = motion / gains[int(held_cell.site > 1), : motion.shape[1]]
@@ -120,10 +120,10 @@ class HiddenElement(Driver):
     def end(self, site: int) -> float:
         """Return the displacement of an end as its sensor gives it."""
         row = int(site > 1)
-        gain = self._sensors.gain[row] * float(self._gains(np.array([self._time]))[row, 0])
+        gain = self._sensors.gain[row] * float(self._compute_gains(np.array([self._time]))[row, 0])
         return gain * self.element.end(site)
 
-    def _gains(self, times: Array) -> Array:
+    def _compute_gains(self, times: Array) -> Array:
         """Return the gains of both ends over those of the sensors, shape (2, n)."""
         turns = times / self._period + np.array([[0.0], [0.25]])
         return np.asarray(1.0 + self._drift * np.sin(2.0 * np.pi * turns))

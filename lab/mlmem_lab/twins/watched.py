@@ -101,7 +101,7 @@ class WatchedElement:
         self.wall = locate_wall(self.element.design, heard[-1].reading, self.wall, moved)
         shots = [each.echo.shot for each in heard if each.echo.shot is not None]
         shots.sort(key=lambda shot: -shot.samples.shape[1])
-        if self.wall is None or not self.watch.quiet(shots):
+        if self.wall is None or not self.watch.was_at_rest(shots):
             return None
         return self.watch.compare(shots, self.wall)
 

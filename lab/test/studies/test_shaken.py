@@ -15,7 +15,7 @@ TICK = 2e-3
 
 
 def course(shaking, n, seed=1):
-    return np.array(list(itertools.islice(shaking.course(seed, TICK), n)))
+    return np.array(list(itertools.islice(shaking.generate_course(seed, TICK), n)))
 
 
 def test_an_imu_of_200_hz_sends_a_message_every_two_and_a_half_ticks():
