@@ -51,7 +51,7 @@ class CycleSettings(Checked):
     ease: float = _time(0.0, 'ramp from the peak to the pause on the way back; 0: no pause')
     ease_to: float = _part(0.5, 'strain of that pause, as a fraction of the peak', low=-1.0)
     release: float = _time(1200.0, 'ramp back to zero strain', low=1.0)
-    settle: float = _time(1500.0, 'rest after the cycle')
+    settle: float = _time(1500.0, 'wait after the cycle')
 
 
 @dataclass(frozen=True)
@@ -69,9 +69,10 @@ class WriteSettings(CycleSettings):
     )
     tension: float = _tension(0.048, 'peak strain at levels where tension frees the wall')
     start_strain: float = _strain(0.035, 'strain under which the wall is launched', low=0.0)
-    launch_speed: float = _speed(0.05, 'speed at which the boundary cell is moved')
+    launch_speed: float = _speed(0.05, 'speed of the boundary cell')
     final_settle: float = _time(
-        0.0, 'longest extra rest after the last cycle of a write, until the ends are quiet'
+        0.0,
+        'longest extra wait after the last cycle of a write, until waves at the ends are small',
     )
     last_release: float = _time(
         0.0,
@@ -92,7 +93,10 @@ class WriteSettings(CycleSettings):
     )
     min_margin: float = _part(0.5, 'least level margin of a written level', high=0.99)
     kick_tries: int = _count(
-        20, 'most kicks to a level by which a calibration finds its speed; 1: only as set', high=20
+        20,
+        'largest number of kicks with which a calibration looks for the speed of a level; 1: '
+        'only the speed that is set',
+        high=20,
     )
 
 
@@ -108,7 +112,7 @@ class EraseSettings(CycleSettings):
     )
     tension: float = _tension(0.026, 'peak strain at levels where tension frees the kink')
     start_strain: float = _strain(-0.03, 'strain under which the kink is launched', high=0.0)
-    launch_speed: float = _speed(0.05, 'speed at which the boundary cell is moved')
+    launch_speed: float = _speed(0.05, 'speed of the boundary cell')
     trust_reading: bool = describe_field(
         False, 'start to listen for a blank element once the kink is at the level last read'
     )
@@ -132,29 +136,29 @@ class KickSettings(Checked):
         'kick to this level'
     )
     kinks: str = _describe_levels(
-        'the same for a kink, behind a wall that rests already; only a register needs it'
+        'the same for a kink to the left of a pinned wall; only for a register'
     )
     rooms: str = _describe_levels(
-        'relative change of its speed that the kick to every level bears, separated by spaces; '
-        'with less than 0.1 it is not used. Empty: all are used',
+        'margin of the speed of every level, as a relative change, separated by spaces; a level '
+        'with less than 0.1 is disabled. Empty: none is disabled',
         least='0',
     )
     late: float = _part(
         0.0,
-        'how late in the motion the end is fastest: 0 half-way, towards 1 later; then a level '
-        'needs its speed less exactly',
+        'when the end is fastest: 0 half-way through the motion, 1 latest; a late maximum '
+        'widens the margins',
     )
     hold: float = _time(20.0, 'hold at the other ground state')
-    settle: float = _time(800.0, 'rest in which the wall comes to its level')
+    settle: float = _time(800.0, 'wait until the wall stops at its level')
     erase_speed: float = describe_field(
         0.3,
-        'mean speed of the kick that erases one wall from any level; 0: none does',
+        'mean speed of the kick that erases one wall from any level; 0: no kick erases',
         unit='cells/time',
         low=0.0,
         high=10.0,
     )
     erase_settle: float = _time(
-        1400.0, 'rest after it, before the next kick: waves under way brake a wall'
+        1400.0, 'wait after that kick before the next one, because waves brake a wall'
     )
 
     @cached_property
@@ -195,4 +199,4 @@ class ClearingPulseSettings(Checked):
         0.0, 'amplitude; 0: no pulse, kicks take the walls out', unit='cells', low=0.0, high=5.0
     )
     sigma: float = _time(5.0, 'standard deviation of the envelope', low=0.1, high=1e4)
-    settle: float = _time(200.0, 'rest in which the walls leave and the waves fade')
+    settle: float = _time(200.0, 'wait until the walls have left and the waves have faded')

@@ -199,15 +199,16 @@ PROCEDURES = {
     ),
     'reset': Procedure(
         Reset,
-        'replace a simulated element by a fresh one, blank or with a content at rest: for cells '
-        'driven out of their phases, and to begin a run from a known content',
+        'replace a simulated element by a fresh one, blank or with a given content. It helps '
+        'when cells were driven out of their phases, or to begin a run from a known content',
         'maintenance.reset',
         'resetting',
         action=False,
     ),
     'survey': Procedure(
         Survey,
-        'pulse the element in several states and publish what both ends do as `~/waveform`, for '
+        'pulse the element in several states and publish the signals of both ends as '
+        '`~/waveform`, for '
         '`mlmem fit`; then restore the content',
         'surveying.survey',
         'surveying',

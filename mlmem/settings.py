@@ -33,11 +33,9 @@ class ActuatorSettings(Checked):
 
     present: bool = describe_field(
         True,
-        'whether there is one: without, an element is written by kicks alone',
+        'whether the element has an actuator; without one only kicks write it',
     )
-    max_strain: float = describe_field(
-        0.08, 'largest strain of either sign; an element has its own', low=1e-6, high=0.5
-    )
+    max_strain: float = describe_field(0.08, 'largest strain of either sign', low=1e-6, high=0.5)
     max_rate: float = _rate(1e-4, 'highest strain rate', low=1e-9)
     hand_rate: float = _rate(
         0.0, 'highest rate of a strain set by hand: a faster one can lose the content; 0: max_rate'
@@ -56,7 +54,9 @@ class TransducerSettings(Checked):
     max_speed: float = describe_field(
         1.5, 'highest speed of an end', unit='cells/time', low=1e-3, high=10.0
     )
-    max_stroke: float = _length(2.5, 'longest way of an end, as of a kick')
+    max_stroke: float = _length(
+        2.5, 'longest displacement of an end in one motion, such as a kick'
+    )
     max_amplitude: float = _length(1.0, 'largest amplitude of a pulse', high=5.0)
 
 
@@ -84,7 +84,7 @@ class ReadSettings(Checked):
 
     end: str = describe_field(
         'left',
-        'end that a read probes from, or both',
+        'end, or both, from which a read probes',
         choices=('left', 'right', 'both'),
     )
     method: str = describe_field(
@@ -95,20 +95,23 @@ class ReadSettings(Checked):
     )
     quiet: float = describe_field(
         0.33,
-        'waves still under way up to which an element is quiet, as a fraction of the threshold',
+        'amplitude of waves below which a read may begin, as a fraction of the threshold',
         low=0.01,
         high=1.0,
     )
-    patience: float = _time(6000.0, 'longest wait for the element to be quiet')
+    patience: float = _time(6000.0, 'longest wait for waves to fade before a read')
     rest: float = _time(
-        0.0, 'wait before a pulse in a quiet element, until motion far from its ends has decayed'
+        0.0, 'additional wait before a pulse, until motion far from the ends has decayed'
     )
     min_margin: float = _margin(
         0.5, 'least level margin (1 at the calibrated delay, 0 half-way to the next)'
     )
     shaken_margin: float = _margin(0.5, 'least level margin while the base shakes')
     attempts: int = describe_field(
-        4, 'most pulses from one end while the base shakes, until two agree', low=2, high=100
+        4,
+        'largest number of pulses from one end while the base shakes, until two agree',
+        low=2,
+        high=100,
     )
     noise_factor: float = describe_field(
         1.5, 'least threshold of v_c, relative to the measured noise', low=1.1, high=100.0
@@ -116,7 +119,7 @@ class ReadSettings(Checked):
     kicked_gain: float = describe_field(
         5.0,
         'factor on amplitude and threshold of both pulses while `write.method` is not strain: '
-        'waves of kicks fade slowly, and a stronger pulse is heard through them sooner',
+        'waves of kicks fade slowly, and a stronger pulse is detected sooner among them',
         low=1.0,
         high=100.0,
     )
@@ -143,8 +146,8 @@ class RegisterSettings(Checked):
     )
     max_residual: float = describe_field(
         0.5,
-        'largest residual of the nearest forecast of one wall, relative to what a blank element '
-        'answers',
+        'largest residual of the nearest forecast of one wall, relative to the response of a '
+        'blank element',
         low=0.01,
         high=2.0,
     )
@@ -207,10 +210,15 @@ class DisturbanceSettings(Checked):
         0.01, 'largest accepted acceleration of the base, either sign', low=1e-9
     )
     harmless: float = _acceleration(
-        1e-4, 'acceleration that moves no wall at any frequency: up to it the content stays known'
+        1e-4,
+        'safe limit of the acceleration: below it no wall moves at any frequency, and the '
+        'content stays known',
     )
     timeout: float = _time(
-        1000.0, 'time without messages after which the base is at rest', low=1.0, high=1e9
+        1000.0,
+        'time without messages after which the acceleration of the base is taken as zero',
+        low=1.0,
+        high=1e9,
     )
 
 
@@ -223,7 +231,7 @@ class TimeSettings(Checked):
     )
     integrator: str = describe_field(
         'pefrl',
-        "pefrl, whose echoes arrive when a real element's do; or noh_bathe, the paper's",
+        'pefrl, accurate in the arrival of echoes; or noh_bathe, as in the paper',
         choices=('noh_bathe', 'pefrl'),
     )
 
@@ -235,7 +243,7 @@ class ScaleSettings(Checked):
     time: float = describe_field(1e-4, 'one time unit sqrt(m / k_r)', unit='s', low=1e-9, high=1e3)
     length: float = describe_field(1e-2, 'one lattice constant', unit='m', low=1e-12, high=1e3)
     stiffness: float = describe_field(
-        1e6, 'k_r: of the spring between two cells', unit='N/m', low=1e-12, high=1e15
+        1e6, 'k_r, the stiffness of the spring between two cells', unit='N/m', low=1e-12, high=1e15
     )
 
     @property

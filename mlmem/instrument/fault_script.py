@@ -52,19 +52,27 @@ class Meaning(NamedTuple):
 
 FAULT_MEANINGS = {
     ('sensor', 'off'): Meaning('sensor_off', 'the signal is 0', True, False),
-    ('sensor', 'stuck'): Meaning('sensor_dropout', 'it freezes at its last sample', 1.0, False),
+    ('sensor', 'stuck'): Meaning(
+        'sensor_dropout', 'the signal freezes at its last sample', 1.0, False
+    ),
     ('sensor', 'garbage'): Meaning('sensor_noise', 'noise; severity: standard deviation', 1.0),
     ('sensor', 'wrong'): Meaning('sensor_gain', 'severity: gain', 0.5),
     ('sensor', 'slow'): Meaning('sensor_lag', 'severity: time constant', 5.0),
-    ('sensor', 'delayed'): Meaning('sensor_delay', 'severity: how late', 25.0),
+    ('sensor', 'delayed'): Meaning('sensor_delay', 'severity: delay', 25.0),
     ('sensor', 'intermittent'): Meaning(
         'sensor_dropout', 'severity: share of the ticks in which it freezes', 0.02
     ),
-    ('transducer', 'off'): Meaning('transducer_off', 'it leaves its end free', True, False),
-    ('transducer', 'stuck'): Meaning('transducer_gain', 'it holds its end still', 0.0, False),
-    ('transducer', 'wrong'): Meaning('transducer_gain', 'severity: gain of its way', 0.8),
-    ('actuator', 'off'): Meaning('actuator_stuck', 'without power it stays', True, False),
-    ('actuator', 'stuck'): Meaning('actuator_stuck', 'it does not move', True, False),
+    ('transducer', 'off'): Meaning(
+        'transducer_off', 'the transducer does not drive its end', True, False
+    ),
+    ('transducer', 'stuck'): Meaning(
+        'transducer_gain', 'the transducer holds its end', 0.0, False
+    ),
+    ('transducer', 'wrong'): Meaning('transducer_gain', 'severity: gain of the displacement', 0.8),
+    ('actuator', 'off'): Meaning(
+        'actuator_stuck', 'the actuator has no power and stays', True, False
+    ),
+    ('actuator', 'stuck'): Meaning('actuator_stuck', 'the actuator does not move', True, False),
     ('actuator', 'wrong'): Meaning('actuator_offset', 'severity: offset of the strain', 0.01),
     ('actuator', 'slow'): Meaning('actuator_lag', 'severity: time constant', 100.0),
     ('actuator', 'intermittent'): Meaning(

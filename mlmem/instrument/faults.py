@@ -67,13 +67,13 @@ class Faults(Checked):
         1.0, 'the signal, relative to the displacement', low=-10.0, high=10.0
     )
     sensor_lag: float = _time(0.0, "time constant of the signal's lag")
-    sensor_delay: float = _time(0.0, 'how late the signal is', high=1e4)
+    sensor_delay: float = _time(0.0, 'delay of the signal', high=1e4)
     transducer_end: str = describe_field(
-        'both', 'the transducer that drives badly', choices=FAULT_ENDS
+        'both', 'the transducer whose drive is faulty', choices=FAULT_ENDS
     )
-    transducer_off: bool = describe_field(False, 'it leaves its end free')
+    transducer_off: bool = describe_field(False, 'the transducer does not drive its end')
     transducer_gain: float = describe_field(
-        1.0, 'its way, relative to what was asked for', low=-2.0, high=2.0
+        1.0, 'displacement of the transducer, relative to the commanded one', low=-2.0, high=2.0
     )
     actuator_offset: float = describe_field(
         0.0, 'offset of the substrate strain, unknown to the actuator', low=-0.1, high=0.1
@@ -83,11 +83,11 @@ class Faults(Checked):
     missed_cycle: float = _probability(
         0.0, 'probability that the grip slips for a whole strain cycle'
     )
-    weak_cell: int = _cell(0, 'site of a weak cell; 0: none')
+    weak_cell: int = _cell(0, 'site of the weak cell; 0: none')
     weak_factor: float = _of_material(
         0.5, 'on-site stiffness of the weak cell, relative to nominal', low=0.01, high=1.0
     )
-    stuck_cell: int = _cell(0, 'site of a cell that sticks to its substrate cell; 0: none')
+    stuck_cell: int = _cell(0, 'site of the cell that sticks to its substrate cell; 0: none')
     disorder_alpha: float = _of_material(
         0.0, 'standard deviation of every on-site stiffness, relative'
     )

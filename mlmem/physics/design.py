@@ -87,8 +87,8 @@ class Design:
     )
     rise: float = describe_field(
         0.0,
-        'share by which the potential rises behind the last level, from half a level behind its '
-        'defect on',
+        'relative rise of the potential beyond the last level, beginning half a level beyond '
+        'its defect',
         low=0.0,
         high=10.0,
     )

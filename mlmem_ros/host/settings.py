@@ -85,12 +85,15 @@ class DeviceSettings(Checked):
     """What drives the element, and where it is."""
 
     driver: str = describe_field(
-        'sim', 'what drives the element: sim, rig, or package.module:Class of your own'
+        'sim', 'driver of the element: sim, rig, or your own as package.module:Class'
     )
-    address: str = describe_field('', 'where the element is, as its driver understands it')
+    address: str = describe_field(
+        '', 'address of the element, in the form that its driver defines'
+    )
     retry: float = _seconds(
         0.0,
-        'time between two attempts to reach an element that is off at the start, or lost; 0: none',
+        'time between two attempts to connect to an element, at the start or after a loss; 0: '
+        'no second attempt',
     )
 
 
@@ -171,9 +174,7 @@ class StateSettings(Checked):
     """Where the content is kept between two runs, as a non-volatile memory keeps it."""
 
     path: str = describe_field('', 'state file; empty: none, every start is blank')
-    interval: float = _seconds(
-        60.0, 'time between two saves while active; 0: only at the end', high=1e6
-    )
+    interval: float = _seconds(60.0, 'period of saves while active; 0: only at the end', high=1e6)
 
 
 @dataclass(frozen=True)
@@ -181,7 +182,7 @@ class QueueSettings(Checked):
     """How requests of different clients wait for their turn."""
 
     most: int = describe_field(
-        8, 'most procedures that wait while one runs; 0: refuse them as busy', low=0, high=8
+        8, 'largest number of waiting procedures; 0: refuse them as busy', low=0, high=8
     )
 
 
@@ -246,7 +247,8 @@ LIVE_PARAMETERS = {
     INTROSPECTION_PARAMETER: (
         'disabled',
         Description(
-            'what services publish on ~/NAME/_service_event: nothing, who asks, or all of it',
+            'what services publish on ~/NAME/_service_event: nothing, metadata of requests, or '
+            'their contents',
             choices=tuple(INTROSPECTION_STATES),
         ),
     ),
@@ -291,7 +293,7 @@ NODE_PARAMETERS = {
         'most attempts of a write; 0: as the element file says', low=0, high=100
     )),
     ACTUATOR: (True, Description(
-        'false: the robot has no actuator, whatever the element file says'
+        'false: the robot has no actuator, even if the element file has one'
     )),
     READ_END: ('', Description(
         'end that a read probes from; empty: as the element file says',

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem design`: find a design for a number of levels, judge one, prove one.
+"""`mlmem design`: find, check and prove designs.
 
 `mlmem design --levels 16` finds cells, damping, strain schedule, carrier and threshold by rules
 and closed forms; with `--output FILE.yaml` it writes them as an element file, with
@@ -121,7 +121,7 @@ DESIGN_TASKS = {'check': check, 'prove': prove}
 
 
 @declare_command(
-    'find a design for a number of levels, judge one, prove one',
+    'find, check and prove designs',
     declare_option('--levels', type=int, metavar='P', help='find a design for 2 to 256 levels'),
     declare_option(
         '--scatter',

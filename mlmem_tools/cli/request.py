@@ -152,7 +152,7 @@ ANSWER_FORMATTERS: dict[str, Callable[[Any], str]] = {
 """How answers are put into words, by procedure; others by `_format_found`."""
 
 HELP_TEXTS = {
-    'abort': 'The answer comes once the element is at rest. The request that is stopped fails.',
+    'abort': 'The answer comes when the strain is zero. The stopped request fails.',
     'calibrate': 'It writes every level: as long as some ten writes, longer with many levels.',
     'self_test': """\
 It writes and reads every level and tests actuator and transducers: as long as some ten writes,
@@ -238,9 +238,7 @@ def _build_procedure_command(name: str, row: Procedure) -> Command:
         )
         for argument, kind, default, description in row.arguments
     ]
-    until = (
-        'as long as the node is there' if name in UNBOUNDED_TIMEOUTS else 'as MemoryClient waits'
-    )
+    until = 'until the node is gone' if name in UNBOUNDED_TIMEOUTS else 'as MemoryClient waits'
     options.append(
         declare_option(
             '--timeout',

@@ -7,8 +7,8 @@ The element keeps its state when a client disconnects and another connects. The 
 is the value for `device.address`.
 
 The element is the design's, or scattered about it. With `--integrator rk4`, which the laboratory
-adds, it is simulated by other means than any element of this package, and may have friction: what
-a fit is tried on.
+adds, a program independent of this package simulates the element, and cells may have friction. A
+fit is tested on such elements.
 """
 
 from __future__ import annotations
@@ -49,16 +49,14 @@ def _declare_deviation(name: str, of: str, unit: str = 'relative') -> Option:
     _declare_number('--latency', 'delay of every frame', 'S'),
     _declare_number('--jitter', 'additional random delay', 'S'),
     _declare_number('--loss', 'probability that a frame is lost', 'P'),
-    _declare_number('--drift', 'fraction by which its clock is fast'),
+    _declare_number('--drift', 'relative error of its clock; positive: fast'),
     _declare_number('--restart', 'disconnect after this time; 0: never', 'S'),
     declare_option(
         '--at-once',
         action='store_true',
-        help='play set-points as they arrive: as fast as the machine can',
+        help='play set-points when they arrive, as fast as the machine allows',
     ),
-    declare_option(
-        '--no-actuator', action='store_true', help='it cannot strain its element, and says so'
-    ),
+    declare_option('--no-actuator', action='store_true', help='emulate a rig without an actuator'),
     _declare_deviation('--scatter', 'on-site stiffness of the cells'),
     _declare_deviation('--scatter-k-r', 'springs between the cells'),
     _declare_deviation('--scatter-s', 'stiffness of the substrate'),

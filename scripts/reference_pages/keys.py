@@ -29,7 +29,7 @@ SESSION = {
         'settings': 'settings of the device, by group and parameter',
         'parameters': 'parameters of the node, for information',
         'initial': 'state of the device; see the snapshot in a state file',
-        'specimen': 'a simulated element that is not exactly as designed: alpha_factor, '
+        'specimen': 'a simulated element that differs from its design: alpha_factor, '
         'k_r_factor, s_factor, mass, offset and eta_factor over a design, and damped_by_substrate '
         'if it is; one number stands for equal ones',
         'forecast': 'the calibration that a twin forecasts; absent without a twin',
@@ -57,8 +57,9 @@ CHANNEL = {
 CUSTOM_DATA = {
     contents.DROPPED_KEY: 'number of messages dropped from the recording; absent if there are '
     'none',
-    contents.LOST_KEY: 'in a repaired bag: what of the damaged one could not be read, one line '
-    'each',
+    contents.LOST_KEY: (
+        'in a repaired bag: the parts of the damaged one that could not be read, one line each'
+    ),
 }
 """Our custom data of a bag."""
 
@@ -134,10 +135,10 @@ ELEMENT = {
     'offset': 'shift of the ground states of every cell in lattice constants; absent: 0',
     'stuck': 'cells that stick to the substrate; absent: none',
     'time_unit': "the instrument's time unit in true ones",
-    'transducers': 'zero, gain as a sensor and gain as a driver of the left and the right end',
+    'transducers': 'zero, sensor gain and drive gain of the left and the right end',
     'chi2': 'misfit per datum',
     'data': 'number of data',
-    'untold': 'what the data could not tell',
+    'untold': 'quantities that the data do not determine',
     'plan': 'corrections of its pulses, as in a calibration; absent: not planned',
 }
 """The file of a fitted element."""

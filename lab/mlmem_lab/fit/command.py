@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem fit`: find the element, cell by cell, that explains the shots of a survey.
+"""`mlmem fit`: fit an element, cell by cell, to the pulses of a survey.
 
 Record a session while `mlmem survey` runs. A session of a real element or of a simulated one will
 do; CSV files of single shots need --design. The result is an element for which `mlmem plan` finds
