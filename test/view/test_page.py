@@ -48,7 +48,7 @@ def test_click_on_a_defect_writes_its_level(page, node):
     assert 0.0 < page.ask(f'{STATE}.confidence') < 1.0
     assert 'level 5' in page.text('#log li')
     assert page.ask('mlmem.shown().echo.level') == 5
-    delays = page.until('mlmem.shown().delays.right', 'the delays of the levels')
+    delays = page.until('mlmem.shown().delays.left', 'the delays of the levels')
     assert abs(page.ask('mlmem.shown().echo.delay') - delays[5]) < 5.0
 
 
