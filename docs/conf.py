@@ -15,6 +15,7 @@ from mlmem_ros import __version__
 
 sys.path.append(str(Path(__file__).parents[1] / 'scripts'))
 
+import notebooks
 import try_page
 
 project = 'mlmem_ros'
@@ -61,9 +62,9 @@ napoleon_use_ivar = True
 
 
 def setup(app):
-    """Let the page of a class have what its fields say of themselves, and the site an element."""
+    """Describe the fields of classes, and add the element in the tab and the notebooks."""
     app.connect('autodoc-process-docstring', _with_fields)
-    app.connect('build-finished', _with_an_element)
+    app.connect('build-finished', _with_pages_of_its_own)
     app.add_html_math_renderer('mathml', (_inline, None), (_displayed, None))
 
 
@@ -75,9 +76,10 @@ def _with_fields(app, what, name, obj, options, lines):
         lines.append('')
 
 
-def _with_an_element(app, error):
+def _with_pages_of_its_own(app, error):
     if error is None and app.builder.format == 'html':
         try_page.write(Path(app.outdir))
+        notebooks.write(Path(app.outdir, 'tutorials'))
 
 
 def _inline(writer, node):
