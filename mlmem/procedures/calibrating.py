@@ -25,6 +25,10 @@ from .driving import erase, go_to_level
 from .reading import take_settled_reading
 from .writing import restore_content, write
 
+KICK_FACTORS = tuple(1.04**power for power in range(-10, 8))
+"""Factors on the speeds of all kicks that a calibration tries: damping and friction that are a
+fifth off need 0.8 to 1.2."""
+
 NO_MARGIN = -math.inf
 """Level margin where an end does not detect the level."""
 
@@ -48,12 +52,60 @@ def calibrate(element: Memory) -> Procedure[Result]:
 def calibrate_reader(reader: Reader, element: Memory, content: Reading) -> Procedure[Result]:
     """Write one wall to every level that can be used: each must be read as forecast.
 
+    If kicks write every level, one factor on their speeds is found first: it makes up for damping
+    and friction that are not those of the design.
+
     Raises:
         ProcedureFailed: A level was not reached, or the content could not be restored.
     """
+    levels = range(element.design.levels)
+    found: dict[str, float | str] = {}
+    kicked = all(is_kicked(element.settings, level) for level in levels)
+    if kicked and len(levels) > 1 and not reader.holds_words:
+        found = {'kick_factor': (yield from _find_kick_factor(element, reader))}
     for each in reader.single_walls.values():
         yield from write(element, each)
-    return (yield from restore_content(element, content))
+    return replace((yield from restore_content(element, content)), found=found)
+
+
+def _find_kick_factor(element: Memory, reader: Reader) -> Procedure[float]:
+    """Find one factor on the speeds of all kicks, and set it: the middle of those that reach every
+    level but the last.
+
+    Factors rise, and a level is left out once its wall went too far, because no kink brings back a
+    wall that left the element. The last level, whose wall could, is not tried.
+
+    Raises:
+        ProcedureFailed: No factor reaches any level, or the element cannot be made blank; the old
+            corrections are kept.
+    """
+    known, reached, passed = element.calibration, dict[int, list[float]](), set[int]()
+    levels, least = element.design.levels, element.settings.write.min_margin
+    tried = {level: it for level, it in reader.single_walls.items() if level < levels - 1}
+    try:
+        for factor in KICK_FACTORS:
+            _set_corrections(element, [PulseCorrection(speed=factor)] * levels)
+            for level in sorted(tried.keys() - passed):
+                yield from erase(element)
+                yield from go_to_level(element, BLANK, level)
+                reading = yield from reader.read(element)
+                if reading.level == tried[level] and reading.level_margin >= least:
+                    reached.setdefault(level, []).append(factor)
+                elif reading.level > tried[level]:
+                    passed.add(level)
+        if not reached:
+            raise ProcedureFailed(
+                f'no factor from {KICK_FACTORS[0]:.2f} to {KICK_FACTORS[-1]:.2f} on the speeds of '
+                'kicks reaches any level'
+            )
+    except ProcedureFailed:
+        element.calibration = known
+        raise
+    slowest = max(each[0] for each in reached.values())
+    fastest = min(each[-1] for each in reached.values())
+    found = round(math.sqrt(slowest * fastest), 6)
+    _set_corrections(element, [PulseCorrection(speed=found)] * levels)
+    return found
 
 
 @calibrate_reader.register

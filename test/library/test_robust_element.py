@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem import UNDECODABLE, Erase, MemoryElement, Read, Write, load_element
+from mlmem import UNDECODABLE, Calibrate, Erase, MemoryElement, Read, Write, load_element
 from mlmem.errors import SettingsError
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, Specimen, find_walls, scattered
@@ -116,3 +116,18 @@ def test_forecasts_carry_the_friction_of_the_element_file():
         margins[forecast] = element.reading.level_margin
     assert margins[rubbing] > 0.99
     assert margins[smooth] < 0.5
+
+
+@pytest.mark.parametrize('damping', [0.8, 1.2])
+def test_calibration_finds_one_factor_for_other_damping(damping):
+    """A wall that is damped a fifth less or more needs slower or faster kicks."""
+    shipped = load_element('robust_2')
+    damped = dataclasses.replace(shipped.design, eta=damping * shipped.design.eta)
+    driver = Simulation.of(damped, shipped.settings.time)
+    element = MemoryElement(shipped.design, shipped.settings, driver=driver)
+    outcome = element.perform(Calibrate())
+    assert outcome.success
+    assert (outcome.end_tick - outcome.start_tick) * element.settings.tick_seconds < 60.0
+    assert (outcome.found['kick_factor'] > 1.0) == (damping > 1.0)
+    for level in range(element.design.levels):
+        assert element.perform(Write(level)).attempts == 1
