@@ -26,7 +26,7 @@ from mlmem_ros.testing import memory_node
 SOON = 30.0
 """Seconds to wait for what comes at once: a machine may be busy."""
 
-STREAMS = ('field', 'wall', 'joint_states', 'image', 'markers')
+STREAMS = ('field', 'wall', 'joint_states', 'views')
 FOLDER = TemporaryDirectory(prefix='mlmem-elements-')
 """Where the element files of the tests are."""
 

@@ -178,8 +178,10 @@ class Instrument:
             specimen = apply_faults(self.made, faults)
             if (chain := self.driver.chain) is not None:
                 chain.check(specimen)
-        except (SettingsError, DesignError) as error:
+        except SettingsError as error:
             raise Refused.within('faults', error) from error
+        except DesignError as error:  # its field is one of the material, which the faults make
+            raise Refused(f'faults: {error}', code=error.code, field='faults') from error
         return specimen
 
     def set_faults(self, faults: Faults) -> None:

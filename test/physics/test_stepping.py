@@ -86,7 +86,9 @@ def test_steps_of_shipped_presets_are_as_recorded():
     """Bits depend on them. The elastic substrate's is cut to a tick of 20."""
     for name, known in PRESETS.items():
         steps = [default_step(Specimen(known.design), each) for each in INTEGRATORS.values()]
-        assert steps == [0.25, 0.5], name
+        # the stiff cells of 4 levels that bear friction need shorter ones
+        expected = [0.24054, 0.48107] if name == 'robust_2_friction' else [0.25, 0.5]
+        assert steps == pytest.approx(expected, rel=1e-5), name
     elastic = dataclasses.replace(CASE_II, substrate='elastic')
     ticks = [
         np.ceil(20.0 / default_step(Specimen(elastic), each)) for each in INTEGRATORS.values()

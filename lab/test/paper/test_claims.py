@@ -33,14 +33,14 @@ def committed():
 
 @pytest.mark.parametrize('key', BY_KEY)
 def test_a_small_simulation_gives_the_committed_verdict(key, small, committed):
-    found = BY_KEY[key].judged(Needed(small, BY_KEY[key]))
+    found = BY_KEY[key].judge_data(Needed(small, BY_KEY[key]))
     assert found.judgement.value == committed[key], found.numbers
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize('key', BY_KEY)
 def test_the_full_simulation_gives_the_committed_verdict(key, full, committed):
-    found = BY_KEY[key].judged(Needed(full, BY_KEY[key]))
+    found = BY_KEY[key].judge_data(Needed(full, BY_KEY[key]))
     assert found.judgement.value == committed[key], found.numbers
 
 
