@@ -6,7 +6,7 @@ The `Actuator` makes set-points, smooth ramps and timed profiles into a commande
 `Transmission` brings it to the substrate: motor (may be stuck or lag; read by the encoder) ->
 grip (may slip or be mounted askew) -> substrate. Each follows the one before it and makes up a
 difference no faster than a strain that is set by hand. So a fault that comes or goes does not jerk
-cells out of their phase, as a compression by 0.1 would at the rate of a throw.
+cells out of their phase.
 """
 
 from __future__ import annotations

@@ -61,9 +61,10 @@ def check(
     if element is not None:
         made = replace(element.timed_specimen, stuck=())
         subject = Subject(made.design, sound, made, tuple(element.corrections_by_level(settings)))
-    # rules for a wall that a gradient drives over shallow defects, as in the paper. Elements read
-    # by waveform have deep, near defects and strong damping; counted writes judge them.
-    gentle_defect_findings = ('gradient', 'wall_width', 'pin_depth')
+    # rules for a wall that a gradient drives over shallow defects, as in the paper, and for the
+    # pulses whose delay is read. Elements read by waveform have deep, near defects, strong damping
+    # and a pulse of their own; counted writes judge them.
+    paper_findings = ('gradient', 'wall_width', 'pin_depth', 'carrier_left', 'carrier_right')
     found = [
         finding
         for concern in CHECK_MODULES
@@ -74,7 +75,7 @@ def check(
         # it judges the delays by which one wall is read
         if settings.read.method == 'delay' or concern is not echoes
         for finding in concern.check(subject)
-        if settings.read.method == 'delay' or finding.name not in gentle_defect_findings
+        if settings.read.method == 'delay' or finding.name not in paper_findings
     ]
     if settings.element.bad_cells:
         found.append(words.judge_bad_cells(design, settings))

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from mlmem import UNDECODABLE, Calibrate, Erase, MemoryElement, Read, Write, load_element
-from mlmem.errors import SettingsError
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, Specimen, find_walls, scattered
 from mlmem.physics.wall import arrival_tolerance
@@ -66,11 +65,11 @@ def test_wall_pinned_behind_the_last_level_is_not_read_as_it(seed):
 
 
 @pytest.mark.parametrize('name', NAMES)
-def test_robust_element_is_not_refused_by_design_check(name):
-    """A node refuses an element whose check fails."""
+def test_robust_element_passes_design_check(name):
+    """A node refuses an element whose check fails, and logs what warns at every start."""
     shipped = load_element(name)
     report = check(shipped.design, shipped.settings)
-    assert [each.name for each in report.findings if each.verdict is Verdict.FAIL] == []
+    assert [each.name for each in report.findings if each.verdict is not Verdict.PASS] == []
 
 
 def test_robust_element_read_by_its_twin_has_greater_margins():
@@ -90,15 +89,6 @@ def test_waveform_read_of_two_walls_is_undecodable():
     element.transducer.assume_equilibrium()
     assert not element.perform(Read()).success
     assert element.reading.content == UNDECODABLE
-
-
-def test_waveform_method_of_a_register_is_rejected():
-    """A register is read by its waveform anyway."""
-    settings = load_element('robust_2').settings
-    spaced = dataclasses.replace(settings.register, spacing=1)
-    with pytest.raises(SettingsError) as caught:
-        dataclasses.replace(settings, register=spaced)
-    assert caught.value.field in ('read.method', 'register.spacing')
 
 
 def test_forecasts_carry_the_friction_of_the_element_file():
