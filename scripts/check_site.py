@@ -31,8 +31,8 @@ def find_axe() -> Path | None:
     if shutil.which('npm') is None:
         return None
     command = ['npm', 'root', '--global']
-    folder = subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
-    script = Path(folder, 'axe-core', 'axe.min.js')
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    script = Path(done.stdout.strip(), 'axe-core', 'axe.min.js')
     return script if script.exists() else None
 
 
