@@ -5,8 +5,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import singledispatch
+from typing import Any
 
 from ..errors import ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
@@ -38,34 +41,56 @@ most 0.6."""
 
 
 def calibrate(element: Memory) -> Procedure[Result]:
-    """Calibrate the reader of an element, and restore the content in any case.
+    """Calibrate the reader of an element, and restore the content in any case but an abort.
 
     Raises:
         ProcedureFailed: As `calibrate_reader`, or the content could not be restored.
     """
     yield from return_to_zero(element)
     content = yield from take_settled_reading(element)
-    return (yield from calibrate_reader(element.reader, element, content))
+    try:
+        found = yield from calibrate_reader(element.reader, element)
+    except ProcedureFailed as failure:
+        try:
+            yield from restore_content(element, content)
+        except ProcedureFailed as lost:
+            raise ProcedureFailed(f'{failure}; nor was the content restored: {lost}') from failure
+        raise
+    return replace((yield from restore_content(element, content)), **found)
+
+
+@contextmanager
+def _keep_unless_measured(element: Memory) -> Iterator[None]:
+    """Take the old calibration back if measuring ends early: by a failure, an abort or a fault."""
+    known = element.calibration
+    try:
+        yield
+    except BaseException:  # an abort closes the procedure
+        element.calibration = known
+        raise
 
 
 @singledispatch
-def calibrate_reader(reader: Reader, element: Memory, content: Reading) -> Procedure[Result]:
+def calibrate_reader(reader: Reader, element: Memory) -> Procedure[dict[str, Any]]:
     """Write one wall to every level that can be used: each must be read as forecast.
 
     If kicks write every level, one factor on their speeds is found first: it makes up for damping
     and friction that are not those of the design.
 
+    Returns:
+        Fields of the result.
+
     Raises:
-        ProcedureFailed: A level was not reached, or the content could not be restored.
+        ProcedureFailed: A level was not reached.
     """
     levels = range(element.design.levels)
-    found: dict[str, float | str] = {}
+    found: dict[str, float] = {}
     kicked = all(is_kicked(element.settings, level) for level in levels)
     if kicked and len(levels) > 1 and not reader.holds_words:
         found = {'kick_factor': (yield from _find_kick_factor(element, reader))}
     for each in reader.single_walls.values():
         yield from write(element, each)
-    return replace((yield from restore_content(element, content)), found=found)
+    return {'found': found}
 
 
 def _find_kick_factor(element: Memory, reader: Reader) -> Procedure[float]:
@@ -79,10 +104,10 @@ def _find_kick_factor(element: Memory, reader: Reader) -> Procedure[float]:
         ProcedureFailed: No factor reaches any level, or the element cannot be made blank; the old
             corrections are kept.
     """
-    known, reached, passed = element.calibration, dict[int, list[float]](), set[int]()
+    reached, passed = dict[int, list[float]](), set[int]()
     levels, least = element.design.levels, element.settings.write.min_margin
     tried = {level: it for level, it in reader.single_walls.items() if level < levels - 1}
-    try:
+    with _keep_unless_measured(element):
         for factor in KICK_FACTORS:
             _set_corrections(element, [PulseCorrection(speed=factor)] * levels)
             for level in sorted(tried.keys() - passed):
@@ -98,9 +123,6 @@ def _find_kick_factor(element: Memory, reader: Reader) -> Procedure[float]:
                 f'no factor from {KICK_FACTORS[0]:.2f} to {KICK_FACTORS[-1]:.2f} on the speeds of '
                 'kicks reaches any level'
             )
-    except ProcedureFailed:
-        element.calibration = known
-        raise
     slowest = max(each[0] for each in reached.values())
     fastest = min(each[-1] for each in reached.values())
     found = round(math.sqrt(slowest * fastest), 6)
@@ -109,8 +131,8 @@ def _find_kick_factor(element: Memory, reader: Reader) -> Procedure[float]:
 
 
 @calibrate_reader.register
-def calibrate_delays(reader: DelayReader, element: Memory, content: Reading) -> Procedure[Result]:
-    """Measure the delay of every level from both ends, and restore the content.
+def calibrate_delays(reader: DelayReader, element: Memory) -> Procedure[dict[str, Any]]:
+    """Measure the delay of every level from both ends.
 
     The wall is taken up from level to level with the pulses of the settings, times the corrections
     of the calibration. Every new delay must be nearest to that of the same level in the present
@@ -118,23 +140,17 @@ def calibrate_delays(reader: DelayReader, element: Memory, content: Reading) -> 
     kick that misses its level is found by bisection, within `write.kick_tries`. A twin's forecast
     takes the place of the present calibration, if there is one.
 
+    Returns:
+        Fields of the result.
+
     Raises:
-        ProcedureFailed: The wall did not follow, or the delays do not distinguish the levels (the
-            old calibration is kept), or the content could not be restored.
+        ProcedureFailed: The wall did not follow, or the delays do not distinguish the levels; the
+            old calibration is kept.
     """
-    known = element.calibration
-    try:
+    with _keep_unless_measured(element):
         element.calibration = yield from _measure_delays(element)
-    except ProcedureFailed as failure:
-        element.calibration = known
-        try:
-            yield from restore_content(element, content)
-        except ProcedureFailed as lost:
-            raise ProcedureFailed(f'{failure}; nor was the content restored: {lost}') from failure
-        raise
-    restored = yield from restore_content(element, content)
     measured = element.calibration
-    return replace(restored, delays={end: measured.table(end).delays for end in measured.ends})
+    return {'delays': {end: measured.table(end).delays for end in measured.ends}}
 
 
 def _measure_delays(element: Memory) -> Procedure[Calibration]:

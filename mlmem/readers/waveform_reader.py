@@ -11,10 +11,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from ..errors import Astray
+from ..errors import Astray, SettingsError
 from ..instrument.blocks import Procedure
 from ..instrument.end import End
 from ..physics import Design, Specimen
+from ..rejections import ErrorCode
 from ..settings import Settings
 from .bad_cells import forecast_bad_cells
 from .echo import EchoDetector
@@ -114,9 +115,16 @@ class WaveformReader:
         return reading.level == UNDECODABLE
 
     def adopt(self, twin: Specimen, settings: Settings) -> WaveformReader:
-        """Return a reader that compares with the forecasts of a twin; raises as `forecast_levels`
-        and `forecast_words`.
+        """Return a reader that compares with the forecasts of a twin.
+
+        Raises:
+            SettingsError: As `forecast_levels` and `forecast_words`, or for known bad cells.
         """
+        if settings.element.bad_cells:
+            raise SettingsError.of_value(
+                ErrorCode.CONFLICT, 'element.bad_cells', settings.element.bad_cells,
+                'empty for a reader that forecasts by a twin',
+            )  # fmt: skip
         forecast = forecast_words if settings.register.spacing else forecast_levels
         return WaveformReader(forecast(twin, settings))
 

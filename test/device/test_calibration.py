@@ -11,6 +11,7 @@ import pytest
 
 from mlmem import (
     BLANK,
+    Abort,
     Calibrate,
     Calibration,
     DelayTable,
@@ -21,6 +22,7 @@ from mlmem import (
     SettingsError,
     Write,
     factory_calibration,
+    load_element,
     preset,
     snapshot,
 )
@@ -196,6 +198,19 @@ def test_calibration_that_fails_restores_content(written, monkeypatch):
     )
     assert outcome.reading.level == 1
     assert rig.holds(element, 1)
+    assert element.calibration is known
+
+
+@pytest.mark.parametrize('name', ['kick_2', 'robust_2'])
+def test_aborted_calibration_keeps_old_one(name):
+    """Of delays and of waveforms, whose first factors on the kicks are far off."""
+    element = MemoryElement(load_element(name))
+    known = element.calibration
+    element.apply(Calibrate())
+    while element.calibration is known:
+        assert element.procedure
+        element.advance(20)
+    assert element.perform(Abort()).success
     assert element.calibration is known
 
 
