@@ -97,10 +97,7 @@ class WordKick:
 
     def drive(self, element: Memory, how: Drive) -> Procedure[None]:
         """Send a wall, or a kink if the left end is active."""
-        yield from bring_ends_back(element, (End.LEFT,))
-        design = element.design
-        target = design.D_s1 if element.phase(End.LEFT) == 1 else design.D_s2
-        yield from kick_to(element, target, self.speed)
+        yield from _kick_to_other_phase(element, self.speed)
 
 
 @dataclass(frozen=True)
@@ -133,10 +130,8 @@ class WordKickOut:
             # of what is not known, one wall
             walls = code.walls(content) if content != UNDECODABLE else (0,)
             for first in range(len(walls)):
-                yield from bring_ends_back(element, (End.LEFT,))
-                target = design.D_s1 if element.phase(End.LEFT) == 1 else design.D_s2
                 speed = _kick_out_speed(kick, walls[first:])
-                yield from kick_to(element, target, speed, kick.erase_settle)
+                yield from _kick_to_other_phase(element, speed, kick.erase_settle)
             reading = yield from element.reader.read(element)
             if element.reader.needs_second_read(reading):
                 reading = yield from element.reader.read(element)
@@ -163,8 +158,7 @@ def moves_from(
     if settings.register.spacing:
         yield from _word_kicks(design, settings, start, target)
         if start != 0 and not settings.clearing_pulse.A:
-            shape, stroke = settings.kick, abs(design.D_s2 - design.D_s1)
-            each = stroke / shape.erase_speed + shape.hold + shape.erase_settle
+            each = _erase_duration(design, settings.kick)
             yield WordKickOut(start, 0, design.levels / settings.register.spacing * each)
     elif settings.write.method != 'strain':
         if start == BLANK:
@@ -184,15 +178,22 @@ def kick_into(design: Design, settings: Settings, level: int) -> Kick:
     shape, speed = settings.kick, settings.kick.wall_speeds[level]
     if not speed:
         raise IndexError(f'kick.speeds has no kick to level {level}')
-    duration = abs(design.D_s2 - design.D_s1) / speed + shape.hold + shape.settle
+    duration = _kick_duration(design, shape, speed, shape.settle)
     return Kick(BLANK, level, duration, ringing_time(design), shape.room(level), speed)
 
 
 def kick_out_of(design: Design, settings: Settings, level: int) -> KickOut:
     """Return the kick that erases a wall at a level, or at any, whether or not it is used."""
-    shape, stroke = settings.kick, abs(design.D_s2 - design.D_s1)
-    duration = stroke / shape.erase_speed + shape.hold + shape.erase_settle
-    return KickOut(level, BLANK, duration, ringing_time(design))
+    return KickOut(level, BLANK, _erase_duration(design, settings.kick), ringing_time(design))
+
+
+def _kick_duration(design: Design, shape: KickSettings, speed: float, settle: float) -> float:
+    """Return the time of a kick of this mean speed, with its rest."""
+    return abs(design.D_s2 - design.D_s1) / speed + shape.hold + settle
+
+
+def _erase_duration(design: Design, shape: KickSettings) -> float:
+    return _kick_duration(design, shape, shape.erase_speed, shape.erase_settle)
 
 
 def _word_kicks(design: Design, settings: Settings, start: int, target: int) -> Iterator[WordKick]:
@@ -206,7 +207,7 @@ def _word_kicks(design: Design, settings: Settings, start: int, target: int) -> 
         return
     level = needed[missing - 1]
     speed = (shape.wall_speeds, shape.kink_speeds)[len(resting) % 2][level]
-    duration = abs(design.D_s2 - design.D_s1) / speed + shape.hold + shape.settle
+    duration = _kick_duration(design, shape, speed, shape.settle)
     yield WordKick(start, code.word(needed[missing - 1 :]), duration, speed)
 
 
@@ -255,6 +256,16 @@ def kick_out(element: Memory, attempt: int = 1) -> Procedure[None]:
         # waves instead
         speed = fastest * (1.2, 5.0, 2.0)[(attempt - 1) % 3]
     yield from kick_to(element, design.D_s1, speed, settings.erase_settle)
+
+
+def _kick_to_other_phase(
+    element: Memory, speed: float, settle: float | None = None
+) -> Procedure[None]:
+    """Send a wall, or a kink if the left end is active."""
+    yield from bring_ends_back(element, (End.LEFT,))
+    design = element.design
+    target = design.D_s1 if element.phase(End.LEFT) == 1 else design.D_s2
+    yield from kick_to(element, target, speed, settle)
 
 
 def kick_to(

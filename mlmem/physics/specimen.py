@@ -8,11 +8,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..rng import Stream, make_generator
 from .curve import Curve
 from .design import Design, strain_shape
 from .potential import Array, DesignError, Potential
+from .wall import barrier_height
 
 ARRAY_FIELDS = ('alpha_factor', 'k_r_factor', 's_factor', 'mass', 'offset', 'depth')
 """The fields of a specimen that have a value for every cell or spring."""
@@ -70,25 +72,20 @@ class Specimen:
             if given.shape not in ((), (size,)):
                 raise DesignError.out_of_range(name, given.shape, f'of shape ({size},)')
             object.__setattr__(self, name, np.broadcast_to(given, size))
-        for name in ('alpha_factor', 'k_r_factor', 's_factor'):
+        for name in ('alpha_factor', 'k_r_factor', 's_factor', 'mass'):
             values = getattr(self, name)
-            if not ((values > 0.0) & np.isfinite(values)).all():
-                raise DesignError.out_of_range(name, _find_worst(values), 'above 0 and finite')
-        if not ((self.masses > 0.0) & np.isfinite(self.masses)).all():
-            raise DesignError.out_of_range('mass', _find_worst(self.masses), 'above 0 and finite')
+            right = (values > 0.0) & np.isfinite(values)
+            _require_everywhere(name, values, right, 'above 0 and finite')
         object.__setattr__(self, 'stuck', tuple(sorted(set(self.stuck))))
         if not all(1 < site < n for site in self.stuck):
             raise DesignError.out_of_range('stuck', self.stuck, f'cells from 2 to {n - 1}')
-        if not (np.abs(self.offsets) <= MAX_OFFSET).all():
-            worst = _find_worst(-np.abs(self.offsets))
-            raise DesignError.out_of_range('offset', worst, f'from {-MAX_OFFSET} to {MAX_OFFSET}')
-        if not (np.abs(self.depths) <= MAX_DEPTH).all():
-            worst = _find_worst(-np.abs(self.depths))
-            raise DesignError.out_of_range('depth', worst, f'from {-MAX_DEPTH} to {MAX_DEPTH}')
+        for name, most in (('offset', MAX_OFFSET), ('depth', MAX_DEPTH)):
+            values = getattr(self, name)
+            right = np.abs(values) <= most  # false for NaN
+            _require_everywhere(name, values, right, f'from {-most} to {most}')
         if self.depths.any() and self.design.substrate != 'rigid':
-            raise DesignError.out_of_range(
-                'depth', _find_worst(self.depths), '0 over an elastic substrate'
-            )
+            worst = float(np.abs(self.depths).max())
+            raise DesignError.out_of_range('depth', worst, '0 over an elastic substrate')
         if not 0.0 <= self.eta_factor < np.inf:
             raise DesignError.out_of_range('eta_factor', self.eta_factor, 'at least 0')
         if self.damped_by_substrate and self.design.substrate != 'rigid':
@@ -130,9 +127,8 @@ class Specimen:
     @cached_property
     def depth_force(self) -> Array:
         """The constant force on every cell that makes its wells unequal, shape (N,)."""
-        made = self.design
-        barrier = made.potential.energy(made.D_barrier) - made.potential.energy(made.D_s1)
-        return np.asarray(self.depths * barrier / (made.D_s2 - made.D_s1))
+        step = self.design.D_s2 - self.design.D_s1
+        return np.asarray(self.depths * barrier_height(self.design) / step)
 
     @property
     def potential(self) -> Potential | Curve:
@@ -228,6 +224,8 @@ def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
     )
 
 
-def _find_worst(values: Array) -> float:
-    """Return the least value, or NaN if there is one."""
-    return float(values[int(np.argmin(np.where(np.isnan(values), -np.inf, values)))])
+def _require_everywhere(name: str, values: Array, right: NDArray[np.bool_], what: str) -> None:
+    """Raise `DesignError` for the first cell or spring whose value is not right."""
+    if not right.all():
+        first = int(np.argmin(right))
+        raise DesignError.out_of_range(name, float(values[first]), f'{what} (at {first + 1})')

@@ -290,6 +290,16 @@ def test_specimen_values_out_of_range_are_rejected(field, value):
         Specimen(SMALL, **{field: value})
 
 
+@pytest.mark.parametrize('name', ['mass', 'offset', 'depth'])
+def test_first_wrong_cell_is_named_with_its_value(name):
+    values = np.full(SMALL.N, 0.1)
+    values[[4, 9]] = -3.0 if name == 'mass' else 0.7
+    with pytest.raises(DesignError) as caught:
+        Specimen(SMALL, **{name: values})
+    assert (caught.value.field, caught.value.value) == (name, values[4])
+    assert '(at 5)' in caught.value.expected
+
+
 def test_depth_is_energy_between_wells_over_barrier():
     """The wells themselves shift by the force over their stiffness, which changes little more."""
     made = Specimen(SMALL, alpha_factor=1.0 / SMALL.alpha, depth=0.1)
