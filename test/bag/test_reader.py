@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags are read whoever recorded them and however the recording ended."""
 
+import tracemalloc
+
 import mcap.writer
 import numpy as np
 import pytest
@@ -196,3 +198,24 @@ def test_a_file_without_messages_spans_no_time(tmp_path):
     assert reader.metadata is None
     assert list(reader) == []
     assert reader.losses == ()
+
+
+def test_chunks_that_overlap_in_time_are_read_one_at_a_time(tmp_path):
+    """Each of 30 chunks of zeros has its last message after the first of every other."""
+    path = tmp_path / 'small.mcap'
+    with path.open('wb') as file:
+        writer = mcap.writer.Writer(file, chunk_size=2**25)
+        writer.start('ros2')
+        channel = writer.register_channel('/n', 'cdr', writer.register_schema('a/b', '', b''))
+        for number in range(30):
+            for log_time in (number, 1000 + number):
+                writer.add_message(channel, log_time, bytes(2**22), log_time)
+            writer.flush()
+        writer.finish()
+    assert path.stat().st_size < 100_000
+    tracemalloc.start()
+    try:
+        assert sum(1 for _ in BagReader(path)) == 60
+        assert tracemalloc.get_traced_memory()[1] < mcap_part.MAX_HELD_BYTES
+    finally:
+        tracemalloc.stop()
