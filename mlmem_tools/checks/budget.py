@@ -194,6 +194,14 @@ def check(subject: Subject) -> Iterator[Finding]:
     if settings.register.spacing:
         return
     budget = Budget(design)
+    if budget.width > NARROWEST_WALL:  # of narrower walls the laws say nothing
+        yield from _judge_wide_wall(budget)
+    yield from _judge_friction(subject, budget)
+
+
+def _judge_wide_wall(budget: Budget) -> Iterator[Finding]:
+    """Yield what follows from the energy that the fastest kick gives a wall."""
+    eta = budget.design.eta
     yield Finding(
         'allowed_scatter',
         {'by the kick': budget.scatter, 'by the defects': budget.pinning_scatter},
@@ -205,14 +213,13 @@ def check(subject: Subject) -> Iterator[Finding]:
     )
     yield Finding(
         'allowed_damping',
-        {'eta': design.eta, 'at most': budget.damping},
+        {'eta': eta, 'at most': budget.damping},
         '1/time',
-        _judge_damping(budget),
-        'damping that lets the fastest wall reach the last level, arcosh(w / 1.97) / (p J), which '
-        'says nothing of walls of which the half width w is less than 1.97 cells',
+        # narrow walls get up to half as much energy again as the law says
+        judge_value(budget.damping / eta if eta else math.inf, 0.33, 0.66),
+        'damping that lets the fastest wall reach the last level, arcosh(w / 1.97) / (p J)',
         PAPER_SOURCE,
     )
-    yield from _judge_friction(subject, budget)
     yield Finding(
         'allowed_unequal_wells',
         {'by the kick': budget.well_scatter},
@@ -224,19 +231,13 @@ def check(subject: Subject) -> Iterator[Finding]:
     )
 
 
-def _judge_damping(budget: Budget) -> Verdict:
-    if budget.width <= NARROWEST_WALL:  # the law says nothing of it
-        return Verdict.PASS
-    # narrow walls get up to half as much energy again as the law says
-    eta = budget.design.eta
-    return judge_value(budget.damping / eta if eta else math.inf, 0.33, 0.66)
-
-
 def _judge_friction(subject: Subject, budget: Budget) -> Iterator[Finding]:
     design, settings = subject.design, subject.settings
     most = most_levels_with_friction(design.friction)
     verdict = judge_value(most / design.levels, 1.0, 1.0)
-    values = {'friction': design.friction, 'at most': budget.friction}
+    values = {'friction': design.friction}
+    if math.isfinite(most):
+        values['levels at most'] = most
     text = 'dry friction of a cell that lets the fastest wall reach the last level'
     if verdict is Verdict.FAIL:
         text = f'friction stops every wall before level {math.floor(most)}: choose fewer levels'
