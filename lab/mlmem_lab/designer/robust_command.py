@@ -107,6 +107,7 @@ def describe_element(design: Design, settings: Settings, scatter: float) -> dict
     erased = sum(after_erase(chain, level, kick.erase_speed, kick) == BLANK for level in levels)
     stroke = abs(design.D_s2 - design.D_s1)
     slowest, fastest = min(kick.wall_speeds), max(kick.wall_speeds)
+    allowed = Budget(design).friction
     return {
         'levels': f'{design.levels}',
         'cells': f'{design.N}',
@@ -114,7 +115,7 @@ def describe_element(design: Design, settings: Settings, scatter: float) -> dict
         f'astray at {scatter:g}': '{astray} of {kicks}'.format(**counted),
         'levels erased by a kick': f'{erased} of {design.levels}',
         'friction of a cell': f'{design.friction:g}',
-        'allowed friction': f'{Budget(design).friction:.2g}',
+        'allowed friction': f'{allowed:.2g}' if allowed else '-',  # no law for narrow walls
         'slowest kick, time units': f'{stroke / slowest + kick.hold + kick.settle:.0f}',
         'energy of the fastest kick': f'{measure_kick_energy(design, settings, fastest):.3g}',
         'highest speed of the end': f'{kick.peak_speed_ratio * fastest:.3g}',
