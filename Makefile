@@ -80,7 +80,7 @@ test-slow: setup-test
 soak: setup-test
 	$(VENV)/python scripts/soak.py --minutes $(MINUTES)
 
-# A sample of mutants, a quarter of an hour; make mutation SEED=2: another.
+# A sample of mutants, hours; make mutation SEED=2: another.
 mutation: setup-test
 	$(VENV)/pip install --quiet --editable '.[mutation]'
 	$(VENV)/python scripts/mutation.py --sample $(SAMPLE) --seed $(SEED)
