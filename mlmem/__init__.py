@@ -17,7 +17,6 @@ if TYPE_CHECKING:
         EchoReceived,
         Event,
         FollowTrajectory,
-        Inject,
         Outcome,
         SetFaults,
         SetMethod,
@@ -67,7 +66,7 @@ if TYPE_CHECKING:
 __all__ = [
     'BLANK', 'CASE_I', 'CASE_II', 'PRESETS', 'UNDECODABLE', 'Abort', 'Calibrate', 'Calibration',
     'Chain', 'Command', 'DelayTable', 'Design', 'DesignError', 'Disturb', 'Driver', 'DriverError',
-    'DriverHangs', 'EchoReceived', 'End', 'Erase', 'Event', 'Faults', 'FollowTrajectory', 'Inject',
+    'DriverHangs', 'EchoReceived', 'End', 'Erase', 'Event', 'Faults', 'FollowTrajectory',
     'Locate', 'Loop', 'MemoryElement', 'Outcome', 'Potential', 'Preset', 'ProcedureFailed', 'Read',
     'Reading', 'Refused', 'Reset', 'Scatter', 'SelfTest', 'SetFaults', 'SetMethod', 'SetStrain',
     'Settings', 'SettingsError', 'Shot', 'Specimen', 'StateError', 'Survey', 'Table', 'Trajectory',
@@ -77,7 +76,7 @@ __all__ = [
 
 _MODULE_EXPORTS = {
     'commands': (
-        'Command', 'Disturb', 'EchoReceived', 'Event', 'FollowTrajectory', 'Inject', 'Outcome',
+        'Command', 'Disturb', 'EchoReceived', 'Event', 'FollowTrajectory', 'Outcome',
         'SetFaults', 'SetMethod', 'SetStrain',
     ),
     'element': ('MemoryElement',),

@@ -62,22 +62,13 @@ class SetFaults:
 
 
 @dataclass(frozen=True)
-class Inject:
-    """Let things fail by a script, a list of `failures.Failure` as JSON, whose first tick is the
-    next one. A later script, or faults that are set, end it.
-    """
-
-    script: str
-
-
-@dataclass(frozen=True)
 class SetMethod:
     """Write by another method from now on: one of `write.method`."""
 
     method: str
 
 
-Command = SetStrain | FollowTrajectory | Disturb | SetFaults | Inject | SetMethod | Procedures
+Command = SetStrain | FollowTrajectory | Disturb | SetFaults | SetMethod | Procedures
 
 COMMANDS_BY_NAME: dict[str, type[Any]] = {kind.__name__: kind for kind in get_args(Command)}
 """The commands by name."""

@@ -106,9 +106,7 @@ class MemoryElement(Memory):
         """
         if not self.simulated and (self._running or not self.still):
             return 0
-        latest = self.ticks + 2**31  # more than are ever run
-        due = self._running.due if self._running else latest
-        return min(due, *(tick for tick, _ in self.script[:1]), latest) - self.ticks
+        return self._running.due - self.ticks if self._running else 2**31  # more than are ever run
 
     @property
     def is_released(self) -> bool:
@@ -135,10 +133,6 @@ class MemoryElement(Memory):
                 return None
             case commands.SetFaults(faults):
                 self._apply_faults(faults)
-                self.script = ()
-                return None
-            case commands.Inject(script):
-                self.script = self.course(script, self.faults)
                 return None
             case commands.SetMethod(method):
                 self._set_method(method)
@@ -167,19 +161,6 @@ class MemoryElement(Memory):
                 raise Refused.out_of_range('command', command, f'one of {known}')
         self.forget('strained by hand')
         return None
-
-    def course(self, script: str, faults: Faults) -> tuple[tuple[int, Faults], ...]:
-        """Return all faults from each tick of a script on that begins in the next tick, over those
-        that are there then; raises as `apply`.
-        """
-        from .instrument import fault_script  # few elements fail by a script
-
-        coming = fault_script.schedule_faults(
-            fault_script.parse_script(script), faults, self.ticks
-        )
-        for _, each in coming:
-            self.specimen(each)
-        return tuple(coming)
 
     def _set_method(self, method: str) -> None:
         """Write by another method, and read by its pulses.
@@ -298,9 +279,6 @@ class MemoryElement(Memory):
         """
         for acceleration in shakes.values():
             self.base.check(acceleration)
-        while self.script and self.script[0][0] <= self.ticks:
-            (_, faults), *self.script = self.script
-            self._apply_faults(faults)
         if 0 in shakes:
             self.base.disturb(shakes[0])  # as `apply` does, before a procedure looks at it
         ticks = self._resume_procedure(self._running) if self._running else most
@@ -310,7 +288,7 @@ class MemoryElement(Memory):
             self.forget('shaken')
         if self._events:  # reported after the first
             ticks = 1
-        ticks = min(ticks, most, *(tick - self.ticks for tick, _ in self.script[:1]))
+        ticks = min(ticks, most)
         if shaken is not None and shaken < ticks:
             self.forget('shaken', shaken)
         self.pass_ticks(ticks, shakes)

@@ -7,7 +7,7 @@ from __future__ import annotations
 import hashlib
 import math
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import MISSING, dataclass
 from functools import partial
 from typing import Any
@@ -47,7 +47,6 @@ class Snapshot:
     sensors: SensorsState
     transducer: TransducerState
     faults: Faults
-    script: Sequence[tuple[int, Faults]]
     reading: Reading | None
     unknown: Unknown | None
     ticks: int = _tick(MISSING, 'ticks done')
@@ -62,7 +61,7 @@ class Snapshot:
         return cls(
             element.design, element.calibration, element.statistics, element.actuator.state,
             element.transmission.state, element.base.state, element.sensors.state,
-            element.transducer.state, element.faults, element.script, element.reading,
+            element.transducer.state, element.faults, element.reading,
             element.unknown, element.ticks, element.last_moved, element.random_since,
             calibration_key(element.design, element.settings), element.driver.state,
         )  # fmt: skip
@@ -117,7 +116,7 @@ def restore_snapshot(element: MemoryElement, snapshot: Mapping[str, Any]) -> Non
     element.transmission.state, element.base.state = saved.linkage, saved.base
     element.sensors.state, element.transducer.state = saved.sensors, saved.transducer
     element.actuator.state = saved.actuator
-    element.faults, element.script = saved.faults, saved.script
+    element.faults = saved.faults
     element.reading, element.unknown = saved.reading, saved.unknown
     element.ticks, element.last_moved = saved.ticks, saved.last_moved
     element.random_since = saved.random_since
@@ -135,8 +134,6 @@ def _check_values(element: MemoryElement, saved: Snapshot) -> None:
         raise ValueError(f'the statistics must be for {counted} levels')
     if not element.simulated:
         return
-    for _, faults in saved.script:
-        element.specimen(faults)
     element.base.check(saved.base.acceleration)
     element.base.check(saved.base.target)
     element.actuator.check_state(saved.actuator)

@@ -29,7 +29,6 @@ from mlmem import snapshot as snapshots
 from mlmem.commands import COMMANDS_BY_NAME
 from mlmem.element_file import Element
 from mlmem.instrument.end import End
-from mlmem.instrument.fault_script import Failure
 from mlmem.instrument.motion import Profile, Ramp
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections
 from mlmem.parsing import (
@@ -122,14 +121,12 @@ def examples():
         'acceleration': 0.1,
         'faults': {'seed': 3},
         'method': 'strain',
-        'script': '[]',
     }
     for kind in COMMANDS_BY_NAME.values():
         found[kind] = {
             f.name: 1 if (given := values.get(f.name, f.default)) is dataclasses.MISSING else given
             for f in dataclasses.fields(kind)
         }
-    found[Failure] = {'unit': 'sensor', 'failure': 'off', 'tick': 0, 'instance': 1}
     found[FollowTrajectory] = {'times': [0.0, 1.0], 'strains': [0.0, 0.1], 'rates': []}
     for kind in described_classes():
         if kind not in found and all(f.default is not dataclasses.MISSING for f in fields(kind)):

@@ -5,7 +5,6 @@
 A kind of file is a row of `KINDS`.
 """
 
-import argparse
 import os
 import random
 import re
@@ -38,17 +37,11 @@ from mlmem_lab.standard_problems.verdict import read_others
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import state_file
 from mlmem_ros.session import data
-from mlmem_tools.cli import request
 from mlmem_tools.law.curves import average_runs, load_run, save_law
 
 ROOT = Path(__file__).parents[2]
 CURVE = ROOT / 'examples/law/shell_run1.csv'
 RECORDING = next((ROOT / 'test/data/aborted_write').glob('*.mcap'))
-
-SCRIPT = """\
-- {tick: 5, unit: sensor, failure: delayed, instance: 1, severity: 25}
-- {tick: 500, unit: sensor, failure: ok}
-"""
 
 
 class Kind(NamedTuple):
@@ -109,11 +102,6 @@ KINDS = {
         lambda path: state_file.save_snapshot(path, snapshot.take_snapshot(build_element())),
         '.json',
         (StateError, DecodeError),
-    ),
-    'script': Kind(
-        lambda path: request.parse_script(str(path)),
-        lambda path: path.write_text(SCRIPT),
-        errors=(argparse.ArgumentTypeError,),
     ),
     'curve': Kind(load_run, lambda path: shutil.copy(CURVE, path), '.csv'),
     'shot': Kind(csv_shots.load_shot, save_shot, '.csv'),

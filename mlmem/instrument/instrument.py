@@ -8,7 +8,6 @@ It knows neither commands nor levels: procedures act on it, and `MemoryElement` 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -72,7 +71,6 @@ class Instrument:
         self.transmission = Transmission(settings.actuator)
         self.base = Base(settings.disturbance, self.tick, design.holding_force)
         self.faults = NO_FAULTS
-        self.script: Sequence[tuple[int, Faults]] = ()
         self.random_since = 0
         self.sensors = Sensors(self.driver.dt)
         self.transducer = Transducer(design, settings, self.driver)
@@ -201,7 +199,6 @@ class Instrument:
         """
         self.set_faults(replace(self.faults, seed=seed))
         self.sensors = Sensors(self.driver.dt)
-        self.script = [(tick, replace(faults, seed=seed)) for tick, faults in self.script]
         self.random_since = self.ticks
 
     def replace_element(self) -> None:

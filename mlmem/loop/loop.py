@@ -13,7 +13,7 @@ from concurrent.futures import Future
 from typing import Any, NamedTuple, TypeVar
 
 from .. import threads
-from ..commands import Command, Disturb, Event, Inject, SetFaults
+from ..commands import Command, Disturb, Event
 from ..element import MemoryElement
 from ..errors import Refused
 from ..procedure_table import Abort
@@ -154,7 +154,7 @@ class Loop:
 
         Returns:
             Its answer is the outcome of a procedure when it ends, and None for what begins none,
-            once it is accepted: a script of failures at once, though time is paused.
+            once it is accepted.
         """
         if isinstance(command, Disturb):  # check it before it replaces a valid one
             try:
@@ -162,8 +162,6 @@ class Loop:
             except Refused as refusal:
                 return Request(command).refuse(refusal)
             return self._box.shake(self._pacer.now(), command)
-        if isinstance(command, Inject) and self._box.paused:
-            return Request(command, self._box.call(lambda: self._schedule_script(command)))
         deadline = threads.monotonic() + wait
         return self._box.submit(Request(command, client=client, deadline=deadline))
 
@@ -221,12 +219,6 @@ class Loop:
                     commands += self._asked.apply(request)
                 ended = self._run_tick(turn.due, commands, turn.asked_for)
                 due = math.inf if turn.asked_for else self._times.after(turn.due, ended)
-
-    def _schedule_script(self, command: Inject) -> None:
-        """Leave a script for the next tick, if it can begin there: over the faults of then."""
-        coming = (each.asked.faults for each in self._box.list_pending(SetFaults))
-        self.element.course(command.script, next(coming, self.element.faults))
-        self._box.submit(Request(command))
 
     def _release_strain(self) -> None:
         """Abort any procedure and bring the strain to zero, without pacing."""

@@ -252,11 +252,6 @@ class Mailbox:
         """Whether ticks are held back; call with the lock held."""
         return self.paused and not self.steps and self.ending is Ending.NOT
 
-    def list_pending(self, kind: type[Any]) -> list[Asked]:
-        """Return the commands of a kind that wait for the next tick, newest first."""
-        with self.changed:
-            return [each for each in reversed(self.commands) if isinstance(each.asked, kind)]
-
     def take(self, queue: deque[Request[T]]) -> Request[T] | None:
         """Take out the oldest request that was not withdrawn; it no longer can be."""
         while True:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
-from mlmem import Command, Disturb, FollowTrajectory, Inject, Read, Refused, SetStrain, Write
+from mlmem import Command, Disturb, FollowTrajectory, Read, Refused, SetStrain, Write
 from mlmem.instrument.actuator import MAX_PROFILE_POINTS
 from mlmem.instrument.instrument import Units
 from mlmem.procedure_table import CONTENT_NAMES, JOINT_NAME, PROCEDURES, UNSET_CONTENT
@@ -171,7 +171,6 @@ REQUEST_COMMANDS: dict[str, type[Any]] = {
     **{name: row.command for name, row in PROCEDURES.items()},
     'follow': FollowTrajectory,
     'record': Record,
-    'inject': Inject,
 }
 """The command of each of `REQUEST_ARGUMENTS`."""
 

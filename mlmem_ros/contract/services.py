@@ -163,6 +163,5 @@ REQUEST_ARGUMENTS: dict[str, dict[str, Type]] = {
     'write': dict.fromkeys(CONTENT_NAMES, INTEGER),
     'follow': dict.fromkeys(('times', 'strains', 'rates'), DOUBLE_ARRAY),
     'record': {'on': BOOL, 'path': STRING},
-    'inject': {'script': STRING},
 }
 """All requests, with the types of their arguments."""

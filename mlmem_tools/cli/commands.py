@@ -16,7 +16,7 @@ from . import laboratory
 from .command import Command, add_commands
 from .output import print_failure
 
-REQUEST_NAMES = (*PROCEDURES, 'record', 'inject')
+REQUEST_NAMES = (*PROCEDURES, 'record')
 SUBCOMMAND_NAMES = (
     'demo', *REQUEST_NAMES, 'view', 'rig', 'design', 'law', 'replay',
     'inspect', 'doctor',

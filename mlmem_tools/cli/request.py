@@ -178,35 +178,6 @@ def _parse_seconds(text: str) -> float:
     raise argparse.ArgumentTypeError(f'must be a time above 0 s; got {text!r}')
 
 
-def parse_script(path: str) -> Any:
-    """Return the list of failures in a YAML file, as plain values.
-
-    Raises:
-        ArgumentTypeError: It cannot be read, or is none.
-    """
-    from mlmem.instrument.fault_script import decode_script
-    from mlmem.parsing import DecodeError, parse_yaml, read_file
-
-    try:
-        found = parse_yaml(read_file(path))
-        decode_script(found)
-    except DecodeError as error:
-        raise argparse.ArgumentTypeError(str(DecodeError(f'{path}: {error}'))) from None
-    return found
-
-
-def _collect_script(given: argparse.Namespace) -> Any:
-    """Return the failures of a command line, or of its file; raises `ValueError`."""
-    if given.script:
-        return given.script
-    if not given.failure:
-        raise ValueError('name a unit and its failure, or a file with --script')
-    return [{
-        'unit': given.unit, 'failure': given.failure, 'instance': given.instance,
-        'severity': given.severity,
-    }]  # fmt: skip
-
-
 UNBOUNDED_TIMEOUTS = dict.fromkeys(
     ('calibrate', 'self_test', 'survey', 'write', 'erase'), math.inf
 )
@@ -266,30 +237,4 @@ COMMANDS['record'] = _build_request_command(
     more="""\
 The bag is on the machine of the node, below its `files.root`. If the path exists, the time is
 added to its name; without a path, the node takes its `record.path`.""",
-)
-COMMANDS['inject'] = _build_request_command(
-    'let parts of a running node fail, at once or by a script',
-    lambda client, given: client.inject(*_collect_script(given)),
-    lambda _: 'injected',
-    declare_option('unit', nargs='?', help='sensor, transducer, actuator or material'),
-    declare_option(
-        'failure', nargs='?', help='off, stuck, garbage, wrong, slow, delayed ... or ok'
-    ),
-    declare_option(
-        '--instance', type=int, default=0, help='sensor: 1 left, 2 right; material: the cell'
-    ),
-    declare_option(
-        '--severity', type=float, help='in the unit of the fault; docs/faults.md has them'
-    ),
-    declare_option(
-        '--script',
-        type=parse_script,
-        metavar='FILE',
-        help='YAML: a list of failures with their ticks',
-    ),
-    more="""\
-A script is a list such as
-  - {unit: sensor, failure: delayed, instance: 1, severity: 25}
-  - {tick: 500, unit: sensor, failure: ok}
-Its ticks count from the one in which it begins. Sessions record and replay it.""",
 )

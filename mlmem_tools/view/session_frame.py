@@ -19,7 +19,6 @@ from mlmem import (
     Command,
     Disturb,
     FollowTrajectory,
-    Inject,
     Read,
     SetFaults,
     SetMethod,
@@ -239,8 +238,6 @@ def _describe_command(command: Command) -> str:
             return f'{name} from {end}'
         case SetFaults(faults=faults):
             return f'{name} {", ".join(faults.list_active()) or "healed"}'
-        case Inject(script=script):
-            return f'{name} {script}'
         case SetMethod(method=method):
             return f'{name} {method}'
         case _:

@@ -84,7 +84,6 @@ SNAPSHOT = {
     'base': 'acceleration of the base, and when it was last heard of',
     'last_moved': 'tick since when substrate, base and material have not moved or changed',
     'faults': 'the active faults',
-    'script': 'faults to come, with the ticks from which on they are all that is faulty',
     'random_since': 'tick from which the random numbers of faults are counted',
     'reading': 'the content as last decoded, or null',
     'unknown': 'why the content is no longer known, and since which tick, or null',

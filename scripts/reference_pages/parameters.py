@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from typing import Any
 
 from mlmem import Settings
-from mlmem.instrument.fault_script import FAULT_MEANINGS, Meaning
 from mlmem.physics import CASE_II
 from mlmem.schema import Description, find_descriptions
 from mlmem_ros.host.settings import declare_parameters
@@ -17,7 +16,7 @@ HEAD = ['parameter', 'default', 'unit', 'range', 'meaning']
 
 
 def generate_parameters() -> dict[str, str]:
-    """Return every parameter of the node, and the names of failures."""
+    """Return every parameter of the node."""
     groups: dict[str, list[list[str]]] = {}
     for name, default, description in declare_parameters():
         legal = '-1 to p - 1' if name == 'target_level' else _range(description)
@@ -27,7 +26,7 @@ def generate_parameters() -> dict[str, str]:
         f'### {f"`{group}.*`" if group else "The node"}\n\n{table(HEAD, rows)}\n'
         for group, rows in groups.items()
     )
-    return {'parameters': tables, 'failures': _failures()}
+    return {'parameters': tables}
 
 
 def list_settings() -> str:
@@ -43,19 +42,6 @@ def _rows(owner: Any) -> Iterator[list[str]]:
     for field, description in find_descriptions(owner):
         default = _default(getattr(owner, field.name))
         yield [f'`{field.name}`', default, description.unit, _range(description), description.text]
-
-
-def _failures() -> str:
-    """Return what `mlmem inject` knows."""
-    rows = [
-        [unit, failure, f'`faults.{each.fault}`', each.text, _severity(each)]
-        for (unit, failure), each in FAULT_MEANINGS.items()
-    ]
-    return table(['unit', 'failure', 'sets', 'what it does', 'usual severity'], rows)
-
-
-def _severity(meaning: Meaning) -> str:
-    return f'{meaning.severity:g}' if meaning.scaled else ''
 
 
 def _default(value: Any) -> str:

@@ -15,7 +15,6 @@ from mlmem import (
     Disturb,
     EchoReceived,
     Erase,
-    Inject,
     Loop,
     Outcome,
     Read,
@@ -276,15 +275,6 @@ def test_paused_device_does_not_move(start):
     loop.pause(False)
     until(lambda: loop.element.ticks > ticks + 3)
     assert loop.statistics.overruns == 0 or loop.statistics.lateness_mean > 0.0
-
-
-def test_script_injected_during_pause_begins_with_next_tick(start):
-    loop, script = start(rig.device()), '[{"unit": "actuator", "failure": "stuck"}]'
-    hold(loop)
-    assert result(loop.submit(Inject(script))) is None
-    assert not loop.element.faults.list_active()
-    result(loop.step().answer)
-    assert loop.element.faults.list_active() == {'actuator_stuck': True}
 
 
 def test_pause_counts_tick_in_progress(start):

@@ -17,7 +17,6 @@ from mlmem import (
     Disturb,
     Faults,
     FollowTrajectory,
-    Inject,
     Read,
     Refused,
     SetFaults,
@@ -113,19 +112,6 @@ def faulty():
     return element
 
 
-def in_a_fault_script():
-    """Return a device whose script has begun and still heals its sensor."""
-    element = rig.device(2)
-    failures = (
-        {'unit': 'sensor', 'failure': 'delayed', 'severity': 7.25, 'tick': 3},
-        {'unit': 'material', 'failure': 'slow', 'severity': 1.5, 'tick': 5},
-        {'unit': 'sensor', 'failure': 'ok', 'tick': 35},
-    )
-    element.apply(Inject(json.dumps(failures)))
-    rig.ticks(element, 20)
-    return element
-
-
 ILL = Faults(
     sensor_noise=2e-6,
     sensor_dropout=0.02,
@@ -144,7 +130,6 @@ ILL = Faults(
 
 STATES = (
     blank, elastic, written_and_moving, all_active, on_a_trajectory, shaken, pulsed, faulty,
-    in_a_fault_script,
 )  # fmt: skip
 
 

@@ -11,7 +11,6 @@ from mlmem import (
     Disturb,
     Faults,
     FollowTrajectory,
-    Inject,
     Refused,
     SetFaults,
     SetMethod,
@@ -75,7 +74,6 @@ def test_settings_rejected_name_code_and_field(make, code, field):
         (FollowTrajectory((), ()), ErrorCode.OUT_OF_RANGE, 'times'),
         (FollowTrajectory((1.0, 2.0), (0.0,)), ErrorCode.CONFLICT, 'strains'),
         (FollowTrajectory((1.0,), (0.0,), joint='knee'), ErrorCode.OUT_OF_RANGE, 'joint'),
-        (Inject('{'), ErrorCode.MALFORMED, ''),
         ('no command', ErrorCode.OUT_OF_RANGE, 'command'),
     ],
 )

@@ -10,12 +10,11 @@ import pytest
 from nodes import QUICK, arrived
 from robot import BLANK, Imu, Robot, values
 
-from mlmem import Disturb, Inject, SetFaults, preset
-from mlmem_ros.contract.calls import NoAnswer, RequestRefused
-from mlmem_ros.ros.client.client import standalone, wait_until
+from mlmem import Disturb, SetFaults, preset
+from mlmem_ros.contract.calls import NoAnswer
+from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
-from mlmem_tools.cli.main import main
 
 DESIGN = preset(QUICK['element']).design
 
@@ -129,53 +128,6 @@ def test_session_with_faults_and_shaking_replays(start, tmp_path):
     report = run_replay(session)
     assert report.exact, report
     assert report.refused == []
-
-
-def test_fault_script_is_injected_and_replayed(start, tmp_path, capsys):
-    """The script comes from a file, by the command; a late sensor is noticed, and heals."""
-    bag, script = tmp_path / 'bag', tmp_path / 'script.yaml'
-    script.write_text(
-        '- {unit: sensor, failure: delayed, instance: 1, severity: 60}\n'
-        '- {tick: 1000, unit: sensor, failure: ok}\n'
-    )
-    recorded = {'element': 'bits_1', 'record.path': str(bag)}
-    node = start(recorded, name='failing')
-    with Robot(node.element) as robot, standalone(node.element) as memory:
-        memory.ready(60.0).wait()
-        assert memory.write(1).wait().level == 1
-        with robot.paused():
-            assert main(['inject', '--node', 'failing', '--script', str(script)]) == 0
-            assert capsys.readouterr().out == 'injected\n'
-            failing = robot.send('read')
-            arrived(node)
-            node.step(500)
-            assert not robot.answer(failing).success
-            node.step(1000)
-        assert robot.trigger('read').success
-    node.terminate()
-    assert node.exit_status() == 0
-    session = load_session(bag)
-    assert [type(command) for _, command in session.stamped].count(Inject) == 1
-    assert run_replay(session).exact
-    assert main(['inspect', str(bag)]) == 0
-
-
-def test_fault_script_is_answered_while_paused(robot):
-    """It begins in the next tick, and is judged over the faults of then, which wait, too."""
-    failing = {'unit': 'sensor', 'failure': 'off', 'instance': 1}
-    with standalone(robot.element) as memory:
-        memory.pause().wait()
-        with pytest.raises(RequestRefused, match='failure must be one of ok, off'):
-            memory.inject({'unit': 'sensor', 'failure': 'explode'}).wait()
-        memory.set_parameters({'faults.sensor_end': 'right', 'faults.sensor_noise': 1e-6}).wait()
-        with pytest.raises(RequestRefused, match='the sensor of right fails'):
-            memory.inject(failing).wait()
-        memory.set_parameters({'faults.sensor_end': 'both', 'faults.sensor_noise': 0.0}).wait()
-        memory.inject(failing).wait()
-        memory.pause(False).wait()
-        assert not robot.trigger('read').success
-        memory.inject({'unit': 'sensor', 'failure': 'ok'}).wait()
-        assert robot.write(1)['level'] == 1
 
 
 def test_element_out_of_its_phases_is_reset(start, tmp_path):

@@ -13,7 +13,6 @@ from mlmem import (
     Erase,
     Faults,
     FollowTrajectory,
-    Inject,
     Locate,
     Read,
     Refused,
@@ -35,7 +34,7 @@ COMMANDS = [
     Survey(),
     Abort(), Abort('the device is shut down'),
     SetMethod('kick'), Disturb(1.0 / 3.0), SetFaults(Faults()),
-    SetFaults(Faults(sensor_noise=0.1, weak_cell=7)), Inject('[]'),
+    SetFaults(Faults(sensor_noise=0.1, weak_cell=7)),
 ]  # fmt: skip
 
 

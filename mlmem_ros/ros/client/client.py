@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import threading
 import time
@@ -189,31 +188,6 @@ class MemoryClient:
             'rates': [float(value) for value in rates],
         }
         return self._send_request('follow', Answer, timeout, **points)
-
-    def inject(self, *script: Mapping[str, Any], timeout: float = 10.0) -> Reply[Answer]:
-        """Let parts of the element fail, each from a tick on that counts from the present one.
-
-        ::
-
-            memory.inject(
-                {'unit': 'sensor', 'failure': 'delayed', 'instance': 1, 'severity': 25.0},
-                {'unit': 'sensor', 'failure': 'ok', 'tick': 500},
-            )
-
-        Args:
-            script: The failures, with the fields of `device.failures.Failure`, in order.
-
-        Returns:
-            A reply when the script has begun; it is refused if the element cannot fail like that.
-
-        Raises:
-            ValueError: A value has no place in a script.
-        """
-        try:
-            text = json.dumps(script, allow_nan=False)
-        except TypeError as error:
-            raise ValueError(f'a script has numbers and texts only: {error}') from error
-        return self._send_request('inject', Answer, timeout, script=text)
 
     def record(self, on: bool = True, path: str = '', timeout: float = 10.0) -> Reply[Recorded]:
         """Start or stop recording a session.
