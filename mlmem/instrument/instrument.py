@@ -45,7 +45,6 @@ class Instrument:
         last_moved: Tick after which substrate, base and material have not moved or changed, and no
             wall was kicked or a register cleared.
         substrate_speed: Mean speed of the substrate's end in the last tick.
-        script: The faults to come, with the ticks from which on they are all that is faulty.
         random_since: Tick from which the random numbers of faults are counted.
         progress: Progress of the running procedure.
     """
