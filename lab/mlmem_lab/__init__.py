@@ -9,6 +9,6 @@
 - `windows`: how far kicks may be off. `landscapes`: the energy of a wall, as in the paper.
 - `designer`, `studies`: new elements; tolerance, and proofs of designs.
 - `paper`, `bench`: the paper's figures and claims; benchmarks.
-- `lattices`, `measured`, `standard_problems`: chains of other laws, real ones.
+- `measured`, `standard_problems`: real lattices, and answers for authors of other codes.
 - `results`, `tables`, `numbers`: result files, and their numbers in the pages.
 """

@@ -33,7 +33,6 @@ from mlmem.instrument.end import End, Shot
 from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError
 from mlmem.physics import CASE_II, Specimen, StateError
 from mlmem_lab.fit import csv_shots
-from mlmem_lab.standard_problems.verdict import read_others
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import state_file
 from mlmem_ros.session import data
@@ -87,11 +86,6 @@ def save_shot(path):
     csv_shots.save_shot(path, shot)
 
 
-def save_answers(path):
-    ours = (ROOT / 'lab/mlmem_lab/standard_problems/answers.csv').read_text().splitlines()
-    path.write_text('\n'.join(line.rpartition(',')[0] for line in ours))
-
-
 KINDS = {
     'element': Kind(element_file.read_element_file, save_element),
     'law': Kind(
@@ -105,7 +99,6 @@ KINDS = {
     ),
     'curve': Kind(load_run, lambda path: shutil.copy(CURVE, path), '.csv'),
     'shot': Kind(csv_shots.load_shot, save_shot, '.csv'),
-    'answers': Kind(read_others, save_answers, '.csv'),
     'session': Kind(
         load_recording, lambda path: shutil.copy(RECORDING, path), '.mcap', (BagError,)
     ),

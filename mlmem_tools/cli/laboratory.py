@@ -17,9 +17,7 @@ PARTS_GROUP = 'mlmem.parts'
 PICTURE_PART = 'session_figure'
 """Draws a session to a file: `draw(session, path)`."""
 
-LABORATORY_COMMANDS = (
-    'bench', 'figures', 'fit', 'plan', 'standard_problems', 'study', 'tolerance',
-)  # fmt: skip
+LABORATORY_COMMANDS = ('bench', 'figures', 'fit', 'plan', 'study', 'tolerance')
 """Its commands, so that we can say what to install."""
 
 

@@ -6,7 +6,7 @@ import inspect
 from typing import Any
 
 from mlmem_lab import standard_problems
-from mlmem_lab.standard_problems import verdict
+from mlmem_lab.standard_problems.problem import ANSWERS_FILE, read_answers
 
 from .table import table
 
@@ -20,7 +20,7 @@ def generate_standard_problems() -> dict[str, str]:
         statements.append(f'{head}\n\n{statement} Step {problem.step:g}.')
     answers = [
         [f'`{one.problem}`', one.quantity, f'{one.value:.7g}', f'{one.error:.1g}']
-        for one in verdict.read(verdict.ANSWERS_FILE)
+        for one in read_answers(ANSWERS_FILE)
     ]
     return {
         'rules': _paragraphs(standard_problems)[1],

@@ -154,7 +154,7 @@ def _draw_row(axes: Any, row: Mapping[str, Any]) -> None:
         axes.plot(ends, [speed] * 2, color=style.INACTIVE_COLOUR, lw=1, label='measured')
 
 
-MODULES = ('lab/mlmem_lab/lattices', 'lab/mlmem_lab/measured')
+MODULES = ('lab/mlmem_lab/measured',)
 CURVES_STUDY = Study(
     'curves', predict_seen, ('all',), MODULES, SEED, add_rows, draw=draw_speeds
 )  # fmt: skip

@@ -1,21 +1,25 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a standard problem is, and what several of them need."""
+"""What a standard problem is, and our answers with their errors."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import csv
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from mlmem.physics import Integrator
+from mlmem.physics import NOH_BATHE, PEFRL, Integrator
 from mlmem.physics.potential import Array
-
-from ..lattices import Lattice
 
 Answers = dict[str, float]
 """Quantities by name."""
+
+ANSWERS_FILE = Path(__file__).with_name('answers.csv')
+MAX_RELATIVE_ERROR = 1e-3
+"""Relative difference from our answer that is right; so are ten times our own error."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +34,22 @@ class Problem:
     name: str
     step: float
     solve: Callable[[Integrator, float], Answers]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One quantity of one problem."""
+
+    problem: str
+    quantity: str
+    value: float
+    error: float
+
+    def agrees_with(self, value: float) -> bool:
+        """Return whether another answer agrees."""
+        return abs(value - self.value) <= max(
+            MAX_RELATIVE_ERROR * abs(self.value), 10.0 * self.error
+        )
 
 
 def define_problem(
@@ -48,23 +68,33 @@ def crossing_site(field: Array, level: float) -> float:
     return float(j + 1 + (field[j] - level) / (field[j] - field[j + 1]))
 
 
-def passage_time(
-    lattice: Lattice, level: float, first: int, last: int, every: int, most: int
-) -> float:
-    """Return the time a falling front takes from one site to another.
+def solve_problem(problem: Problem) -> Iterator[Answer]:
+    """Yield our answers, by PEFRL.
 
-    Args:
-        lattice: It is advanced until the front has passed.
-        level: Displacement that defines the front.
-        every: Steps between two looks; times are interpolated.
-        most: Looks after which the front is taken to have stopped: NaN.
+    The error is the larger of the differences from twice the step and from Noh-Bathe.
     """
-    times, places = [lattice.time], [crossing_site(lattice.displacement, level)]
-    while not places[-1] >= last and len(places) < most:
-        lattice.advance(every)
-        times.append(lattice.time)
-        places.append(crossing_site(lattice.displacement, level))
-    if not places[-1] >= last:
-        return float('nan')
-    rising = np.maximum.accumulate(np.nan_to_num(places))
-    return float(np.interp(last, rising, times) - np.interp(first, rising, times))
+    ours, coarse, other = (
+        problem.solve(integrator, step * problem.step)
+        for integrator, step in ((PEFRL, 1), (PEFRL, 2), (NOH_BATHE, 1))
+    )
+    for name, value in ours.items():
+        error = max(abs(value - coarse[name]), abs(value - other[name]))
+        yield Answer(problem.name, name, value, error)
+
+
+def read_answers(path: Path) -> list[Answer]:
+    """Return answers from a CSV file."""
+    with path.open(newline='', encoding='utf-8') as file:
+        return [
+            Answer(row['problem'], row['quantity'], float(row['value']), float(row['error']))
+            for row in csv.DictReader(file)
+        ]
+
+
+def write_answers(path: Path, answers: Sequence[Answer]) -> None:
+    """Write answers of seven digits to a CSV file; raises OSError as `open`."""
+    with path.open('w', newline='', encoding='utf-8') as file:
+        rows = csv.writer(file, lineterminator='\n')
+        rows.writerow(['problem', 'quantity', 'value', 'error'])
+        for each in answers:
+            rows.writerow([each.problem, each.quantity, f'{each.value:.7g}', f'{each.error:.1e}'])

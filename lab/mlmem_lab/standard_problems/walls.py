@@ -124,10 +124,10 @@ def kick(integrator: Integrator, dt: float) -> Answers:
 def byte(integrator: Integrator, dt: float) -> Answers:
     """Five kicks write a byte, and one pulse hears it.
 
-    The start and the kicks are as in 7, but to and fro: v_1 to D_s2, to D_s1, ... five times, at
+    The start and the kicks are as in 3, but to and fro: v_1 to D_s2, to D_s1, ... five times, at
     mean speeds of 0.26, 0.08, 0.035, 0.011 and 0.004; after each it is held for 20, and free for
     1000. *wall 0* ... *wall 7*, 6000 later: where the configuration passes the barrier, linear
-    between sites. Then a pulse as in 5, of 0.01, sigma 16 and frequency 1.7, for t up to 192.
+    between sites. Then a pulse as in 2, of 0.01, sigma 16 and frequency 1.7, for t up to 192.
     *echo*: the root mean square of v_1 - place during the 900 after it.
     """
     chain, wells = Chain(CASE_II, dt, integrator), (CASE_II.D_s1, CASE_II.D_s2)
