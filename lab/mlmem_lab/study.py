@@ -44,7 +44,6 @@ STUDY_PLACES = {
     'bad_cells': 'reads.bad_cells:STUDY',
     'cells': 'reads.count:CELLS_STUDY',
     'curves': 'measured.study:CURVES_STUDY',
-    'disturb': 'disturb:STUDY',
     'forecasts': 'forecasts:STUDY',
     'kicks': 'windows.kicks:STUDY',
     'one_end': 'one_end:STUDY',

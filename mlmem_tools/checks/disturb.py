@@ -4,8 +4,8 @@
 
 A louder one pulls the wall to the left, or starts one at a blank end.
 Found by simulation from rest on the bare chain, for the waveform of either end's own pulse. The
-nearer the wall, the less it takes (`mlmem study disturb` tries every level), so here it
-is at the two levels nearest to the end: one of either kind of site.
+nearer the wall, the less it takes, so here it is at the two levels nearest to the end: one of
+either kind of site.
 """
 
 from __future__ import annotations

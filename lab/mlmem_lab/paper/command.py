@@ -3,8 +3,8 @@
 """`mlmem figures`: draw the paper's figures from our own simulation, and judge its claims.
 
 Without a name all of them are drawn, and paper.json puts every checkable sentence of the paper
-next to our number; the pages take theirs from it. Each figure comes as PNG, SVG and data (.npz);
-a film as GIF. No ROS is needed.
+next to our number; the pages take theirs from it. Each figure comes as PNG, SVG and data (.npz).
+No ROS is needed.
 """
 
 from __future__ import annotations
@@ -60,8 +60,8 @@ def save_verdicts(output: Path, quality: Quality, folder: Path) -> Path:
 
 def keep_figure_picture(figure: Figure, output: Path) -> None:
     """Put the picture of a figure that was made among those of the pages, if it has one."""
-    if figure.ending:
-        picture = CHECKOUT_ROOT / PICTURE_FOLDERS[0] / f'{figure.stem}.{figure.ending}'
+    if figure.draw is not None:
+        picture = CHECKOUT_ROOT / PICTURE_FOLDERS[0] / f'{figure.stem}.png'
         shutil.copyfile(output / OUTPUT_FOLDER / picture.name, picture)
         own_file = f'lab/mlmem_lab/paper/figures/{figure.stem}.py'
         keep_picture(picture, f'mlmem figures {figure.name} --pages', [*figure.modules, own_file])
