@@ -60,8 +60,8 @@ class WriteSettings(CycleSettings):
 
     method: str = describe_field(
         'strain',
-        'strain: by strain cycles, as in the paper; kick: by kicks, with strain only where no '
-        'kick reaches; auto: by whichever is fastest',
+        'strain: by strain cycles; kick: by kicks, with strain only where no kick reaches; auto: '
+        'whichever is fastest',
         choices=('strain', 'kick', 'auto'),
     )
     compression: float = _compression(
@@ -72,30 +72,26 @@ class WriteSettings(CycleSettings):
     launch_speed: float = _speed(0.05, 'speed of the boundary cell')
     final_settle: float = _time(
         0.0,
-        'longest extra wait after the last cycle of a write, until waves at the ends are small',
+        'longest extra wait after the last cycle of a write, until the waves are small',
     )
     last_release: float = _time(
         0.0,
-        'shortest ramp back to zero strain in the last cycle of a write: after a gentle end the '
-        'level can be read sooner',
+        'shortest ramp back to zero strain in the last cycle of a write',
     )
     shaped: bool = describe_field(
         False,
         'make each ramp of a step up in two halves, half a period of the cells at the right end '
-        'apart: the cells ring less, and the level can be read sooner',
+        'apart, so that the cells ring less',
     )
     attempts: int = _count(3, 'most attempts of a write')
     escalation: float = describe_field(
         1.1, 'factor on the peak strains at each further attempt', low=1.0, high=2.0
     )
-    escalation_limit: float = describe_field(
-        1.35, 'largest such factor: a greater peak may move the wall twice', low=1.0, high=4.0
-    )
+    escalation_limit: float = describe_field(1.35, 'largest such factor', low=1.0, high=4.0)
     min_margin: float = _part(0.5, 'least level margin of a written level', high=0.99)
     kick_tries: int = _count(
         20,
-        'largest number of kicks with which a calibration looks for the speed of a level; 1: '
-        'only the speed that is set',
+        'most kicks with which a calibration looks for the speed of a level',
         high=20,
     )
 
@@ -114,7 +110,7 @@ class EraseSettings(CycleSettings):
     start_strain: float = _strain(-0.03, 'strain under which the kink is launched', high=0.0)
     launch_speed: float = _speed(0.05, 'speed of the boundary cell')
     trust_reading: bool = describe_field(
-        False, 'start to listen for a blank element once the kink is at the level last read'
+        False, 'probe for a blank element once the kink is at the level last read'
     )
 
 
@@ -132,21 +128,16 @@ class KickSettings(Checked):
     """
 
     speeds: str = _describe_levels(
-        'mean speed in cells per time unit for every level from 0 on, separated by spaces; 0: no '
-        'kick to this level'
+        'mean speed in cells/time for every level, separated by spaces; 0: no kick to this level'
     )
-    kinks: str = _describe_levels(
-        'the same for a kink to the left of a pinned wall; only for a register'
-    )
+    kinks: str = _describe_levels('the same for kinks of a register')
     rooms: str = _describe_levels(
-        'margin of the speed of every level, as a relative change, separated by spaces; a level '
-        'with less than 0.1 is disabled. Empty: none is disabled',
+        'relative margin of the speed of every level; one below 0.1 disables its level',
         least='0',
     )
     late: float = _part(
         0.0,
-        'when the end is fastest: 0 half-way through the motion, 1 latest; a late maximum '
-        'widens the margins',
+        'when the end is fastest: 0 half-way through the motion, 1 latest',
     )
     hold: float = _time(20.0, 'hold at the other ground state')
     settle: float = _time(800.0, 'wait until the wall stops at its level')
@@ -157,9 +148,7 @@ class KickSettings(Checked):
         low=0.0,
         high=10.0,
     )
-    erase_settle: float = _time(
-        1400.0, 'wait after that kick before the next one, because waves brake a wall'
-    )
+    erase_settle: float = _time(1400.0, 'wait after that kick before the next one')
 
     @cached_property
     def peak_speed_ratio(self) -> float:

@@ -102,8 +102,7 @@ class Reset:
     )
     seed: int = describe_field(
         UNSET_SEED,
-        'seed from which all random numbers of faults begin anew, until faults are set; '
-        '-1: they go on',
+        'seed with which the random numbers of faults begin anew; -1: they go on',
         low=UNSET_SEED,
         high=2**31 - 1,
     )
@@ -184,14 +183,13 @@ PROCEDURES = {
     ),
     'self_test': Procedure(
         SelfTest,
-        'test transducers, actuator, erase and every level from both ends, then restore the '
-        'content; one status for each',
+        'test transducers, actuator, erase and every level, then restore the content',
         'maintenance.self_test',
         'everything',
     ),
     'locate': Procedure(
         Locate,
-        'measure where the wall is, in cells and between levels too; of a register, every wall',
+        'measure the position of the wall in cells, or of every wall of a register',
         'locating.locate',
         'reading',
         changes=False,
@@ -199,17 +197,15 @@ PROCEDURES = {
     ),
     'reset': Procedure(
         Reset,
-        'replace a simulated element by a fresh one, blank or with a given content. It helps '
-        'when cells were driven out of their phases, or to begin a run from a known content',
+        'replace a simulated element by a fresh one, blank or with a given content',
         'maintenance.reset',
         'resetting',
         action=False,
     ),
     'survey': Procedure(
         Survey,
-        'pulse the element in several states and publish the signals of both ends as '
-        '`~/waveform`, for '
-        '`mlmem fit`; then restore the content',
+        'publish pulses through the element in several states for `mlmem fit`, then restore the '
+        'content',
         'surveying.survey',
         'surveying',
     ),

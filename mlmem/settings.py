@@ -89,8 +89,7 @@ class ReadSettings(Checked):
     )
     method: str = describe_field(
         'delay',
-        'how one wall is read: by the delay of its echo, or by the waveform of the pulse of '
-        '`register`, compared with the forecast of every level',
+        'how one wall is read: by its echo delay, or by the waveform of the pulse of `register`',
         choices=('delay', 'waveform'),
     )
     quiet: float = describe_field(
@@ -100,12 +99,8 @@ class ReadSettings(Checked):
         high=1.0,
     )
     patience: float = _time(6000.0, 'longest wait for waves to fade before a read')
-    rest: float = _time(
-        0.0, 'additional wait before a pulse, until motion far from the ends has decayed'
-    )
-    min_margin: float = _margin(
-        0.5, 'least level margin (1 at the calibrated delay, 0 half-way to the next)'
-    )
+    rest: float = _time(0.0, 'additional wait before a pulse')
+    min_margin: float = _margin(0.5, 'least level margin')
     shaken_margin: float = _margin(0.5, 'least level margin while the base shakes')
     attempts: int = describe_field(
         4,
@@ -118,8 +113,7 @@ class ReadSettings(Checked):
     )
     kicked_gain: float = describe_field(
         5.0,
-        'factor on amplitude and threshold of both pulses while `write.method` is not strain: '
-        'waves of kicks fade slowly, and a stronger pulse is detected sooner among them',
+        'factor on amplitude and threshold of both pulses while `write.method` is not strain',
         low=1.0,
         high=100.0,
     )
@@ -141,13 +135,10 @@ class RegisterSettings(Checked):
     A: float = _length(0.01, 'amplitude of the pulse', low=1e-9, high=0.5)
     sigma: float = _time(16.0, 'standard deviation of its envelope', low=0.1, high=1e4)
     listen: float = _time(900.0, 'time for which both ends are recorded after it', high=1e5)
-    min_margin: float = _margin(
-        0.5, 'least margin: 1 for the forecast of a word, 0 half-way to that of another'
-    )
+    min_margin: float = _margin(0.5, 'least margin between the forecasts of two words')
     max_residual: float = describe_field(
         0.5,
-        'largest residual of the nearest forecast of one wall, relative to the response of a '
-        'blank element',
+        'largest residual of the nearest forecast of one wall, relative to the blank response',
         low=0.01,
         high=2.0,
     )
@@ -211,12 +202,11 @@ class DisturbanceSettings(Checked):
     )
     harmless: float = _acceleration(
         1e-4,
-        'safe limit of the acceleration: below it no wall moves at any frequency, and the '
-        'content stays known',
+        'acceleration below which no wall moves, and the content stays known',
     )
     timeout: float = _time(
         1000.0,
-        'time without messages after which the acceleration of the base is taken as zero',
+        'time without messages after which the base is taken as at rest',
         low=1.0,
         high=1e9,
     )

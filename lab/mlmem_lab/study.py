@@ -2,9 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem study`: measure many cases, on all cores, and keep each result as soon as it is there.
 
-A study is a function of a case, such as a preset. Its result file in lab/results holds what was
-found of every case, with the command, version, seed, processor, date and a hash of the measured
-modules. Named cases are measured; without a name, those that the file lacks or whose modules have
+Without a case, those are measured that its file in lab/results lacks or whose modules have
 changed. So a study that was stopped goes on when the command is repeated.
 """
 

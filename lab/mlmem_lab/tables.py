@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables of the pages that are more than entries and keys of a result: rows, headings first.
 
-A function has the name of its table, `kicks rooms` with a line for the space, which begins with
-the name of the result file.
+A function has the name of its table, `tolerance steps` with a line for the space, which begins
+with the name of the result file.
 """
 
 from __future__ import annotations
@@ -25,26 +25,6 @@ def kicks(result: Mapping[str, Any]) -> Rows:
         told = preset['written']
         keys = ('writes', 'wrong', 'failed', 'again', 'strained', 'median', 'ninth', 'erase')
         rows.append([f'`{name}`', str(len(preset['levels'])), *(f'{told[key]:g}' for key in keys)])
-    return rows
-
-
-def kicks_rooms(result: Mapping[str, Any]) -> Rows:
-    """Return the windows of kicks, level by level."""
-    rows: Rows = [['preset', 'level: speed (room)']]
-    for name, preset in result['presets'].items():
-        each = (f'{at["level"]}: {at["speed"]:g} ({at["room"]:.2f})' for at in preset['levels'])
-        rows.append([f'`{name}`', ', '.join(each)])
-    return rows
-
-
-def word_kicks(result: Mapping[str, Any]) -> Rows:
-    """Return the windows of kicks of a register, of walls and of kinks."""
-    rows: Rows = [['preset', 'sent', 'level: speed (room)']]
-    for name, preset in result['presets'].items():
-        for sent in ('wall', 'kink'):
-            some = [at for at in preset['kicks'] if at['kind'] == sent]
-            each = (f'{at["level"]}: {at["speed"]:g} ({at["room"]:.2f})' for at in some)
-            rows.append([f'`{name}`', sent, ', '.join(each)])
     return rows
 
 

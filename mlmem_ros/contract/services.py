@@ -40,13 +40,12 @@ NODE_SERVICES = (
     Service(
         'request',
         'rcl_interfaces/srv/SetParametersAtomically',
-        'a procedure with its arguments, as parameters that hold for this request alone; the '
-        'answer is the JSON object in `reason`',
+        'a procedure with arguments; the JSON object is in `reason`',
     ),
     Service(
         'pause',
         SET_BOOL_TYPE,
-        'hold or resume time; commands given while time is held take effect with the next tick',
+        'hold or resume time; commands meanwhile take effect with the next tick',
     ),
     Service('step', TRIGGER_TYPE, 'run one tick while time is held'),
     Service(
@@ -67,14 +66,12 @@ SIMULATOR_SERVICES = tuple(
         (
             'get_simulator_features',
             'GetSimulatorFeatures',
-            'which of them are supported: all of these; resets only of a simulated element. '
-            'Nothing is spawned, and no world is loaded',
+            'all of these; resets only of a simulated element',
         ),
         (
             'get_entities',
             'GetEntities',
-            'the full names of the elements of its process, such as those of a bank; filters are '
-            'not supported',
+            'the full names of the elements of its process; filters are not supported',
         ),
         (
             'get_simulation_state',
@@ -85,9 +82,8 @@ SIMULATOR_SERVICES = tuple(
         (
             'set_simulation_state',
             'SetSimulationState',
-            'play, pause or stop; a stopped element begins anew when it plays again, whatever '
-            'is in its state file, as by `~/reset_simulation`. 102: it could not be reached. To '
-            'quit, end the process',
+            'play, pause or stop; a stopped element begins anew, as by `~/reset_simulation`. 102: '
+            'it could not be reached',
         ),
         (
             'step_simulation',
@@ -97,9 +93,8 @@ SIMULATOR_SERVICES = tuple(
         (
             'reset_simulation',
             'ResetSimulation',
-            'begin anew at tick 0, in the present state, with `initial_content` if that is set, '
-            'else blank, and with the random numbers of `faults.seed`; state and time are reset '
-            'together (scope 0, 3 or 255)',
+            'begin anew at tick 0 with `initial_content` and the random numbers of `faults.seed`; '
+            'state and time are reset together (scope 0, 3 or 255)',
         ),
     )
 )

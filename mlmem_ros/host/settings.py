@@ -41,8 +41,7 @@ class FileSettings(Checked):
 
     root: str = describe_field(
         '',
-        'folder that every file of the node must stay in, and with which device.address may be '
-        'set only at the start; empty: anywhere',
+        'folder that every file of the node must stay in; empty: anywhere',
     )
 
     def confine_path(self, path: str) -> Path:
@@ -92,8 +91,7 @@ class DeviceSettings(Checked):
     )
     retry: float = _seconds(
         0.0,
-        'time between two attempts to connect to an element, at the start or after a loss; 0: '
-        'no second attempt',
+        'time between two attempts to connect to an element; 0: no second attempt',
     )
 
 
@@ -132,7 +130,7 @@ class RecordSettings(Checked):
     )
     sync_interval: float = _seconds(
         1.0,
-        'time within which recorded data is to be safe on the disk; a sync begins at half of it',
+        'time within which recorded data is on the disk',
     )
     max_bytes: int = describe_field(
         0, 'begin a new file at this size; 0: never', unit='bytes', low=0, high=2**31 - 1
@@ -147,8 +145,7 @@ class RecordSettings(Checked):
     hash_every: int = _ticks(500, 'ticks between two hashes of the state')
     last_seconds: float = _seconds(
         0.0,
-        "seconds of the element's time kept in memory while active: a session begins with them, "
-        'and they are saved if the device fails; 0: none',
+        "seconds of the element's time kept in memory, with which a session begins; 0: none",
     )
 
 
@@ -247,8 +244,7 @@ LIVE_PARAMETERS = {
     INTROSPECTION_PARAMETER: (
         'disabled',
         Description(
-            'what services publish on ~/NAME/_service_event: nothing, metadata of requests, or '
-            'their contents',
+            'what services publish on ~/NAME/_service_event',
             choices=tuple(INTROSPECTION_STATES),
         ),
     ),
@@ -269,24 +265,20 @@ ACTUATOR, READ_END = 'actuator.present', 'read.end'
 
 NODE_PARAMETERS = {
     ELEMENT: (DEFAULT, Description(
-        f'the element: {", ".join(NAMES)}, or the path of an element file, which is read when '
-        'this is set',
+        f'{", ".join(NAMES)}, or the path of an element file, which is read when this is set',
     )),
     TWIN: ('', Description(
-        'file of the fitted element that this is: calibrate verifies its forecast, registers are '
-        'read by it; empty: none',
+        'file of the fitted element that this is; empty: none',
     )),
     INITIAL_CONTENT: (UNSET_CONTENT, Description(
-        'level or word with which a simulated element begins, at the start and after '
-        'ResetSimulation; -1: blank',
+        'level or word with which a simulated element begins; -1: blank',
         low=UNSET_CONTENT, high=2**14 - 1,
     )),
     DESCRIPTION: ('', Description(
         'the element as the text of an element file; it follows from `element`'
     )),
     METHOD: ('', Description(
-        'strain: by strain cycles; kick: by kicks, with strain only where no kick reaches; auto: '
-        'by whichever is fastest; empty: as the element file says',
+        'how a level is written; empty: as the element file says',
         choices=('', 'strain', 'kick', 'auto'),
     )),
     ATTEMPTS: (0, Description(
@@ -301,14 +293,13 @@ NODE_PARAMETERS = {
     )),
     'autostart': (True, Description('configure and activate at start')),
     'actions': (True, Description(
-        'serve actions, too: procedures, if mlmem_interfaces is built, and `~/simulate_steps`',
+        'serve actions, too',
     )),
     'view': (False, Description(
-        'serve the page of this element while the node runs: `mlmem view`'
+        'serve the page of `mlmem view`'
     )),
     'linger': (0.0, Description(
-        'longest time to serve on after SIGINT, until every client has left the graph; SIGTERM '
-        'ends it',
+        'longest time to serve on after SIGINT, until every client has left the graph',
         unit='s', low=0.0, high=3600.0,
     )),
     'design.check': ('refuse', Description(

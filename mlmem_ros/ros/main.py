@@ -76,8 +76,7 @@ def build_bank_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         '--actions',
         action='store_true',
-        help='serve actions, too: 30 endpoints more an element, which the memory of a large bank '
-        'feels',
+        help='serve actions, too, which takes memory in a large bank',
     )
     return parser
 
@@ -86,19 +85,19 @@ def _build_parser(program: str, description: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         program,
         description=description,
-        epilog='All parameters can be set behind --ros-args, each by -p NAME:=VALUE.',
+        epilog='Parameters are set behind --ros-args by -p NAME:=VALUE.',
         allow_abbrev=False,
     )
     parser.add_argument(
         '--speed',
         type=_parse_speed,
         metavar='FACTOR',
-        help='multiple of real time, or "max" for as fast as possible: the parameter time.speed',
+        help='multiple of real time, or "max" for as fast as possible',
     )
     parser.add_argument(
         '--view',
         action='store_true',
-        help='serve its page and print the address, as "mlmem view" does: the parameter view',
+        help='serve the page of "mlmem view" and print its address',
     )
     parser.add_argument('--version', action='version', version=f'mlmem_ros {__version__}')
     return parser

@@ -90,8 +90,7 @@ JSON_OPTION = declare_option(
 
 ELEMENT_OPTION = declare_option(
     '--element', type=Path, metavar='FILE',
-    help='judge this element, as mlmem fit wrote it, with its planned pulses; by default one '
-    'that is exactly as designed',
+    help='fitted element to judge, with its planned pulses; by default one exactly as designed',
 )  # fmt: skip
 
 

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem demo`: write every level through ROS 2, read each back, show and record it.
 
-Starts a memory node as its own process and talks to it as a ROS client over DDS. Where ROS 2 is
-not installed, the element runs in this process instead, and nothing is recorded.
+Without ROS 2 the element runs in this process, and nothing is recorded.
 """
 
 from __future__ import annotations

@@ -2,23 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem design`: find, check and prove designs.
 
-`mlmem design --levels 16` finds cells, damping, strain schedule, carrier and threshold by rules
-and closed forms; with `--output FILE.yaml` it writes them as an element file, with
-`--prove` it simulates them. No ROS is needed.
-
-`--law LAW.yaml` asks for cells with a law of their own, as `mlmem law` writes it: whether
-they can be a memory with such springs and masses, with which gradient, and, without `--levels`, of
-how many levels (2, 4, 8 ... 256). If not, it says why.
-
-`--levels 8 --scatter 0.03 --friction 1e-3` searches an element for parts that scatter and rub. It
-prints first what the laws of such elements allow (`mlmem_tools.checks.budget`), and rejects what
-is impossible. The found element is written and erased by kicks alone.
-
-`check` takes a shipped element or an element file, judges every quantity that the memory
-depends on, and says what goes wrong if one fails; then how much it holds by one wall, and by many
-that kicks put in place. `prove` simulates such designs: every level is
-written and read back, lower ones are written, and every level is erased; results are kept, so the
-same command continues after a kill. All but `check` needs the laboratory, the package mlmem_lab.
+`--levels 16` finds a design by rules and closed forms. `--law LAW.yaml` says whether cells with a
+law of their own can be a memory, with which gradient, and, without `--levels`, of how many levels.
+`--levels 8 --scatter 0.03` searches an element for uneven parts, which kicks alone write, and
+rejects what is impossible. All but `check` needs the laboratory.
 
 Exit status 0: nothing failed (warnings do not count); 1: something did; 2: wrong arguments, or a
 file that cannot be read.
@@ -73,7 +60,8 @@ PROOF_OPTIONS = (
     declare_option(
         '--brief', action='store_true', help='leave out passes and quotations of the paper'
     ),
-    text='Judge every quantity that the memory depends on, and say what goes wrong if one fails.',
+    text='Judge every quantity that the memory depends on, say what goes wrong if one fails,\n'
+    'and how much the design holds by one wall and by many.',
 )
 def check(arguments: argparse.Namespace) -> int:
     """Judge a design."""
@@ -127,8 +115,8 @@ DESIGN_TASKS = {'check': check, 'prove': prove}
         '--scatter',
         type=float,
         metavar='SIGMA',
-        help='search cells whose on-site stiffness, springs and masses may scatter by so much '
-        '(relative standard deviation)',
+        help='search cells whose on-site stiffness, springs and masses scatter by this standard '
+        'deviation, relative',
     ),
     declare_option(
         '--friction',

@@ -2,14 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem law`: from measured force-displacement curves to an on-site law.
 
-A file is one run: a CSV whose header names displacement (um, mm, cm, m) and force (mN, N, kN) with
-their units, as `displacement_mm,force_N`; other columns and lines that begin with # are left out.
-Where the displacement turns back, what follows is the way back, and the law is the mean of both.
-Several runs give the mean and its scatter: wells, barriers, the energy set free on passing, and
-by how much of the barrier that differs from run to run: the scatter `depth` of `tolerance`. Last
-comes whether kicks erase walls between two neighbouring wells, and, with --mass and --coupling,
-the pass band of every well. `mlmem design --law` takes the file that --output writes, and so does
-`mlmem design check --law`.
+A file is one run, a CSV with a header such as `displacement_mm,force_N` (um, mm, cm, m; mN, N,
+kN). The law is the mean of both directions and of all runs. Printed are wells, barriers, the
+energy set free on passing, its scatter between runs, whether kicks erase walls, and, with --mass
+and --coupling, pass bands.
 
 Exit status 0: the law has two or more wells; 1: it has not, or could not be written; 2: a file is
 no curve, or an argument is wrong.

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem replay`: run a session's commands again and compare with what was recorded.
 
-Without ROS and as fast as possible, through its own device. Exit status 0: nothing is missing from
-the recording and everything agrees (to the bit on the build that recorded, otherwise in every
-level and up to rounding); 1: it does not, or there was nothing to compare; 2: the bag cannot be
-replayed. With --incomplete a recording that was cut off passes if what there is of it agrees.
+Needs no ROS. Exit status 0: nothing is missing, and everything agrees (every bit; on another
+build every level, and states within 1e-6 cells); 1: it does not, or there is nothing to compare;
+2: the bag cannot be replayed.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ FOREIGN_BAG_ELEMENT = 'case_2'
     declare_option(
         '--incomplete',
         action='store_true',
-        help='accept a recording of which part is missing, if what is there agrees',
+        help='accept a recording of which part is missing',
     ),
     JSON_OPTION,
     text=__doc__,

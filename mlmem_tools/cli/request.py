@@ -153,10 +153,8 @@ ANSWER_FORMATTERS: dict[str, Callable[[Any], str]] = {
 
 HELP_TEXTS = {
     'abort': 'The answer comes when the strain is zero. The stopped request fails.',
-    'calibrate': 'It writes every level: as long as some ten writes, longer with many levels.',
-    'self_test': """\
-It writes and reads every level and tests actuator and transducers: as long as some ten writes,
-longer with many levels. Exit status 0 means that every check passed.""",
+    'calibrate': 'It takes as long as some ten writes.',
+    'self_test': 'It takes as long as some ten writes. Exit status 0: every check passed.',
 }
 """The rest of their help, by procedure."""
 
@@ -209,13 +207,12 @@ def _build_procedure_command(name: str, row: Procedure) -> Command:
         )
         for argument, kind, default, description in row.arguments
     ]
-    until = 'until the node is gone' if name in UNBOUNDED_TIMEOUTS else 'as MemoryClient waits'
     options.append(
         declare_option(
             '--timeout',
             type=_parse_seconds,
             metavar='S',
-            help=f'longest wait for the answer in seconds; default: {until}',
+            help='longest wait for the answer; by default long enough for the procedure',
         )
     )
     describe = ANSWER_FORMATTERS.get(name, _format_found)
@@ -231,10 +228,10 @@ COMMANDS['record'] = _build_request_command(
     lambda client, given: client.record(not given.stop, given.path or '', math.inf),
     _format_recorded,
     declare_exclusive(
-        declare_option('path', nargs='?', help="path of the bag, on the node's machine"),
+        declare_option('path', nargs='?', help="path of the bag, below the node's `files.root`"),
         declare_option('--stop', action='store_true', help='end the recording'),
     ),
     more="""\
-The bag is on the machine of the node, below its `files.root`. If the path exists, the time is
-added to its name; without a path, the node takes its `record.path`.""",
+If the path exists, the time is added to its name. Without a path, the node takes its
+`record.path`.""",
 )

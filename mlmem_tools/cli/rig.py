@@ -2,13 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem rig`: emulate an element behind a TCP port, for a node with `device.driver:=rig`.
 
-It has its own clock, and its line may delay, jitter and lose frames, all at random from a seed.
-The element keeps its state when a client disconnects and another connects. The first line printed
-is the value for `device.address`.
-
-The element is the design's, or scattered about it. With `--integrator rk4`, which the laboratory
-adds, a program independent of this package simulates the element, and cells may have friction. A
-fit is tested on such elements.
+The first line printed is the value for `device.address`. The element keeps its state between
+clients. `--integrator rk4`, from the laboratory, is independent of this package.
 """
 
 from __future__ import annotations
@@ -54,7 +49,7 @@ def _declare_deviation(name: str, of: str, unit: str = 'relative') -> Option:
     declare_option(
         '--at-once',
         action='store_true',
-        help='play set-points when they arrive, as fast as the machine allows',
+        help='play set-points as soon as they arrive',
     ),
     declare_option('--no-actuator', action='store_true', help='emulate a rig without an actuator'),
     _declare_deviation('--scatter', 'on-site stiffness of the cells'),
@@ -64,7 +59,7 @@ def _declare_deviation(name: str, of: str, unit: str = 'relative') -> Option:
     _declare_deviation('--scatter-offset', 'ground states of the cells', 'in cells'),
     _declare_deviation('--gain', 'gain of either transducer'),
     _declare_number('--noise', 'noise of a sample, in cells (s.d.)'),
-    _declare_number('--sample-jitter', 'jitter of the time of a sample, in samples (s.d.)'),
+    _declare_number('--sample-jitter', 'jitter of a sample, in samples (s.d.)'),
     declare_option(
         '--integrator',
         choices=('noh_bathe', 'pefrl', RK4_INTEGRATOR),
@@ -73,9 +68,7 @@ def _declare_deviation(name: str, of: str, unit: str = 'relative') -> Option:
     _declare_number('--step', 'step of rk4 in time units, at most', default=0.0625),
     _declare_number('--friction', 'dry friction of a cell in k_r cells; with rk4'),
     declare_option('--relative-damping', action='store_true', help='damp v - V instead of v'),
-    declare_option(
-        '--truth', metavar='FILE', help='write the element as it was drawn to this JSON file'
-    ),
+    declare_option('--truth', metavar='FILE', help='write the drawn element to this JSON file'),
     declare_option('--seed', type=int, default=0, help='seed of the random numbers'),
     JSON_OPTION,
     text=__doc__,

@@ -2,11 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem view`: show the element behind a running node, or recorded sessions, in a browser.
 
-Serves a page on this machine until Ctrl-C and prints its address. It shows the running element, or
-the given session; two sessions stand side by side, with their differences. With --start it starts
-an element of its own: the default one, another shipped one, or that of an element file. If that
-ends, the command fails. With --host other machines can open the page by the printed address, which
-holds a token.
+Serves a page until Ctrl-C and prints its address. Two sessions stand side by side, with their
+differences. With --start the command fails if its element ends. With --host other machines can
+open the page by the printed address, which holds a token.
 """
 
 from __future__ import annotations
@@ -30,14 +28,14 @@ if TYPE_CHECKING:
 
 @declare_command(
     'show the element behind a running node, or sessions, in a browser',
-    declare_option('session', nargs='*', help='one or two recorded sessions to show instead'),
+    declare_option('session', nargs='*', help='one or two recorded sessions to show'),
     NODE_OPTION,
     declare_option(
         '--start',
         nargs='?',
         const='',
         metavar='ELEMENT|FILE',
-        help='also start a memory node of that name, with the default element unless one is given',
+        help='first start a node, of the default element unless one is given',
     ),
     declare_option(
         '--host', default='127.0.0.1', help='address to listen on; other machines need the token'

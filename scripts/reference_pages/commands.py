@@ -13,7 +13,7 @@ from mlmem_tools.cli.commands import SUBCOMMAND_NAMES, build_parser
 
 from .table import table
 
-MIN_COMMON_COMMANDS = 4
+MIN_COMMON_COMMANDS = 2
 """An option that so many commands take with the same meaning is described once."""
 
 
@@ -71,7 +71,7 @@ def _command(
         f'{"#" * depth} `{command.prog}`',
         about[:1].upper() + about[1:],
         table(['option', 'meaning'], rows) if rows else '',
-        f'Common options: `{shared}`.' if shared else '',
+        f'Also `{shared}`.' if shared else '',
         command.epilog or '',
     ]
     below = ''.join(_command(each, text, common, depth + 1) for each, text in _sub(command))

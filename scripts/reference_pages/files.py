@@ -41,8 +41,6 @@ def generate_files() -> dict[str, str]:
     hashed = _content(records.build_state_hash(element))
     command = _content(records.build_command(0, Read()))
     arguments = ['...'] if command.keys() - {'tick', 'kind'} else []
-    channel = [[f'`{key}`', meaning] for key, meaning in keys.CHANNEL.items()]
-    custom = [[f'`{key}`', meaning] for key, meaning in keys.CUSTOM_DATA.items()]
     own = [[f'`~/{name}`', meaning] for name, meaning in keys.TOPICS.items()]
     session = keys.SESSION
     return {
@@ -50,10 +48,7 @@ def generate_files() -> dict[str, str]:
         'session': _keys(session[records.HEADER_TOPIC], header),
         'command': _keys(session[records.COMMAND_TOPIC], ['tick', 'kind', *arguments]),
         'state hash': _keys(session[records.STATE_HASH_TOPIC], hashed),
-        'channel': table(["key of a channel's metadata", 'meaning'], channel),
-        'custom data': table(['key of `custom_data` in `metadata.yaml`', 'meaning'], custom),
         'state': _keys(keys.STATE, _written(state_file.save_snapshot, taken)),
-        'snapshot': _keys(keys.SNAPSHOT, taken),
         'calibrations': _keys(
             keys.CALIBRATIONS, _written(state_file.save_calibration, '', element.calibration)
         ),

@@ -78,8 +78,8 @@ def _type(name: str) -> str:
 
 def _qos(topic: Topic) -> str:
     qos = topic.qos
-    depth = f'keep last {qos.depth}' if qos.depth else 'keep all'
-    return f'{qos.reliability}, {qos.durability}, {depth}'.replace('_', ' ')
+    latched = '' if qos.durability == 'volatile' else ', latched'
+    return f'{qos.reliability}{latched}, {qos.depth or "all"}'.replace('_', ' ')
 
 
 def _list_values() -> Iterator[list[str]]:
@@ -89,12 +89,11 @@ def _list_values() -> Iterator[list[str]]:
     told = {(key, row): None for each in rows.values() for key, row in each.items()}
     for key, row in told:
         by = [name for name, each in rows.items() if each.get(key) == row]
-        rest = [name for name in rows if name not in by]
-        few = len(by) < len(rest)
-        whose = ', '.join(f'`{name}`' for name in (by if few else rest))
+        rest = rows.keys() - set(by)
+        whose = ', '.join(f'`{name}`' for name in by) if len(by) < len(rest) else ''
         names = f'`{key}`' + (f', `{row.short}`' if row.short else '')
         unit = f' [{row.unit}]' if row.unit else ''
-        yield [names, whose if few else f'all but {whose}', row.text + unit]
+        yield [names, whose, row.text + unit]
 
 
 def _read_action(kind: str) -> list[str]:

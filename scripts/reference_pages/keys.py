@@ -3,7 +3,6 @@
 """The keys of all files, and what they mean; `files` compares them with those that are written."""
 
 from mlmem import element_file
-from mlmem_ros.bag import contents
 from mlmem_ros.host import state_file
 from mlmem_ros.session import records
 
@@ -48,50 +47,11 @@ SESSION = {
 }
 """The JSON objects on them."""
 
-CHANNEL = {
-    contents.OFFERED_QOS: "QoS of the topic's publishers, as YAML",
-    contents.TYPE_HASH: "RIHS01 hash of the topic's type",
-}
-"""The metadata of every MCAP channel."""
-
-CUSTOM_DATA = {
-    contents.DROPPED_KEY: 'number of messages dropped from the recording; absent if there are '
-    'none',
-    contents.LOST_KEY: (
-        'in a repaired bag: the parts of the damaged one that could not be read, one line each'
-    ),
-}
-"""Our custom data of a bag."""
-
 STATE = {
     'format': f'version of the file: {state_file.FILE_FORMAT}',
     'snapshot': 'state of the idle device',
 }
 """A state file."""
-
-SNAPSHOT = {
-    'design': 'the design, by parameter; it must be that of the device',
-    'ticks': 'ticks that the device has done',
-    'chain': 'the material: `values` (displacement, velocity and acceleration of every cell, then '
-    "the same of an elastic substrate), `V_N` (displacement of the substrate's end, in cells) and "
-    '`steps` (time steps done); null for a real element',
-    'transducer': 'last samples of both ends (`recent`), from which their rest positions are '
-    'taken, and what is known of the waves that either end may still see (`returns`)',
-    'sensors': 'samples that a late signal still has to show (`late`), and where slow signals are '
-    'without noise (`slow`, or null)',
-    'actuator': 'strain, the motion under way, and the time since it began',
-    'linkage': 'state of the transmission between actuator and substrate',
-    'base': 'acceleration of the base, and when it was last heard of',
-    'last_moved': 'tick since when substrate, base and material have not moved or changed',
-    'faults': 'the active faults',
-    'random_since': 'tick from which the random numbers of faults are counted',
-    'reading': 'the content as last decoded, or null',
-    'unknown': 'why the content is no longer known, and since which tick, or null',
-    'calibration': 'echo delays and pulse corrections; see the calibration file',
-    'calibration_key': 'hash of the design and settings that the calibration is for',
-    'statistics': 'counts of writes, reads and strain cycles over the life of the element',
-}
-"""A snapshot. Arrays are float64 in base64, with their shape."""
 
 CALIBRATIONS = {
     'format': f'version of the file: {state_file.FILE_FORMAT}',

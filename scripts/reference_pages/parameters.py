@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of the node, and settings of an element."""
 
-from collections.abc import Iterator
 from typing import Any
 
 from mlmem import Settings
@@ -12,49 +11,53 @@ from mlmem_ros.host.settings import declare_parameters
 
 from .table import table
 
-HEAD = ['parameter', 'default', 'unit', 'range', 'meaning']
+HEAD = ['default', 'range', 'meaning']
 
 
 def generate_parameters() -> dict[str, str]:
     """Return every parameter of the node."""
-    groups: dict[str, list[list[str]]] = {}
-    for name, default, description in declare_parameters():
-        legal = '-1 to p - 1' if name == 'target_level' else _range(description)
-        row = [f'`{name}`', _default(default), description.unit, legal, description.text]
-        groups.setdefault(name.rpartition('.')[0], []).append(row)
-    tables = '\n'.join(
-        f'### {f"`{group}.*`" if group else "The node"}\n\n{table(HEAD, rows)}\n'
-        for group, rows in groups.items()
-    )
-    return {'parameters': tables}
+    rows = [
+        [
+            f'`{name}`',
+            _default(default, description),
+            '-1 to p - 1' if name == 'target_level' else _range(description),
+            description.text,
+        ]
+        for name, default, description in declare_parameters()
+    ]
+    return {'parameters': table(['parameter', *HEAD], rows)}
 
 
 def list_settings() -> str:
-    """Return every value of an element file that is not one of the individual element."""
-    groups = {'design': CASE_II, **Settings().groups()}
-    return '\n'.join(
-        f'### `{group}`\n\n{table(["key", *HEAD[1:]], list(_rows(owner)))}\n'
-        for group, owner in groups.items()
-    )
+    """Return every value of an element file that is not one of the individual element.
+
+    Keys of the same name, range and meaning in several groups share a row.
+    """
+    shared: dict[tuple[str, ...], dict[str, str]] = {}
+    for group, owner in {'design': CASE_II, **Settings().groups()}.items():
+        for field, description in find_descriptions(owner):
+            defaults = shared.setdefault(
+                (field.name, description.unit, _range(description), description.text), {}
+            )
+            defaults[f'`{group}.{field.name}`'] = _default(getattr(owner, field.name), description)
+    rows = [
+        [', '.join(defaults), ', '.join(dict.fromkeys(defaults.values())), legal, text]
+        for (_, _, legal, text), defaults in shared.items()
+    ]
+    return table(['key', *HEAD], rows)
 
 
-def _rows(owner: Any) -> Iterator[list[str]]:
-    for field, description in find_descriptions(owner):
-        default = _default(getattr(owner, field.name))
-        yield [f'`{field.name}`', default, description.unit, _range(description), description.text]
-
-
-def _default(value: Any) -> str:
+def _default(value: Any, description: Description) -> str:
+    """Return a default with its unit."""
     if isinstance(value, bool):
         return str(value).lower()
-    if isinstance(value, str):
-        return value or "''"
-    return f'{value:.6g}' if isinstance(value, float) else str(value)
+    number = f'{value:.6g}' if isinstance(value, float) else str(value)
+    return f'{number} {description.unit}'.strip()
 
 
 def _range(description: Description) -> str:
     if description.choices:
-        return ', '.join(description.choices)
+        return ', '.join(filter(None, description.choices))
     low, high = description.low, description.high
     if low is not None and high is not None:
         return f'{low:g} to {high:g}'

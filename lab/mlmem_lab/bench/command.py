@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem bench`: measure our speed and that of others on this machine.
 
-All contenders take turns within one run, so the ratios hold even on a busy machine; the absolute
-numbers do not. Peers that are not installed are named and skipped.
+Contenders take turns, so ratios hold even on a busy machine. Peers that are not installed are
+skipped.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .measure import ResultTable
         help=f'which of {", ".join(BENCHMARK_NAMES)}; all by default'),
     declare_option('--repeats', type=int, default=7, help='rounds per comparison'),
     declare_option('--result', type=Path,
-        help='result file of the tables; others are kept; the node has a column of node.json'),
+        help='result file of the tables'),
     JSON_OPTION,
     text=__doc__,
 )  # fmt: skip

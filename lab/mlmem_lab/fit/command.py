@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem fit`: fit an element, cell by cell, to the pulses of a survey.
 
-Record a session while `mlmem survey` runs. A session of a real element or of a simulated one will
-do; CSV files of single shots need --design. The result is an element for which `mlmem plan` finds
-pulses. Nothing is written if the model does not describe the element.
+Record a session while `mlmem survey` runs. CSV files of single shots need --design. Nothing is
+written if the model does not describe the element.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ from .misfit import Prior
     declare_option('--design', metavar='ELEMENT',
         help='design as built; a session has its own'),
     declare_option('--scatter', type=float, metavar='X', default=0.02,
-           help='scatter of alpha that is expected, relative'),
+           help='expected scatter of alpha, relative'),
     JSON_OPTION,
     text=__doc__,
 )  # fmt: skip

@@ -3,8 +3,7 @@
 """`mlmem figures`: draw the paper's figures from our own simulation, and judge its claims.
 
 Without a name all of them are drawn, and paper.json puts every checkable sentence of the paper
-next to our number; the pages take theirs from it. Each figure comes as PNG, SVG and data (.npz).
-No ROS is needed.
+next to our number. Each figure comes as PNG, SVG and data (.npz), a film as GIF.
 """
 
 from __future__ import annotations

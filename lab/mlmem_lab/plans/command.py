@@ -2,10 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem plan`: find pulses for one element, level by level, with their distance to failure.
 
-Steps up get a peak and times, kicks a speed, in a register those of walls and those of kinks.
-
-The element is the file that `mlmem fit` writes. The pulses are kept in it, as those of a
-calibration are.
+Steps up get a peak and times, kicks a speed.
 """
 
 from __future__ import annotations
@@ -37,7 +34,7 @@ from .plan import plan_pulses as planned
     'find pulses that take the wall of a fitted element to every level',
     declare_option('element', metavar='FILE', help='element, as mlmem fit writes it'),
     declare_option('--design', metavar='ELEMENT',
-           help='design and settings of the instrument; by default the shipped element that fits'),
+           help='design and settings of the instrument; by default the shipped one that fits'),
     declare_option('--output', metavar='FILE',
         help='write the element with its pulses here; by default '
            'into its own file'),

@@ -2,15 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem tolerance`: count how often writes and reads fail in imperfect elements.
 
-Elements are made at random, varying one thing at a time, or several at once, as alpha+k_r+mass:
-the on-site amplification alpha, the springs k_r between the cells, the substrate stiffness s, the
-masses, the ground states (offset) or the depths of the wells scatter, the transducers are noisy,
-the base vibrates (in lattice constants per time unit squared), or the damping or the gain of the
-transducers is that of another element. Every step up is tried, and every level is read from each
-end that the instrument uses. The study finds the amounts at which failures begin and counts each
-until enough have failed; a curve through the lowest counts shows where one in a thousand fails.
-Counts and figure are saved; an interrupted or killed study continues from its counts. No ROS is
-needed.
+Elements are made at random. The study finds the amounts at which failures begin and counts each
+until enough have failed; a curve through the lowest counts shows where one in a thousand fails. A
+study that was stopped goes on from its counts.
 """
 
 from __future__ import annotations
@@ -53,16 +47,16 @@ AMOUNT_COUNT = 10
         nargs='+',
         default=(),
         metavar='KIND',
-        help='what is random, one at a time: alpha, k_r, s, mass, offset, depth, noise, '
-        'vibration, damping, gain, or several at once, as alpha+mass; each by default',
+        help='what varies: scatter of alpha, k_r, s, mass, offset, depth; noise; vibration in '
+        'cells/time^2; damping; gain; or several at once, as alpha+mass; each by default',
     ),
     declare_option(
         '--tried',
         nargs='+',
         default=(),
         metavar='WHAT',
-        help='what is tried: step, left, right (a read from that end), all by default; or kick, '
-        'from blank to a level; or, of many walls, word (random ones, by kicks) or hear (read)',
+        help='step, left, right (a read from that end), all by default; kick (from blank); of '
+        'many walls, word (written) or hear (read)',
     ),
     declare_option('--amounts', type=int, default=AMOUNT_COUNT, help='amounts per decade'),
     declare_option('--most', type=int, default=3000, help='most trials of an amount'),
