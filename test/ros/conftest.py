@@ -125,3 +125,13 @@ def robot(memory):
 
     with Robot(memory.element) as robot:
         yield robot
+
+
+@pytest.fixture(scope='module')
+def client(memory):
+    """A client of that element, for a program without a node."""
+    from mlmem_ros import standalone
+
+    with standalone(memory.element) as client:
+        client.ready(60.0).wait()
+        yield client
