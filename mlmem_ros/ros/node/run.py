@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Running memory nodes, one or several in a process, from start to last answer.
 
-Their executor survives any message, and signals wake it.
+Their executor survives any message.
 """
 
 from __future__ import annotations
@@ -12,12 +12,10 @@ import faulthandler
 import gc
 import os
 import signal
-import socket
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 
 import rclpy
 from rclpy.context import Context
@@ -36,11 +34,8 @@ ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
 """Exit status: ended on request; could not start; ended on request, but the content or recording
 could not be saved. (2 is a wrong command line.)"""
 
-SPIN_TIMEOUT_S = 10.0
-"""Seconds per turn of the executor, which must not wait without a time-out."""
-
 SIGNAL_PERIOD_S = 0.1
-"""Time between two looks for signals while a node prepares."""
+"""Seconds per turn of the executor, whose wait no signal interrupts."""
 
 CLIENT_ABSENCE_S = 0.5
 """Seconds without a client after which none is expected any more."""
@@ -87,9 +82,8 @@ def run_nodes(
 
                 view = ['view', '--node', node.get_fully_qualified_name()]
                 pages.enter_context(run_child_process(find_tool('command_line').module, view))
-        with executor.woken_by_signals():
-            spin_nodes(executor, stop)
-            await_last_clients(nodes, executor, stop)
+        spin_nodes(executor, stop)
+        await_last_clients(nodes, executor, stop)
         RECEIVED_SIGNALS.ignore()
         status = end_nodes(nodes, executor, lambda: exit_within(LEAVE_TIMEOUT_S))
     if any(node.preparing for node in nodes):  # Python cannot end while LLVM compiles
@@ -164,9 +158,9 @@ def _start_node(node: MemoryNode, executor: GuardedExecutor, stop: Sequence[int]
 
 
 def spin_nodes(executor: GuardedExecutor, stop: Sequence[object]) -> None:
-    """Let nodes work until `stop` is not empty and the executor is interrupted."""
+    """Let nodes work until `stop` is not empty."""
     while not stop:
-        executor.turn(SPIN_TIMEOUT_S)
+        executor.turn(SIGNAL_PERIOD_S)
 
 
 def await_last_clients(
@@ -246,32 +240,6 @@ class GuardedExecutor:
     def interrupt(self) -> None:
         """End this turn, or the next one; from any thread."""
         self._interrupted.set_result(None)
-
-    @contextmanager
-    def woken_by_signals(self) -> Iterator[None]:
-        """Let every signal that Python handles end a spin of the main thread.
-
-        Python runs a handler in the main thread once it returns from the middleware's wait, which
-        signals do not interrupt. But the interpreter writes a byte when a signal comes, and our
-        thread that waits for this byte wakes the executor.
-        """
-        ours, interpreters = socket.socketpair()
-        interpreters.setblocking(False)
-        before = signal.set_wakeup_fd(interpreters.fileno(), warn_on_full_buffer=False)
-
-        def interrupt_on_signal() -> None:
-            while ours.recv(1):
-                self.interrupt()
-
-        thread = threading.Thread(target=interrupt_on_signal, name='mlmem-signals', daemon=True)
-        thread.start()
-        try:
-            yield
-        finally:
-            signal.set_wakeup_fd(before)
-            interpreters.close()  # which the thread reads as the end
-            thread.join()
-            ours.close()
 
     def shutdown(self) -> None:
         """Stop running callbacks."""
