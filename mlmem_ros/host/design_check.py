@@ -53,11 +53,7 @@ DISTURB_FINDING = 'read_disturb'
 """The finding on the loudest pulses that move nothing, which are kept whatever they are."""
 
 CHECK_TOOL = 'design_check'
-"""The tool that checks; a finding depends on its package and on all that this one is made of but
-what only serves it."""
-
-UNCHECKED_PACKAGES = ('bag', 'contract', 'host', 'rig', 'ros', 'session', 'testing')
-"""Packages of ours that no check reaches."""
+"""The tool that checks; a finding depends on its package and on the library."""
 
 
 def check_design(
@@ -136,14 +132,10 @@ def _cache_key(design: Design, settings: Settings) -> str:
 
 @cache
 def _hash_source() -> str:
-    ours = Path(__file__).parents[1]
-    files = [
-        each
-        for each in ours.rglob('*.py')
-        if each.relative_to(ours).parts[0] not in UNCHECKED_PACKAGES
-    ]
-    found = find_spec(find_tool(CHECK_TOOL).module)
-    if found is not None and found.origin is not None:
-        files += Path(found.origin).parent.rglob('*.py')
+    files: list[Path] = []
+    for module in ('mlmem', find_tool(CHECK_TOOL).module):
+        found = find_spec(module)
+        if found is not None and found.origin is not None:
+            files += Path(found.origin).parent.rglob('*.py')
     files.sort()
     return hashlib.sha256(b''.join(path.read_bytes() for path in files)).hexdigest()
