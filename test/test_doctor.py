@@ -69,7 +69,6 @@ def full_disk(*_):
     [
         ('find_cache_folder', lambda _: None, 'Permission denied', 'NUMBA_CACHE_DIR'),
         ('check_cache_space', full_disk, 'No space left on device', 'NUMBA_CACHE_DIR'),
-        ('list_torn_caches', lambda: ['solve.nbi'], 'torn: solve.nbi', 'mlmem doctor --warm'),
     ],
 )
 def test_compile_cache_that_cannot_be_used_is_a_warning(name, replaced, seen, advice, monkeypatch):

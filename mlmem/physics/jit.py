@@ -65,8 +65,7 @@ def compile_kernel(function: Function) -> Function:
     compiled: Any = numba.njit(**NUMBA_SETTINGS)(function)
     # Where neither the package nor a home folder is writable, it is compiled each time.
     with contextlib.suppress(RuntimeError):
-        compiled._cache = cache = _Cache(cast(FunctionType, function))
-        LOADED_CACHES.append(cache)
+        compiled._cache = _Cache(cast(FunctionType, function))
     return cast(Function, compiled)
 
 
@@ -166,20 +165,11 @@ def find_cache_folder(compiled: Callable[..., Any]) -> Path | None:
     return None if path is None else Path(path)
 
 
-def list_torn_caches() -> list[str]:
-    """Return the names of the loops whose cache cannot be loaded."""
-    return [cache.files.index_name for cache in LOADED_CACHES if cache.files.has_torn_file()]
-
-
 def check_cache_space(folder: Path) -> None:
     """Write and remove a file as large as a full cache; raise `OSError` if that fails."""
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryFile(dir=folder) as file:
         file.write(bytes(4 * 2**20))
-
-
-LOADED_CACHES: list[_Cache] = []
-"""Those of all loops loaded so far."""
 
 
 class _CacheFile(IndexDataCacheFile):
@@ -201,21 +191,6 @@ class _CacheFile(IndexDataCacheFile):
             return super()._load_index()  # type: ignore[no-untyped-call]
         except (ImportError, AttributeError):
             return {}
-
-    @property
-    def index_name(self) -> str:
-        """Name of the index."""
-        return Path(self._index_path).name
-
-    def has_torn_file(self) -> bool:
-        """Return whether the index, or machine code that it names, cannot be loaded."""
-        try:
-            for name in self._load_index().values():
-                with contextlib.suppress(FileNotFoundError):
-                    self._load_data(name)  # type: ignore[no-untyped-call]
-        except Exception:  # a torn pickle raises anything
-            return True
-        return False
 
     def discard(self) -> None:
         """Forget all machine code of the loop; without an index none of it is found."""

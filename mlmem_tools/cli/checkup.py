@@ -101,9 +101,9 @@ def _warn_untested(found: Diagnosis, library: str) -> Diagnosis:
 
 
 def check_compile_cache() -> Diagnosis:
-    """Check whether compiled kernels can be cached, and whether those cached can be loaded."""
+    """Check whether compiled kernels can be cached."""
     from mlmem.physics import NOH_BATHE
-    from mlmem.physics.jit import check_cache_space, find_cache_folder, list_torn_caches
+    from mlmem.physics.jit import check_cache_space, find_cache_folder
 
     what = 'compiled kernels'
     folder = find_cache_folder(NOH_BATHE.advance)
@@ -118,14 +118,6 @@ def check_compile_cache() -> Diagnosis:
             WARN,
             seen,
             'set NUMBA_CACHE_DIR to a writable folder with some megabytes of free space',
-        )
-    if torn := list_torn_caches():
-        seen = f'torn: {", ".join(torn)} in {folder}'
-        return Diagnosis(
-            what,
-            WARN,
-            seen,
-            'the next start compiles them anew; to do it now: mlmem doctor --warm',
         )
     return Diagnosis(what, PASS, f'kept in {folder}')
 
