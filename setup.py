@@ -106,7 +106,7 @@ setup(
         'mlmem_ros.tools': [
             'command_line = mlmem_tools.cli.main:main',
             'design_check = mlmem_tools.checks:check',
-            'residual_monitor = mlmem_tools.twin.watcher:Watcher',
+            'residual_monitor = mlmem_tools.identification.watcher:Watcher',
             'BankCheckFailed = mlmem_tools.bank.bank:BankCheckFailed',
             'BankValue = mlmem_tools.bank.bank:BankValue',
             'MemoryBank = mlmem_tools.bank.bank:MemoryBank',

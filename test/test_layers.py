@@ -11,7 +11,7 @@ ROOT = Path(__file__).parent.parent
 LAYERS = (
     'mlmem.physics', 'mlmem', 'mlmem_ros.rig', 'mlmem_ros.bag', 'mlmem_ros.contract',
     'mlmem_ros.session', 'mlmem_ros.host', 'mlmem_ros.ros', 'mlmem_ros.testing',
-    'mlmem_tools.twin', 'mlmem_tools.checks', 'mlmem_tools.rig', 'mlmem_tools.bank',
+    'mlmem_tools.identification', 'mlmem_tools.checks', 'mlmem_tools.rig', 'mlmem_tools.bank',
     'mlmem_tools.law', 'mlmem_tools.view', 'mlmem_tools.cli',
 )  # fmt: skip
 """Packages, from the bottom to the top."""

@@ -5,7 +5,7 @@
 - `study`: one runner for every count of presets and elements, by the functions below.
 - `reads`, `words`, `one_end`, `shaken`: proofs of reads, sound and with faults.
 - `robust_writes`, `robust_words`, `times`: writes. `validity`, `forecasts`: where the model ends.
-- `fit`, `plans`, `twins`: an individual element from its echoes, pulses for it, their worth.
+- `twins`: what fits of individual elements, and twins beside them, are worth.
 - `windows`: how far kicks may be off. `landscapes`: the energy of a wall, as in the paper.
 - `designer`, `studies`: new elements; tolerance, and proofs of designs.
 - `paper`, `bench`: the paper's figures and claims; benchmarks.

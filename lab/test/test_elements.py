@@ -13,9 +13,9 @@ from mlmem import element_file, preset
 from mlmem.element_file import Element
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.physics import Scatter, scattered
-from mlmem_lab.plans.plan import plan_pulses
 from mlmem_lab.studies.bench import Bench
 from mlmem_tools.cli.main import main
+from mlmem_tools.identification.plan import plan_pulses
 
 CHOSEN = preset('bits_1')
 JUDGES = {

@@ -32,10 +32,10 @@ from mlmem.element_file import Element
 from mlmem.instrument.end import End, Shot
 from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError
 from mlmem.physics import CASE_II, Specimen, StateError
-from mlmem_lab.fit import csv_shots
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import state_file
 from mlmem_ros.session import data
+from mlmem_tools.identification import csv_shots
 from mlmem_tools.law.curves import average_runs, load_run, save_law
 
 ROOT = Path(__file__).parents[2]

@@ -10,9 +10,14 @@ from mlmem.moves.move import MIN_MARGIN
 from mlmem.physics import Specimen
 from mlmem.readers.reading import BLANK
 from mlmem_lab.results import RESULT_FOLDER, load_result
-from mlmem_lab.windows.flight import after_erase, after_kick, build_chain, search_kicks
 from mlmem_lab.windows.kicks import STUDY
-from mlmem_lab.windows.words import cases_ahead, kicked_behind
+from mlmem_tools.identification.kick_search import (
+    after_erase,
+    after_kick,
+    build_chain,
+    search_kicks,
+)
+from mlmem_tools.identification.register_plan import cases_ahead, kicked_behind
 
 MAPPED = load_result(STUDY.path)['presets']
 

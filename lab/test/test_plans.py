@@ -9,15 +9,15 @@ from mlmem import MemoryElement, Write
 from mlmem.element_file import Element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, scattered
-from mlmem_lab.plans import words
-from mlmem_lab.plans.plan import plan_pulses
+from mlmem_tools.identification import register_plan
+from mlmem_tools.identification.plan import plan_pulses
 
 
 def test_a_register_is_kicked_as_planned_for_its_cells(monkeypatch):
     """Alpha scattered by 1 %. With its twin's forecasts, but kicks as shipped, it writes 2 of 8
     words. The plan tries every third speed.
     """
-    monkeypatch.setattr(words, 'KICK_SPEEDS', words.KICK_SPEEDS[::3])
+    monkeypatch.setattr(register_plan, 'KICK_SPEEDS', register_plan.KICK_SPEEDS[::3])
     design, settings = chosen = first_levels(3)
     specimen = scattered(design, Scatter(alpha=0.01), 0)
     found = plan_pulses(specimen, chosen)

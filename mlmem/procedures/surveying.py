@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Surveying: pulses from both ends into several states, whose waveforms tell of every cell.
 
-A fit (`mlmem_tools.twin`) finds the element that explains them.
+A fit (`mlmem_tools.identification`) finds the element that explains them.
 """
 
 from __future__ import annotations

@@ -183,7 +183,7 @@ def _check_faults(element: MemoryElement, faults: Faults) -> None:
 
 
 class ResidualMonitor(Protocol):
-    """Compares every clean read with the forecast of a twin (`mlmem_tools.twin.watcher`)."""
+    """Compares every clean read with its forecast (`mlmem_tools.identification.watcher`)."""
 
     text: str
     """What has changed, in words; empty as long as all is as forecast."""

@@ -18,7 +18,7 @@ from .output import print_failure
 
 REQUEST_NAMES = (*PROCEDURES, 'record')
 SUBCOMMAND_NAMES = (
-    'demo', *REQUEST_NAMES, 'view', 'rig', 'design', 'law', 'replay',
+    'demo', *REQUEST_NAMES, 'view', 'rig', 'design', 'law', 'fit', 'plan', 'replay',
     'inspect', 'doctor',
 )  # fmt: skip
 """Each is a `Command` in a module of its name, requests among `COMMANDS` of `request`."""

@@ -14,7 +14,7 @@ COMMANDS_GROUP = 'mlmem.commands'
 PARTS_GROUP = 'mlmem.parts'
 """Entry points of what our own commands do only with the laboratory; each is a function."""
 
-LABORATORY_COMMANDS = ('bench', 'figures', 'fit', 'plan', 'study', 'tolerance')
+LABORATORY_COMMANDS = ('bench', 'figures', 'study', 'tolerance')
 """Its commands, so that we can say what to install."""
 
 

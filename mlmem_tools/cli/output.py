@@ -74,6 +74,30 @@ def show_progress(
             bar.advance(task)
 
 
+class ProgressBar:
+    """A progress bar that says what is being done."""
+
+    def __init__(self, console: Console) -> None:
+        from rich import progress as shown
+
+        columns = (
+            shown.TextColumn('{task.description}'), shown.BarColumn(), shown.TimeElapsedColumn(),
+        )  # fmt: skip
+        self._bar = shown.Progress(*columns, console=console, transient=True)
+        self._task = self._bar.add_task('', total=1.0)
+
+    def __enter__(self) -> ProgressBar:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.stop()
+
+    def __call__(self, what: str, share: float) -> None:
+        """Show what is being done, and the fraction done."""
+        self._bar.update(self._task, description=what, completed=share)
+
+
 def print_failure(command: str, error: object, status: int) -> int:
     """Print in one line on standard error why a sub-command failed; return its exit status."""
     note_outcome()

@@ -24,8 +24,8 @@ from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, Topic
 from mlmem_ros.host import ThrottledLog
 from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.diagnostics import Pace
-from mlmem_tools.twin.watcher import Watcher
-from mlmem_tools.twin.watching import Change, Comparison
+from mlmem_tools.identification.watcher import Watcher
+from mlmem_tools.identification.watching import Change, Comparison
 
 from .table import table
 

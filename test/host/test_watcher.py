@@ -12,7 +12,7 @@ from mlmem import EchoReceived, Faults, MemoryElement, Outcome, Read, SetFaults,
 from mlmem.element_file import Element
 from mlmem.physics import Specimen
 from mlmem.readers.reading import UNDECODABLE
-from mlmem_tools.twin.watcher import Watcher
+from mlmem_tools.identification.watcher import Watcher
 
 REST = 10.0
 """Damping times after which waves are gone."""

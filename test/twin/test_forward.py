@@ -11,8 +11,8 @@ import pytest
 from mlmem.instrument.end import End, Shot
 from mlmem.physics import CASE_II, Scatter, scattered
 from mlmem.physics.curve import Curve
-from mlmem_tools.twin.forward import Forward
-from mlmem_tools.twin.unknowns import Unknowns, stretch_law
+from mlmem_tools.identification.forward import Forward
+from mlmem_tools.identification.unknowns import Unknowns, stretch_law
 
 SMALL = dataclasses.replace(CASE_II, N=60)
 SHOT = Shot(

@@ -34,8 +34,8 @@ from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.session import records
 from mlmem_ros.session.records import read_header
-from mlmem_tools.twin.forward import Forward
-from mlmem_tools.twin.unknowns import Unknowns
+from mlmem_tools.identification.forward import Forward
+from mlmem_tools.identification.unknowns import Unknowns
 
 CHOSEN = preset('bits_1')
 DESIGN = CHOSEN.design

@@ -13,8 +13,8 @@ from mlmem.element_file import Element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import INTEGRATORS, Scatter, scattered
 from mlmem.readers.reading import BLANK, UNDECODABLE, Reading
+from mlmem_tools.identification.watching import Residuals, locate_wall
 from mlmem_tools.rig.emulated import Sensors
-from mlmem_tools.twin.watching import Residuals, locate_wall
 
 CHOSEN = preset('bits_1')
 DESIGN, SETTINGS = CHOSEN

@@ -16,10 +16,10 @@ from mlmem.readers.one_wall import forecast_levels
 from mlmem.readers.reading import BLANK
 from mlmem_tools.checks.budget import Budget
 from mlmem_tools.cli.output import create_console, create_table, print_json, show_progress
+from mlmem_tools.identification.kick_search import after_erase, build_chain, measure_kick_energy
 
 from ..study import count_cores, map_calls, provide_workers
 from ..windows.astray import count_astray
-from ..windows.flight import after_erase, build_chain, measure_kick_energy
 from .robust import (
     SPEED_SEEDS,
     TRIAL_COUNT,

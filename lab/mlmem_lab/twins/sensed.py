@@ -19,9 +19,9 @@ from mlmem.physics.potential import Array
 from mlmem.presets import PRESETS
 from mlmem.procedure_table import Procedures
 from mlmem_ros.rig.link import Tcp
+from mlmem_tools.identification.plan import plan_pulses
 from mlmem_tools.rig.emulated import EmulatedRig, Sensors
 
-from ..plans.plan import plan_pulses
 from ..rk4 import Rk4Element
 
 

@@ -79,6 +79,6 @@ STUDY = Study(
         f'healthy, {WATCHED_PRESET}',
         *(f'changes, {WATCHED_PRESET}, {change}' for change in CHANGE_KINDS),
     ),
-    ('lab/mlmem_lab/fit', 'lab/mlmem_lab/twins'),
+    ('mlmem_tools/identification', 'lab/mlmem_lab/twins'),
     add=add_entry,
 )

@@ -22,10 +22,10 @@ from mlmem.element_file import Element
 from mlmem.physics import Design, Scatter, scattered
 from mlmem.presets import PRESETS
 from mlmem_ros.rig import Rig
+from mlmem_tools.identification.fit import Misfitting, fit_element
+from mlmem_tools.identification.fitted import ADDED_TERMS, has_term
 from mlmem_tools.rig.emulated import EmulatedRig, Sensors
 
-from ..fit.fit import Misfitting, fit_element
-from ..fit.fitted import ADDED_TERMS, has_term
 from ..rk4 import Rk4Element
 from .sensed import AtOnce, HiddenElement, perform_command
 

@@ -20,8 +20,8 @@ from mlmem import (
     Write,
 )
 from mlmem.physics import INTEGRATORS
+from mlmem_tools.identification.watching import Comparison, Residuals, locate_wall
 from mlmem_tools.rig.emulated import Sensors
-from mlmem_tools.twin.watching import Comparison, Residuals, locate_wall
 
 from .sensed import (
     SensedSimulation,

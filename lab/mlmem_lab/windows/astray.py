@@ -17,11 +17,11 @@ import numpy as np
 
 from mlmem import Settings, preset
 from mlmem.physics import Design
+from mlmem_tools.identification.kick_search import find_scattered_ends
 
 from ..studies import style
 from ..studies.tolerance.estimate import pool_failures
 from ..study import Study
-from .flight import find_scattered_ends
 
 SEED = 4000
 
@@ -111,7 +111,7 @@ STUDY = Study(
     'astray',
     measure_preset,
     tuple(CASES),
-    ('lab/mlmem_lab/windows/astray.py', 'lab/mlmem_lab/windows/flight.py'),
+    ('lab/mlmem_lab/windows/astray.py', 'mlmem_tools/identification/kick_search.py'),
     SEED,
     draw=draw_shares,
 )

@@ -21,10 +21,16 @@ from mlmem.physics import Specimen, find_level
 from mlmem.physics.wall import arrival_tolerance
 from mlmem.presets import use_kicks
 from mlmem.readers.reading import BLANK
+from mlmem_tools.identification.kick_search import (
+    KICK_SPEEDS,
+    after_erase,
+    after_kick,
+    build_chain,
+    find_speed_edge,
+)
 
 from ..studies import style
 from ..study import Study
-from .flight import KICK_SPEEDS, after_erase, after_kick, build_chain, find_speed_edge
 
 SEED = 0
 
@@ -114,7 +120,7 @@ STUDY = Study(
     'kicks',
     measure_kicks,
     ('kick_2', 'case_2', 'kick_4'),
-    ('lab/mlmem_lab/windows/kicks.py', 'lab/mlmem_lab/windows/flight.py'),
+    ('lab/mlmem_lab/windows/kicks.py', 'mlmem_tools/identification/kick_search.py'),
     SEED,
     draw=draw_kicks,
 )

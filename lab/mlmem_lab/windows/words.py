@@ -13,36 +13,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from mlmem import preset
-from mlmem.move_settings import KickSettings
-from mlmem.physics import Chain, Specimen, StateError
-from mlmem.readers.register import find_wall_levels, pin_walls
+from mlmem.physics import Specimen
+from mlmem_tools.identification.kick_search import build_chain, find_speed_edge
+from mlmem_tools.identification.register_plan import STEP_KINDS, cases_ahead, kicked_behind
 
 from ..study import Study
-from .flight import build_chain, build_kick, drive_end, find_speed_edge
-
-STEP_KINDS = ('wall', 'kink')
-
-
-def cases_ahead(levels: int, spacing: int, level: int, kind: int) -> list[tuple[int, ...]]:
-    """Return what may rest to the right of a wall (kind 0) or kink (1) at a level."""
-    near = [tuple(range(level + spacing, levels, spacing)[:count]) for count in range(4)]
-    far = [(levels - 1,)] if level + spacing < levels else []
-    return sorted({each for each in (*near, *far) if len(each) % 2 == kind})
-
-
-def kicked_behind(
-    chain: Chain, shape: KickSettings, walls: tuple[int, ...], speed: float
-) -> tuple[int, ...] | None:
-    """Return the levels of all walls after a kick behind some at rest; None if a wall is at none,
-    or these do not rest.
-    """
-    design = chain.design
-    try:
-        chain.place(pin_walls(chain.specimen, walls))
-    except StateError:
-        return None
-    drive_end(chain, build_kick(chain, speed, shape))
-    return find_wall_levels(design, chain.configuration)
 
 
 def measure_windows(name: str) -> list[dict[str, Any]]:
@@ -87,5 +62,5 @@ STUDY = Study(
     'word_kicks',
     measure_preset,
     ('byte',),
-    ('lab/mlmem_lab/windows/words.py', 'lab/mlmem_lab/windows/flight.py'),
+    ('lab/mlmem_lab/windows/words.py', 'mlmem_tools/identification/kick_search.py'),
 )

@@ -19,9 +19,9 @@ from mlmem_lab.designer.robust import (
     try_candidate,
 )
 from mlmem_lab.windows.astray import count_astray
-from mlmem_lab.windows.flight import measure_kick_energy
 from mlmem_tools.checks.budget import Budget
 from mlmem_tools.cli.main import main
+from mlmem_tools.identification.kick_search import measure_kick_energy
 
 REQUEST = Request(8, 0.03)
 

@@ -5,7 +5,7 @@
 import pytest
 from computed import once
 
-from mlmem_lab.fit.fit import fit_element
+from mlmem_tools.identification.fit import fit_element
 
 from .truth import SMALL, hidden, measured
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from mlmem import element_file, preset
-from mlmem_lab.fit import command, csv_shots
+from mlmem_tools.cli import fit as command
 from mlmem_tools.cli.main import main
+from mlmem_tools.identification import csv_shots
 
 from .truth import SMALL
 

@@ -11,7 +11,7 @@ import pytest
 
 from mlmem.instrument.end import End
 from mlmem.physics.curve import Curve
-from mlmem_lab.fit.fit import (
+from mlmem_tools.identification.fit import (
     Misfitting,
     _extend_model,
     _move_strayed_walls,
@@ -19,11 +19,11 @@ from mlmem_lab.fit.fit import (
     fit_element,
     locate_walls,
 )
-from mlmem_lab.fit.fitted import (
+from mlmem_tools.identification.fitted import (
     compute_posterior,
     estimate_jitter,
 )
-from mlmem_lab.fit.trusted import list_doubts
+from mlmem_tools.identification.trusted import list_doubts
 
 from .truth import SHOTS, SMALL, hidden, measured
 

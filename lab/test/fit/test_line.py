@@ -14,7 +14,7 @@ from mlmem.physics import Scatter, scattered
 from mlmem_lab.twins.sensed import perform_command
 from mlmem_ros.rig import Rig
 from mlmem_tools.cli.rig import _build_rig, rig
-from mlmem_tools.twin.noise import MIN_NOISE_CELLS
+from mlmem_tools.identification.noise import MIN_NOISE_CELLS
 
 CHOSEN = preset('bits_1')
 SEED = 4711

@@ -10,11 +10,36 @@ from functools import cache
 
 import numpy as np
 
-from mlmem.physics import Specimen
+from mlmem.move_settings import KickSettings
+from mlmem.physics import Chain, Specimen, StateError
+from mlmem.readers.register import find_wall_levels, pin_walls
 from mlmem.settings import Settings
 
-from ..windows.flight import KICK_SPEEDS, Found, build_chain, middle_speed
-from ..windows.words import STEP_KINDS, cases_ahead, kicked_behind
+from .kick_search import KICK_SPEEDS, Found, build_chain, build_kick, drive_end, middle_speed
+
+STEP_KINDS = ('wall', 'kink')
+
+
+def cases_ahead(levels: int, spacing: int, level: int, kind: int) -> list[tuple[int, ...]]:
+    """Return what may rest to the right of a wall (kind 0) or kink (1) at a level."""
+    near = [tuple(range(level + spacing, levels, spacing)[:count]) for count in range(4)]
+    far = [(levels - 1,)] if level + spacing < levels else []
+    return sorted({each for each in (*near, *far) if len(each) % 2 == kind})
+
+
+def kicked_behind(
+    chain: Chain, shape: KickSettings, walls: tuple[int, ...], speed: float
+) -> tuple[int, ...] | None:
+    """Return the levels of all walls after a kick behind some at rest; None if a wall is at none,
+    or these do not rest.
+    """
+    design = chain.design
+    try:
+        chain.place(pin_walls(chain.specimen, walls))
+    except StateError:
+        return None
+    drive_end(chain, build_kick(chain, speed, shape))
+    return find_wall_levels(design, chain.configuration)
 
 
 def search_words(
@@ -23,7 +48,7 @@ def search_words(
     """Return the kicks of walls and of kinks to every level of an element.
 
     Each is the middle of the slowest range of speeds that is wide enough, or else of the widest,
-    whatever rests ahead: see `windows.words.cases_ahead`. Kinks come to no level behind which no
+    whatever rests ahead: see `cases_ahead`. Kinks come to no level behind which no
     wall may rest.
     """
     chain, levels = build_chain(made, settings), made.design.levels

@@ -7,7 +7,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from mlmem.physics.potential import Array
 
@@ -80,12 +79,13 @@ def minimise_misfit(
         scale = 1.0 / np.sqrt(np.diag(H))
         H = scale[:, None] * H * scale
         while True:
+            damped = H + damping * np.eye(len(H))
             try:
-                factor = cho_factor(H + damping * np.eye(len(H)))
-            except LinAlgError:
+                np.linalg.cholesky(damped)  # is it positive definite?
+            except np.linalg.LinAlgError:
                 damping = max(1e-6, 10.0 * damping)
                 continue
-            step = cho_solve(factor, scale * g)
+            step = np.linalg.solve(damped, scale * g)
             moved = x - free @ (scale * step)
             then = total_cost(moved, misfit.cost(moved, stage.window, stage.blur))
             if then < now or damping > 1e6 or not new:

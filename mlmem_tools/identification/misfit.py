@@ -20,10 +20,11 @@ from numpy.typing import NDArray
 from mlmem.instrument.end import Shot
 from mlmem.physics import Design, DesignError, Integrator, StateError
 from mlmem.physics.potential import Array
-from mlmem_tools.twin.forward import Clock, Forward
-from mlmem_tools.twin.noise import estimate_noise, remove_lines, whiten_waveforms
-from mlmem_tools.twin.tangent import Single
-from mlmem_tools.twin.unknowns import SHARED_UNKNOWNS, Unknowns
+
+from .forward import Clock, Forward
+from .noise import estimate_noise, remove_lines, whiten_waveforms
+from .tangent import Single
+from .unknowns import SHARED_UNKNOWNS, Unknowns
 
 EQUILIBRIUM_UNKNOWNS = ('D_s1', 'D_s2', 'zero_left', 'zero_right', 'gain_left', 'gain_right')
 """Unknowns that the displacements at rest show."""

@@ -22,12 +22,10 @@ from mlmem.moves.kick import kick_speed
 from mlmem.parsing import DecodeError
 from mlmem.physics import Design, DesignError
 from mlmem.presets import load_preset
-from mlmem_tools.cli.command import JSON_OPTION, declare_command, declare_option
-from mlmem_tools.cli.output import create_console, print_failure, print_json
 
-from ..study import Bar
-from .plan import Plan, Step
-from .plan import plan_pulses as planned
+from ..identification.plan import Plan, Step, plan_pulses
+from .command import JSON_OPTION, declare_command, declare_option
+from .output import ProgressBar, create_console, print_failure, print_json
 
 
 @declare_command(
@@ -47,8 +45,8 @@ def plan(arguments: argparse.Namespace) -> int:
         element = read_element_file(Path(arguments.element))
         design = element.specimen.design
         preset = load_preset(arguments.design) if arguments.design else matching_preset(design)
-        with Bar(create_console(aside=True)) as report:
-            found = planned(element.timed_specimen, preset, report)
+        with ProgressBar(create_console(aside=True)) as report:
+            found = plan_pulses(element.timed_specimen, preset, report)
         element = dataclasses.replace(element, plan=found.corrections)
         write_element_file(Path(arguments.output or arguments.element), element)
     except (DecodeError, DesignError, OSError) as error:

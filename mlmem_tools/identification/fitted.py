@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from mlmem.physics import Specimen
 from mlmem.physics.potential import Array
-from mlmem_tools.twin.forward import Clock
-from mlmem_tools.twin.unknowns import SHARED_UNKNOWNS, Unknowns
 
+from .forward import Clock
 from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, ZERO_DRIFT_CELLS, Misfit, Normal, Slopes
+from .unknowns import SHARED_UNKNOWNS, Unknowns
 
 SCATTER_UNKNOWNS = {'mass': 'mass', 'offset': 'offset', 'k_r': 'k_r', 'damping': 'damped'}
 """Standard deviations of a `Prior` that the data tell better, and the unknowns that have them."""

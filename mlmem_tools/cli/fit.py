@@ -23,15 +23,20 @@ from mlmem.physics.potential import Array
 from mlmem.presets import load_preset
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.session.data import load_session
-from mlmem_tools.cli.command import JSON_OPTION, declare_command, declare_option
-from mlmem_tools.cli.output import create_console, print_failure, print_json
-from mlmem_tools.twin.unknowns import SHARED_UNKNOWNS
 
-from ..study import Bar
-from . import csv_shots
-from .fit import Misfitting, fit_element
-from .fitted import ADDED_TERMS, SCATTER_UNKNOWNS, TERM_DESCRIPTIONS, Fit, has_term
-from .misfit import Prior
+from ..identification import csv_shots
+from ..identification.fit import Misfitting, fit_element
+from ..identification.fitted import (
+    ADDED_TERMS,
+    SCATTER_UNKNOWNS,
+    TERM_DESCRIPTIONS,
+    Fit,
+    has_term,
+)
+from ..identification.misfit import Prior
+from ..identification.unknowns import SHARED_UNKNOWNS
+from .command import JSON_OPTION, declare_command, declare_option
+from .output import ProgressBar, create_console, print_failure, print_json
 
 
 @declare_command(
@@ -54,7 +59,7 @@ def fit(arguments: argparse.Namespace) -> int:
         return print_failure('fit', error, 2)
     console = create_console(aside=True)
     try:
-        with Bar(console) as report:
+        with ProgressBar(console) as report:
             found = fit_element(
                 design, shots, prior=Prior(scatter=arguments.scatter), integrator=integrator,
                 report=report,

@@ -11,10 +11,10 @@ import math
 import numpy as np
 
 from mlmem.physics import DesignError, StateError
-from mlmem_tools.twin.unknowns import SHARED_UNKNOWNS
 
 from .fitted import MIN_BAND_MISFIT, MIN_DIVISOR, MIN_EVIDENCE_GAIN, Fit, invert_matrix
 from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, alpha_patterns
+from .unknowns import SHARED_UNKNOWNS
 
 
 def list_doubts(found: Fit) -> list[str]:

@@ -17,8 +17,6 @@ import numpy as np
 from mlmem.instrument.end import Shot
 from mlmem.physics import Design, Integrator, StateError
 from mlmem.physics.potential import Array
-from mlmem_tools.twin.forward import MAX_WALL_OFFSET_CELLS, find_equilibria
-from mlmem_tools.twin.unknowns import Unknowns
 
 from .descent import (
     BLANK_STAGES,
@@ -38,8 +36,10 @@ from .fitted import (
     widen_unknowns,
     with_term,
 )
+from .forward import MAX_WALL_OFFSET_CELLS, find_equilibria
 from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, Misfit, Prior, Slopes
 from .trusted import held_out, list_doubts, needs_term
+from .unknowns import Unknowns
 
 
 def locate_walls(misfit: Misfit, x: Array) -> tuple[Misfit, Array]:

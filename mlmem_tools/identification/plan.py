@@ -24,8 +24,8 @@ from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.readers.reading import BLANK
 from mlmem.settings import Settings
 
-from ..windows.flight import Found, build_chain, least_erase_margin, search_kicks
-from .words import search_words
+from .kick_search import Found, build_chain, least_erase_margin, search_kicks
+from .register_plan import search_words
 
 MAX_ARRIVAL_ERROR_CELLS = 1.0
 """Cells from its defect within which a wall has arrived."""

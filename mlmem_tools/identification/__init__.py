@@ -1,0 +1,9 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""An individual element: fitted to the echoes of a survey, planned for, and watched.
+
+- `forward`, `tangent`, `noise`, `unknowns`: what both ends do after a pulse, and its derivatives.
+- `misfit`, `descent`, `fit`, `fitted`, `trusted`: from the shots of a survey to every cell.
+- `kick_search`, `plan`, `register_plan`: pulses that write the fitted element.
+- `watching`, `watcher`: every read of a running element beside its forecast.
+"""
