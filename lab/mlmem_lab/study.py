@@ -18,7 +18,7 @@ import signal
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import wait
@@ -26,12 +26,15 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from mlmem import parsing
 from mlmem.atomic_files import write_atomically
 from mlmem_tools.cli.command import JOBS_OPTION, declare_command, declare_option
-from mlmem_tools.cli.output import create_console, print_failure, show_progress
+from mlmem_tools.cli.output import (
+    create_console,
+    print_failure,
+    show_progress,
+    to_json_value,
+)
 
 from . import results
 
@@ -243,72 +246,7 @@ def map_calls(
     return found
 
 
-class RowFile:
-    """Rows by key in a file of JSON lines, below a line that says what they belong to.
-
-    A row is written as soon as it is there. A kill can tear the last line: it is dropped when the
-    file is opened again.
-
-    Attributes:
-        rows: The rows by key.
-    """
-
-    def __init__(self, path: Path, definition: Mapping[str, Any]) -> None:
-        """Open a file, or begin it.
-
-        Raises:
-            ValueError: The file belongs to something else.
-            OSError: It cannot be read or written.
-        """
-        self.path, self.rows = path, dict[str, Any]()
-        head = json.dumps(definition, sort_keys=True)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        content = parsing.read_file(path) if path.exists() else ''
-        first, *lines = content[: content.rfind('\n') + 1].splitlines() or ['']
-        if first and first != head:
-            raise ValueError(
-                f'{path} has rows of another study: remove it, or name another folder'
-            )
-        for line in lines:
-            key, row = json.loads(line)
-            self.rows[key] = row
-        write_atomically(path, '\n'.join([head, *lines, '']))
-        self._stream = path.open('a', encoding='utf-8')
-
-    def __enter__(self) -> RowFile:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stream.close()
-
-    def compute(
-        self,
-        function: Callable[..., Any],
-        tasks: Mapping[str, tuple[Any, ...]],
-        executor: Executor | None,
-    ) -> Iterator[str]:
-        """Compute the rows that are missing; yield the key of each that was written.
-
-        Args:
-            tasks: Arguments of the function, by key.
-            executor: See `provide_workers`.
-        """
-        todo = {key: given for key, given in tasks.items() if key not in self.rows}
-        if executor is None:
-            for key, given in todo.items():
-                yield self._write_row(key, function(*given))
-            return
-        futures = {executor.submit(function, *given): key for key, given in todo.items()}
-        for future in as_completed(futures):
-            yield self._write_row(futures[future], future.result())
-
-    def _write_row(self, key: str, row: Any) -> str:
-        print(json.dumps([key, row]), file=self._stream, flush=True)
-        self.rows[key] = row
-        return key
-
-
-def compute_rows(
+def map_kept(
     console: Console,
     what: str,
     function: Callable[..., Any],
@@ -317,42 +255,30 @@ def compute_rows(
     path: Path,
     definition: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return the row of every task in order; those in the file at `path` are not computed again.
+    """Return the result of every task in order; those in a file are not computed again.
 
     Args:
-        function: Returns a row. Another process must be able to import it.
+        function: Returns what JSON can hold. Another process must be able to import it.
         tasks: Its arguments, by key.
         jobs: Processes side by side; None for one a core.
-        definition: What all rows depend on.
+        definition: What all results depend on.
 
     Raises:
-        ValueError: The file has rows of another definition.
+        ValueError: The file has results of another definition.
         OSError: It cannot be read or written.
     """
-    with RowFile(path, definition) as file:
-        done = sum(key in file.rows for key in tasks)
-        if done < len(tasks):
-            with provide_workers(min(jobs or count_cores(), len(tasks))) as pool:
-                rows = file.compute(function, tasks, pool)
-                show_progress(console, rows, done, len(tasks), what)
-        return {key: file.rows[key] for key in tasks}
+    definition = to_json_value(definition)
+    kept = results.load_kept(path) or {'definition': definition, 'found': {}}
+    if kept['definition'] != definition:
+        raise ValueError(f'{path} is of another study: remove it, or name another folder')
+    missing = [key for key in tasks if key not in kept['found']]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    keys = iter(missing)
 
+    def keep_result(found: Any) -> None:
+        kept['found'][next(keys)] = found
+        write_atomically(path, json.dumps(kept))
 
-class Bar:
-    """A progress bar that says what is being done."""
-
-    def __init__(self, console: Console) -> None:
-        columns = TextColumn('{task.description}'), BarColumn(), TimeElapsedColumn()
-        self._bar = Progress(*columns, console=console, transient=True)
-        self._task = self._bar.add_task('', total=1.0)
-
-    def __enter__(self) -> Bar:
-        self._bar.start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._bar.stop()
-
-    def __call__(self, what: str, share: float) -> None:
-        """Show what is being done, and the fraction done."""
-        self._bar.update(self._task, description=what, completed=share)
+    columns = zip(*(tasks[key] for key in missing), strict=True)
+    map_calls(console, jobs or count_cores(), what, function, *columns, then=keep_result)
+    return {key: kept['found'][key] for key in tasks}

@@ -2,15 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Studies keep each result at once, go on where they were stopped, and run on many processes."""
 
-import json
 import os
 
 import pytest
 
 from mlmem_lab import results
 from mlmem_lab import study as studies
-from mlmem_lab.study import STUDY_PLACES, RowFile, Study, load_study
+from mlmem_lab.study import STUDY_PLACES, Study, load_study
 from mlmem_tools.cli.main import main
+from mlmem_tools.cli.output import create_console
 
 
 @pytest.fixture
@@ -67,21 +67,14 @@ def square(x):
     return {'x': x, 'process': os.getpid()}
 
 
-def test_rows_go_on_where_they_were_stopped(tmp_path):
-    """A torn last line, as a kill leaves it, is computed again."""
-    path, tasks = tmp_path / 'rows.jsonl', {f'{x}': (x,) for x in range(5)}
-    with RowFile(path, {'a': 1}) as file:
-        done = file.compute(square, tasks, None)
-        assert [next(done), next(done)] == ['0', '1']
-    path.write_text(path.read_text() + '["2", {"x"')
-    with RowFile(path, {'a': 1}) as file:
-        assert list(file.rows) == ['0', '1']
-        assert list(file.compute(square, tasks, None)) == ['2', '3', '4']
-    assert [json.loads(line)[0] for line in path.read_text().splitlines()[1:]] == list(tasks)
-
-
-def test_rows_of_another_study_are_refused(tmp_path):
-    with RowFile(tmp_path / 'rows.jsonl', {'a': 1}):
-        pass
+def test_results_go_on_where_they_were_stopped(tmp_path):
+    path, console = tmp_path / 'rows.json', create_console()
+    tasks = {f'{x}': (x,) for x in range(5)}
+    some = {key: tasks[key] for key in '13'}
+    first = studies.map_kept(console, 'some', square, some, 1, path, {'a': 1})
+    path.write_text(path.read_text().replace(f'"process": {os.getpid()}', '"process": 0'))
+    found = studies.map_kept(console, 'all', square, tasks, 1, path, {'a': 1})
+    assert [each['x'] for each in found.values()] == [*range(5)]
+    assert [key for key, each in found.items() if each['process'] == 0] == list(first)
     with pytest.raises(ValueError, match='another study'):
-        RowFile(tmp_path / 'rows.jsonl', {'a': 2})
+        studies.map_kept(console, 'other', square, tasks, 1, path, {'a': 2})

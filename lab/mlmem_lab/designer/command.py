@@ -26,7 +26,7 @@ from mlmem_tools.cli.output import create_console, create_table, print_failure, 
 
 from ..results import DEVICE_MODULES, load_kept, save_result
 from ..studies.proof import Proof, Tally, evaluate_run
-from ..study import compute_rows
+from ..study import map_kept
 from . import DesignNotFound, Proposal, propose_design
 from .pulses import dynamic_range
 from .robust_command import find_robust
@@ -146,9 +146,9 @@ def _show_proofs(
             proof = Proof(design, settings, arguments.sample, element=element)
             shared = proof.prepare_bench()
         runs = {f'{k}': (shared, point) for k, point in enumerate(proof.points())}
-        file = arguments.folder / f'{name}.jsonl'
+        file = arguments.folder / f'{name}.json'
         try:
-            rows = compute_rows(
+            rows = map_kept(
                 console, f'{name}: runs', evaluate_run, runs, arguments.jobs, file, shared
             )
         except (OSError, ValueError) as error:

@@ -22,8 +22,12 @@ from mlmem_lab.studies.tolerance.estimate import (
     Fragility,
     rare_scatter,
 )
-from mlmem_lab.studies.tolerance.study import Tolerance
-from mlmem_lab.study import RowFile
+from mlmem_lab.studies.tolerance.study import (
+    Tolerance,
+    count_curve,
+    describe_rare_amount,
+    list_rates,
+)
 from mlmem_tools.cli.main import main
 
 SHORT = dataclasses.replace(CASE_II, N=75)
@@ -96,10 +100,9 @@ def test_a_batch_counts_its_elements(monkeypatch):
     outcomes = iter([(0, 1), (1, UNDECODABLE)] * 4)
     monkeypatch.setattr(element, 'try_element', lambda *_: next(outcomes))
     monkeypatch.setattr(element, 'BATCH_TRIALS', 16)
-    shared = Tolerance(SHORT, Settings()).shared
-    assert evaluate_batch(shared, 'mass', 'right', 0.02, seed=5) == {
-        'kind': 'mass', 'tried': 'right', 'amount': 0.02, 'elements': 8, 'trials': 16,
-        'failures': 8, 'squares': 16, 'silent': 4,
+    definition = Tolerance(SHORT, Settings()).definition
+    assert evaluate_batch(definition, 'mass', 'right', 0.02, seed=5) == {
+        'elements': 8, 'trials': 16, 'failures': 8, 'squares': 16,
     }  # fmt: skip
 
 
@@ -112,8 +115,7 @@ CURVE = Fragility(median=0.004, spread=0.5)
 def count_falsely(shared, kind, tried, amount, seed):
     """Draw counts from a known curve: the study is tested, not the element."""
     failed = int(np.random.default_rng(seed).binomial(64, float(CURVE.rate(amount))))
-    counts = {'elements': 64, 'trials': 64, 'failures': failed, 'squares': failed, 'silent': 0}
-    return {'kind': kind, 'tried': tried, 'amount': amount, **counts}
+    return {'elements': 64, 'trials': 64, 'failures': failed, 'squares': failed}
 
 
 @pytest.fixture
@@ -123,24 +125,14 @@ def false(monkeypatch):
     monkeypatch.setattr(studied, 'rare_scatter', partial(rare_scatter, repeats=40))
 
 
-def count_study(study, folder, batches=None):
-    with RowFile(folder / 'batches.jsonl', study.definition) as file:
-        for number, _ in enumerate(study.count(file, None)):
-            if number == batches:
-                break
-        return study.select_rows(file)
-
-
-def test_a_killed_study_goes_on_and_stops_when_enough_has_failed(tmp_path, false):
+def test_a_curve_is_counted_until_enough_has_failed(false):
     study = Tolerance(SHORT, Settings(), ('alpha',), ('step',), most=4000)
-    rows = count_study(study, tmp_path / 'whole')
-    assert len(count_study(study, tmp_path / 'parts', batches=33)) < len(rows)
-    assert count_study(study, tmp_path / 'parts') == rows
-    amounts, rates = study.rates(rows, 'alpha', 'step')
+    rows = count_curve(*study.tasks['alpha step'])
+    amounts, rates = list_rates(rows)
     assert any(rate.trials >= 4000 for rate in rates), 'hardly anything fails: to the end'
     assert all(rate.failures < ENOUGH_FAILURES + 64 for rate in rates), 'no longer than needed'
     assert amounts[0] < CURVE.sigma(RARE_RATE) < amounts[-1]
-    (_, low, high), text = study.rare_amount(rows, 'alpha', 'step')
+    (_, low, high), text = describe_rare_amount(rows, study.seed)
     assert f'({low:.2g} to {high:.2g})' in text
     assert low < CURVE.sigma(1e-3) < high
 
@@ -152,7 +144,7 @@ def test_the_command_leaves_counts_and_a_picture(tmp_path, capsys, false, sketch
     assert main(['tolerance', *said]) == 0
     rare = json.loads(capsys.readouterr().out)['one_in_a_thousand']
     assert {kind: set(tried) for kind, tried in rare.items()} == {'mass': {'step', 'right'}}
-    names = {'batches.jsonl', 'tolerance.png', 'tolerance.svg'}
+    names = {'curves.json', 'tolerance.png', 'tolerance.svg'}
     assert {path.name for path in folder.iterdir()} == names
     assert main(['tolerance', '--kinds', 'moisture']) == 2
     assert 'moisture' in capsys.readouterr().err

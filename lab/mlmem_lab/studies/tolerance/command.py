@@ -3,8 +3,8 @@
 """`mlmem tolerance`: count how often writes and reads fail in imperfect elements.
 
 Elements are made at random. The study finds the amounts at which failures begin and counts each
-until enough have failed; a curve through the lowest counts shows where one in a thousand fails. A
-study that was stopped goes on from its counts.
+until enough have failed; a curve through the lowest counts shows where one in a thousand fails.
+Every curve is saved when it is known; the same command continues after a kill.
 """
 
 from __future__ import annotations
@@ -20,10 +20,9 @@ from mlmem_tools.cli.output import (
     create_table,
     print_failure,
     print_json,
-    show_progress,
 )
 
-from ...study import RowFile, count_cores, provide_workers
+from ...study import map_kept
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -75,7 +74,7 @@ def tolerance(arguments: argparse.Namespace) -> int:
     from mlmem.presets import load_preset
 
     from .element import ALL_KINDS
-    from .study import Tolerance
+    from .study import Tolerance, count_curve
 
     console = create_console(aside=arguments.json)
     try:
@@ -86,37 +85,39 @@ def tolerance(arguments: argparse.Namespace) -> int:
     except ValueError as error:
         return print_failure('tolerance', error, 2)
     try:
-        with (
-            RowFile(arguments.output / 'batches.jsonl', study.definition) as file,
-            provide_workers(arguments.jobs or count_cores()) as executor,
-        ):
-            show_progress(console, study.count(file, executor), len(file.rows), None, 'batches')
-            rows = study.select_rows(file)
-        _report_rates(console, study, rows, arguments)
+        file = arguments.output / 'curves.json'
+        curves = map_kept(
+            console, 'curves', count_curve, study.tasks, arguments.jobs, file, study.definition
+        )
+        _report_rates(console, study, curves, arguments)
     except (ValueError, OSError) as error:
         return print_failure('tolerance', error, 1)
     return 0
 
 
 def _report_rates(
-    console: Console, study: Tolerance, rows: list[Row], arguments: argparse.Namespace
+    console: Console, study: Tolerance, curves: dict[str, list[Row]], arguments: argparse.Namespace
 ) -> None:
     """Save the figure, and print where one in a thousand fails."""
     from ..style import save_figure, style_context
     from .draw import TRIAL_LABELS, draw_rates
+    from .study import describe_rare_amount
 
     headings = ('scatter of', *(TRIAL_LABELS[tried] for tried in study.tried))
     table = create_table('scatter at which one in a thousand fails', *headings)
     rates: dict[str, dict[str, dict[str, Any]]] = {}
     for kind in study.kinds:
-        found = {tried: study.rare_amount(rows, kind, tried) for tried in study.tried}
+        found = {
+            tried: describe_rare_amount(curves[f'{kind} {tried}'], study.seed)
+            for tried in study.tried
+        }
         table.add_row(kind, *(text for _, text in found.values()))
         rates[kind] = {
             tried: {'amount': amount, 'text': text} for tried, (amount, text) in found.items()
         }
     console.print(table)
     with style_context():
-        files = save_figure(draw_rates(study, rows), arguments.output / 'tolerance')
+        files = save_figure(draw_rates(study, curves), arguments.output / 'tolerance')
     made = f'mlmem tolerance --design {arguments.design} --kinds {" ".join(study.kinds)}'
     made += ' '.join(('', '--tried', *study.tried)) + f' --most {arguments.most}'
     if arguments.figure is not None:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from ..style import (
 )
 from .element import ALL_KINDS, JOINED_BY, Row
 from .estimate import RARE_RATE, Rate, fit_fragility, foot_length
-from .study import Tolerance
+from .study import Tolerance, list_rates
 
 TRIAL_LABELS = {
     'step': 'step up', 'kick': 'kick', 'word': 'word written', 'hear': 'word read',
@@ -60,8 +60,12 @@ AMOUNT_LABEL = (
 )
 
 
-def draw_rates(study: Tolerance, rows: Sequence[Row]) -> Any:
-    """Return the figure: a panel for each thing tried, a curve for each kind of disorder."""
+def draw_rates(study: Tolerance, curves: Mapping[str, Sequence[Row]]) -> Any:
+    """Return the figure: a panel for each thing tried, a curve for each kind of disorder.
+
+    Args:
+        curves: What `count_curve` returned, by the keys of `Tolerance.tasks`.
+    """
     figure = new_figure(0.6 + 2.8 * len(study.tried))
     grid = axes_grid(figure, len(study.tried), sharex=True)[:, 0]
     for axes, tried in zip(grid, study.tried, strict=True):
@@ -76,7 +80,7 @@ def draw_rates(study: Tolerance, rows: Sequence[Row]) -> Any:
         axes.xaxis.set_minor_locator(NullLocator())
         for kind in study.kinds:
             colour = KIND_COLOURS[kind.split(JOINED_BY)[0]]
-            draw_curve(axes, *study.rates(rows, kind, tried), colour, kind)
+            draw_curve(axes, *list_rates(curves[f'{kind} {tried}']), colour, kind)
     grid[0].set_title(
         'dotted: one in a thousand fails', fontsize=STYLE_SETTINGS['legend.fontsize']
     )

@@ -45,7 +45,7 @@ from ..bench import Bench
 from ..trace import wall_position
 
 Row = dict[str, Any]
-"""What was counted of a batch of elements."""
+"""What was counted of an amount: the amount, and the sums of `evaluate_batch`."""
 
 SETTLE_DAMPING_TIMES = 5.0
 """Damping times after a step: the gradient may still roll the wall to its defect for two."""
@@ -244,22 +244,20 @@ class _Made:
 
 def evaluate_batch(
     shared: Mapping[str, Any], kind: str, tried: str, amount: float, seed: int
-) -> Row:
+) -> dict[str, int]:
     """Return the counts of a batch of elements with one kind of randomness.
 
     Args:
         shared: Design and settings as plain values.
 
     Returns:
-        kind, tried, amount: As given.
         elements, trials, failures: How many.
         squares: Sum over the elements of the square of the number of their failures.
-        silent: Reads that were decoded as another level or word.
     """
     design = decode_value(Design, shared['design'])
     settings = decode_value(Settings, shared['settings'])
     each, by = count_trials(design, tried), single_chance(kind, amount)
-    counts = dict.fromkeys(('elements', 'trials', 'failures', 'squares', 'silent'), 0)
+    counts = dict.fromkeys(('elements', 'trials', 'failures', 'squares'), 0)
     seeds = np.random.SeedSequence(seed).generate_state(count_elements(design, tried), np.uint64)
     for one in seeds.tolist():
         given = np.arange(each)
@@ -276,6 +274,4 @@ def evaluate_batch(
         counts['trials'] += each
         counts['failures'] += failures
         counts['squares'] += failures**2
-        if tried != STEP_TRIAL:
-            counts['silent'] += int(np.sum(wrong & (found >= 0)))
-    return {'kind': kind, 'tried': tried, 'amount': amount, **counts}
+    return counts

@@ -9,8 +9,8 @@ counting goes down the ladder until fewer than one in a thousand fail, and up un
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import Executor
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,9 +18,9 @@ import numpy as np
 
 from mlmem import Settings
 from mlmem.instrument.end import End
+from mlmem.parsing import decode_value
 from mlmem.physics import Design
 
-from ...study import RowFile
 from .element import (
     ALL_KINDS,
     JOINED_BY,
@@ -131,97 +131,89 @@ class Tolerance:
         object.__setattr__(self, 'tried', self.tried or usual)
 
     @property
-    def curves(self) -> list[tuple[str, str]]:
-        """What is counted by amount: kinds of randomness and what is tried."""
-        return [(kind, tried) for kind in self.kinds for tried in self.tried]
-
-    def ladder(self, kind: str) -> list[float]:
-        """Return the amounts of a kind that may be counted, rising."""
-        most = min(MAX_AMOUNTS[name] for name in kind.split(JOINED_BY))
-        last = int(self.amounts * np.log10(most / MIN_AMOUNT) + 1e-9)
-        powers = np.arange(last + 1) / self.amounts
-        return [float(f'{amount:.3g}') for amount in MIN_AMOUNT * 10.0**powers]
-
-    @property
-    def shared(self) -> dict[str, Any]:
-        """What all batches share."""
-        return {'design': self.design.as_dict(), 'settings': self.settings.as_dict()}
+    def tasks(self) -> dict[str, tuple[Any, ...]]:
+        """The arguments of `count_curve` for every curve, by kind of randomness and what is
+        tried.
+        """
+        return {
+            f'{kind} {tried}': (self.definition, kind, tried)
+            for kind in self.kinds
+            for tried in self.tried
+        }
 
     @property
     def definition(self) -> dict[str, Any]:
-        """What all counts depend on."""
-        return self.shared | {'seed': self.seed}
+        """What all counts depend on, as plain values."""
+        return {
+            'design': self.design.as_dict(), 'settings': self.settings.as_dict(),
+            'amounts': self.amounts, 'most': self.most, 'seed': self.seed,
+        }  # fmt: skip
 
-    def count(self, file: RowFile, executor: Executor | None) -> Iterator[str]:
-        """Evaluate batches where they are most informative, until every curve is known; yield the
-        key of each.
 
-        The next batch follows from earlier results alone, so a killed study continues as if it had
-        never stopped.
-        """
-        counted: list[Row] = []
-        while tasks := self._list_next(counted):
-            yield from file.compute(evaluate_batch, tasks, executor)
-            counted += [file.rows[key] for key in tasks]
+def list_amounts(kind: str, per_decade: int) -> list[float]:
+    """Return the amounts of a kind that may be counted, rising."""
+    most = min(MAX_AMOUNTS[name] for name in kind.split(JOINED_BY))
+    last = int(per_decade * np.log10(most / MIN_AMOUNT) + 1e-9)
+    powers = np.arange(last + 1) / per_decade
+    return [float(f'{amount:.3g}') for amount in MIN_AMOUNT * 10.0**powers]
 
-    def select_rows(self, file: RowFile) -> list[Row]:
-        """Return the rows of a file that belong to this study, in order of their keys."""
-        rows = (file.rows[key] for key in sorted(file.rows))
-        return [row for row in rows if (row['kind'], row['tried']) in self.curves]
 
-    def _list_next(self, rows: Sequence[Row]) -> dict[str, tuple[Any, ...]]:
-        """Return the batches to be evaluated next, of every curve at one amount, by key."""
-        tasks: dict[str, tuple[Any, ...]] = {}
-        for kind, tried in self.curves:
-            ladder = self.ladder(kind)
-            amounts, rates = self.rates(rows, kind, tried)
-            known = {ladder.index(a): rate for a, rate in zip(amounts, rates, strict=True)}
-            if (rung := next_rung(known, len(ladder), self.most)) is None:
-                continue
-            rate, amount = known.get(rung), ladder[rung]
-            batch = count_elements(self.design, tried) * count_trials(self.design, tried)
-            first = rate.trials // batch if rate else 0
-            for number in range(first, first - (-count_missing_trials(rate, self.most) // batch)):
-                key = f'{kind} {tried} {amount:g} {number:05}'
-                entropy = np.random.SeedSequence([self.seed, *key.encode()])
-                seed = int(entropy.generate_state(1, np.uint64)[0] >> np.uint64(1))
-                tasks[key] = (self.shared, kind, tried, amount, seed)
-        return tasks
+def count_curve(definition: Mapping[str, Any], kind: str, tried: str) -> list[Row]:
+    """Count failures where they are most informative, until the curve is known.
 
-    def rates(self, rows: Sequence[Row], kind: str, tried: str) -> tuple[list[float], list[Rate]]:
-        """Return the amounts of a kind that were counted, rising, and the rates at them."""
-        found: dict[float, list[Row]] = {}
-        for row in rows:
-            if (row['kind'], row['tried']) == (kind, tried):
-                found.setdefault(row['amount'], []).append(row)
-        each, amounts = count_trials(self.design, tried), sorted(found)
-        sums = (
-            [
-                sum(row[name] for row in found[amount])
-                for name in ('elements', 'failures', 'squares')
-            ]
-            for amount in amounts
-        )
-        return amounts, [
-            pool_failures(elements, each, failures, squares)
-            for elements, failures, squares in sums
-        ]
+    Args:
+        definition: Of the study, as `Tolerance.definition`.
+        kind: What is random.
+        tried: What is tried.
 
-    def rare_amount(
-        self, rows: Sequence[Row], kind: str, tried: str
-    ) -> tuple[tuple[float, float, float] | None, str]:
-        """Return the amount at which one in a thousand fails, with its interval, and as text.
+    Returns:
+        The sums of the batches of every amount that was counted, rising; see `evaluate_batch`.
+    """
+    design, most = decode_value(Design, definition['design']), definition['most']
+    amounts = list_amounts(kind, definition['amounts'])
+    each, elements = count_trials(design, tried), count_elements(design, tried)
+    counts: dict[int, Counter[str]] = {}
+    rates: dict[int, Rate] = {}
+    while (rung := next_rung(rates, len(amounts), most)) is not None:
+        rate, amount = rates.get(rung), amounts[rung]
+        done = rate.trials // (each * elements) if rate else 0
+        more = math.ceil(count_missing_trials(rate, most) / (each * elements))
+        for number in range(done, done + more):
+            key = f'{kind} {tried} {amount:g} {number:05}'
+            entropy = np.random.SeedSequence([definition['seed'], *key.encode()])
+            seed = int(entropy.generate_state(1, np.uint64)[0] >> np.uint64(1))
+            found = evaluate_batch(definition, kind, tried, amount, seed)
+            counts.setdefault(rung, Counter()).update(found)
+        rates[rung] = pool_row(counts[rung])
+    return [{'amount': amounts[rung], **counts[rung]} for rung in sorted(counts)]
 
-        Returns:
-            None if the counts determine none; the text then says what was counted.
-        """
-        amounts, rates = self.rates(rows, kind, tried)
-        if (found := rare_scatter(amounts, rates, seed=self.seed)) is not None:
-            return found, f'{found[0]:.2g} ({found[1]:.2g} to {found[2]:.2g})'
-        failing = next((i for i, rate in enumerate(rates) if rate.failures), len(rates))
-        words = []
-        if failing > 0:
-            words.append(f'none of {rates[failing - 1].trials} at {amounts[failing - 1]:.2g}')
-        if failing < len(rates):
-            words.append(f'{rates[failing].value:.2g} of all at {amounts[failing]:.2g}')
-        return None, ', '.join(words)
+
+def pool_row(row: Mapping[str, Any]) -> Rate:
+    """Return the failure rate of the batches of an amount."""
+    each = row['trials'] // row['elements']
+    return pool_failures(row['elements'], each, row['failures'], row['squares'])
+
+
+def list_rates(rows: Sequence[Row]) -> tuple[list[float], list[Rate]]:
+    """Return the amounts of a curve, rising, and the rates at them."""
+    return [row['amount'] for row in rows], [pool_row(row) for row in rows]
+
+
+def describe_rare_amount(
+    rows: Sequence[Row], seed: int
+) -> tuple[tuple[float, float, float] | None, str]:
+    """Return the amount at which one in a thousand fails, with its interval, and as text.
+
+    Returns:
+        None if the counts determine none; the text then says what was counted.
+    """
+    amounts, rates = list_rates(rows)
+    if (found := rare_scatter(amounts, rates, seed=seed)) is not None:
+        return found, f'{found[0]:.2g} ({found[1]:.2g} to {found[2]:.2g})'
+    failing = next((i for i, rate in enumerate(rates) if rate.failures), len(rates))
+    words = []
+    if failing > 0:
+        words.append(f'none of {rates[failing - 1].trials} at {amounts[failing - 1]:.2g}')
+    if failing < len(rates):
+        words.append(f'{rates[failing].value:.2g} of all at {amounts[failing]:.2g}')
+    return None, ', '.join(words)
