@@ -4,9 +4,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -111,43 +111,12 @@ def _slam_pulses(random: np.random.Generator) -> Iterator[float]:
         yield float(random.choice((-1.0, 1.0)) if slam else 1e-4 * random.standard_normal())
 
 
-@dataclass
-class Counts:
-    """How reads ended.
-
-    Attributes:
-        undecodable: Reads that gave no level.
-        wrong: Reads that gave another level.
-        blocks: Rows of reads; those of a row depend on each other.
-        wrong_blocks: Rows with a wrong read.
-        moved: Reads that were not counted because the wall had moved.
-    """
-
-    right: int = 0
-    undecodable: int = 0
-    wrong: int = 0
-    blocks: int = 0
-    wrong_blocks: int = 0
-    moved: int = 0
-    ticks: int = 0
-
-    @property
-    def reads(self) -> int:
-        """How many were counted."""
-        return self.right + self.undecodable + self.wrong
-
-    @property
-    def wrong_rate(self) -> Rate:
-        """The fraction of blocks with a wrong read."""
-        return Rate(self.wrong_blocks, self.blocks)
-
-    def add(self, other: Counts) -> None:
-        """Add the counts of other reads."""
-        for each in dataclasses.fields(self):
-            setattr(self, each.name, getattr(self, each.name) + getattr(other, each.name))
+COUNTED = ('reads', 'moved', 'undecodable', 'wrong', 'blocks')
+"""Reads that were counted; that were not because the wall had moved; that gave no level; that gave
+another one. Rows of reads; those of a row depend on each other."""
 
 
-def count(
+def count_block(
     design: Design,
     settings: Settings,
     shaking: Shaking,
@@ -155,10 +124,13 @@ def count(
     level: int,
     reads: int,
     seed: int,
-) -> Counts:
+) -> Counter[str]:
     """Read an element repeatedly, and count: one block.
 
     The end is 'left', 'right' or 'both', and the seed of all random numbers.
+
+    Returns:
+        `COUNTED`, `wrong blocks` and the `ticks` of all reads.
     """
     element = Bench(design, settings).device()
     element.chain.place(find_pinned_wall(Specimen(design), level))
@@ -169,22 +141,20 @@ def count(
     course = shaking.generate_course(seed, settings.time.tick * scale.time)
     for _ in range(20):
         _advance_tick(element, next(course) / scale.acceleration)
-    counts = Counts()
+    counts = Counter(reads=reads, blocks=1)
     for _ in range(reads):
         element.apply(Read(end))
         while element.procedure:
             events = _advance_tick(element, next(course) / scale.acceleration)
         [outcome] = [event for event in events if isinstance(event, Outcome)]
-        counts.ticks += outcome.end_tick - outcome.start_tick
+        counts['ticks'] += outcome.end_tick - outcome.start_tick
         if not outcome.success or outcome.reading is None:
-            counts.undecodable += 1
-            continue
-        right = outcome.reading.level == level
-        counts.right += right
-        counts.wrong += not right
+            counts['undecodable'] += 1
+        else:
+            counts['wrong'] += outcome.reading.level != level
     if find_level(design, element.chain.configuration, 0.5 * design.J) != level:
-        return Counts(moved=reads)
-    counts.blocks, counts.wrong_blocks = 1, int(counts.wrong > 0)
+        return Counter(moved=reads)
+    counts['wrong blocks'] = int(counts['wrong'] > 0)
     return counts
 
 
@@ -220,22 +190,22 @@ def count_reads(name: str) -> list[dict[str, Any]]:
     found = []
     for number, (end, shaking) in enumerate(SHAKING_CASES):
         random = np.random.default_rng(RANDOM_SEED + 1000 * number)
-        counts = Counts()
-        while counts.reads + counts.moved < READS:
+        counts = Counter[str]()
+        while counts['reads'] + counts['moved'] < READS:
             level, seed = int(random.integers(design.levels)), int(random.integers(2**31))
-            counts.add(count(design, settings, shaking, end, level, BLOCK, seed))
+            counts.update(count_block(design, settings, shaking, end, level, BLOCK, seed))
         found.append(
             {'preset': name, 'end': end, 'shaking': str(shaking), **_summarise_counts(counts)}
         )
     return found
 
 
-def _summarise_counts(counts: Counts) -> dict[str, Any]:
+def _summarise_counts(counts: Counter[str]) -> dict[str, Any]:
     """Return the counts of a case as a result file has them."""
-    keys = ('reads', 'moved', 'undecodable', 'wrong', 'blocks')
-    return {key: getattr(counts, key) for key in keys} | {
-        'wrong blocks, at most (95 %)': counts.wrong_rate.interval[1] if counts.blocks else None,
-        'ticks': counts.ticks / counts.reads if counts.reads else None,
+    wrong = Rate(counts['wrong blocks'], counts['blocks']).interval if counts['blocks'] else None
+    return {key: counts[key] for key in COUNTED} | {
+        'wrong blocks, at most (95 %)': wrong and wrong[1],
+        'ticks': counts['ticks'] / counts['reads'] if counts['reads'] else None,
     }
 
 

@@ -49,14 +49,13 @@ STUDY_PLACES = {
     'kicks': 'windows.kicks:STUDY',
     'one_end': 'one_end:STUDY',
     'reads': 'reads.count:STUDY',
-    'robust_words': 'robust_words:STUDY',
+    'robust_words': 'words:ROBUST_STUDY',
     'robust_writes': 'robust_writes:STUDY',
     'shaken': 'shaken:STUDY',
     'times': 'times:STUDY',
     'twin': 'twins.study:STUDY',
     'unseen': 'measured.study:UNSEEN_STUDY',
     'validity': 'validity:STUDY',
-    'word_kicks': 'windows.words:STUDY',
     'words': 'words:STUDY',
 }
 """Module and name of every study, by its own name, which is that of its result file."""

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables of the pages that are more than entries and keys of a result: rows, headings first.
 
-A function has the name of its table, `tolerance steps` with a line for the space, which begins
-with the name of the result file.
+A function has the name of its table, `tolerance words` with a line for the space. It begins with
+the name of the result file.
 """
 
 from __future__ import annotations

@@ -263,6 +263,16 @@ def merge_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, An
     return {'all': {'reads': sum(reads.values()), **reads, **written}, 'presets': presets}
 
 
+def count_robust_writes(name: str) -> dict[str, Any]:
+    """Return the counts of writes of a robust register by scatter of all its parts at once."""
+    random = np.random.Generator(np.random.PCG64(ROBUST_SEED))
+    found = {}
+    for scatter in (0.0, 0.01, 0.02, 0.03):
+        elements = make_specimens(name, Scatter(alpha=scatter, k_r=scatter, mass=scatter))
+        found[f'{scatter:g}'] = count_writes(elements, random, 10)
+    return found
+
+
 STUDY = Study(
     'words',
     count_preset,
@@ -270,4 +280,13 @@ STUDY = Study(
     ('lab/mlmem_lab/words.py', 'lab/mlmem_lab/reads/count.py'),
     SEED,
     merge_counts,
+)
+
+ROBUST_SEED = 11
+ROBUST_STUDY = Study(
+    'robust_words',
+    count_robust_writes,
+    ('robust_words',),
+    ('lab/mlmem_lab/words.py', 'config/robust_words.yaml'),
+    ROBUST_SEED,
 )

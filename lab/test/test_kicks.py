@@ -5,11 +5,10 @@
 import pytest
 
 from mlmem import preset
-from mlmem.instrument.drivers import Simulation
 from mlmem.moves.move import MIN_MARGIN
 from mlmem.physics import Specimen
 from mlmem.readers.reading import BLANK
-from mlmem_lab.results import RESULT_FOLDER, load_result
+from mlmem_lab.results import load_result
 from mlmem_lab.windows.kicks import STUDY
 from mlmem_tools.identification.kick_search import (
     after_erase,
@@ -17,7 +16,6 @@ from mlmem_tools.identification.kick_search import (
     build_chain,
     search_kicks,
 )
-from mlmem_tools.identification.register_plan import cases_ahead, kicked_behind
 
 MAPPED = load_result(STUDY.path)['presets']
 
@@ -69,22 +67,3 @@ def test_a_search_finds_kicks_as_wide_as_those_that_ship():
     for level, each in enumerate(found):
         assert each.room >= settings.kick.room(level)
         assert after_kick(chain_of('kick_2'), each.speed, settings.kick) == level
-
-
-# --- the committed windows of a register's kicks ---------------------------------------------
-
-
-@pytest.mark.parametrize('number', [2, 9, 12])
-def test_a_kick_arrives_inside_its_window_and_not_beyond(number):
-    """Beyond an edge, at the far side of its error, at least one case fails."""
-    design, settings = preset('byte')
-    row = load_result(RESULT_FOLDER / 'word_kicks.json')['presets']['byte']['kicks'][number]
-    chain = Simulation.of(Specimen(design), settings.time).chain
-    cases = cases_ahead(design.levels, 1, row['level'], row['kind'] == 'kink')
-    for speed, inside in (
-        (row['speed'], True), (row['low'] * 1.01, True), (row['high'] * 0.99, True),
-        (row['low'] * 0.99, False), (row['high'] * 1.01, False),
-    ):  # fmt: skip
-        found = [kicked_behind(chain, settings.kick, each, speed) for each in cases]
-        arrived = [(row['level'], *each) == one for each, one in zip(cases, found, strict=True)]
-        assert all(arrived) == inside

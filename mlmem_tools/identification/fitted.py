@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from mlmem.physics import Specimen
 from mlmem.physics.potential import Array
 
-from .forward import Clock
 from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, ZERO_DRIFT_CELLS, Misfit, Normal, Slopes
 from .unknowns import SHARED_UNKNOWNS, Unknowns
 
@@ -275,18 +274,13 @@ def missing_term(own: Fit) -> Missing:
     term = max(gain, key=lambda each: gain[each], default='')
     min_explained_part = 0.2  # least part of the misfit beyond noise that a missing term explains
     helps = term and gain[term] > max(MIN_EVIDENCE_GAIN, min_explained_part * beyond)
-    if not helps and not explained and (late := estimate_jitter(own)):
-        return Missing('', (
-            'what is left differs from sample to sample, more where the ends are faster: samples '
-            f'whose times jitter by {late:.0%} of a sample would explain it'
-        ))  # fmt: skip
     if not helps:
         return Missing(
             '',
             (
-                f'nothing that was tried explains it ({", ".join(TERM_DESCRIPTIONS)}): were the '
-                f'levels and '
-                'strains as recorded, and was the element at rest before every shot?'
+                f'nothing that was tried explains it ({", ".join(TERM_DESCRIPTIONS)}): were '
+                'levels, strains and sample times as recorded, and was the element at rest before '
+                'every shot?'
             ),
         )
     share = min(1.0, gain[term] / beyond) if beyond else 1.0
@@ -348,29 +342,6 @@ def _log_evidence(misfit: Misfit, normal: Normal, x: Array, free: NDArray[np.boo
     wide = np.linalg.slogdet(scaled)[1]
     wide -= np.linalg.slogdet(scale[:, None] * precision * scale)[1]
     return float(lowered - normal.cost - normal.loosened - off @ precision @ off - wide)
-
-
-def estimate_jitter(found: Fit) -> float:
-    """Return the jitter of the samples' times that would explain a misfit, in samples.
-
-    It is 0 if the residuals are correlated, as those of a wrong model are.
-    """
-    x, misfit = found.x, found.misfit
-    along = beyond = slopes = 0.0
-    for shot in misfit.shots:
-        residual, weights = misfit.compute_residuals(x, shot, WHOLE_WINDOW)
-        speeds = np.gradient(misfit.predict_shot(x, shot, WHOLE_WINDOW), axis=1)
-        r, slope = residual[:, 1:], (weights * speeds)[:, 1:]
-        along += float(np.sum(r[:, 1:] * r[:, :-1]))
-        beyond += float(np.sum(r**2 - (weights[:, 1:] > 0.0)))
-        slopes += float(np.sum(slope**2))
-    # correlation from sample to sample of what residuals have beyond noise, below which no motion
-    # leaves them: waves last some samples
-    max_white_correlation = 0.3
-    if beyond <= 0.0 or abs(along) > max_white_correlation * beyond:
-        return 0.0
-    stride = Clock.of(misfit.shots[0].dt, misfit.integrator).stride
-    return stride * float(np.sqrt(beyond / slopes))
 
 
 def widen_unknowns(found: Fit, unknowns: Unknowns) -> Array:

@@ -15,11 +15,9 @@ import numpy as np
 
 from mlmem.physics.potential import Array
 
-from ..results import RESULT_FOLDER, load_result
-from ..studies import style
 from ..study import Study
 from .posterior import Model
-from .runs import ALL_CASES, RAIL_DISTANCES_CM, SILENT_CASES, SPACINGS_CM, load_runs
+from .runs import ALL_CASES, SILENT_CASES, load_runs
 
 DATA_ATTRIBUTION = (
     'Measured: Nadkarni, Arrieta, Chong, Kochmann & Daraio, Phys. Rev. Lett. 116, 244501 (2016), '
@@ -108,55 +106,9 @@ def summarise_speeds(speeds: Array) -> dict[str, float | None]:
     return silent | summarise_values(speeds[waves])
 
 
-def draw_speeds(result: Mapping[str, Any]) -> Any:
-    """Draw speeds with intervals, a panel per rail, of `curves` and of the result of `unseen`."""
-    unseen = load_result(RESULT_FOLDER / 'unseen.json')
-    figure = style.new_figure(3.6)
-    panels = style.axes_grid(figure, 1, 3, sharey=True)[0]
-    for axes, rail in zip(panels, RAIL_DISTANCES_CM, strict=True):
-        for row, other in zip(result['cases'], unseen['cases'], strict=True):
-            if row['rail'] == rail:
-                _draw_row(axes, row | other)
-        axes.set_title(f'rails {rail:g} cm apart')
-        axes.set(xlabel='spacing (cm)', xticks=SPACINGS_CM, xlim=(5.5, 8.5), ylim=(-0.1, 6.0))
-    panels[0].set_ylabel('speed (m/s)')
-    handles: dict[str, Any] = {}
-    for axes in panels:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            handles.setdefault(label, handle)
-    figure.legend(handles.values(), handles.keys(), loc='outside lower center', ncols=3)
-    return figure
-
-
-def _draw_row(axes: Any, row: Mapping[str, Any]) -> None:
-    """Draw the predictions of a lattice, and its measured speeds."""
-    x = row['spacing']
-    for name, aside, colour, label in (
-        ('curves', -0.25, style.FAINT_COLOUR, 'from the force curves alone'),
-        ('unseen', 0.0, style.ACTIVE_COLOUR, 'this lattice left out'),
-        ('seen', 0.25, style.MARK_COLOUR, 'with its data'),
-    ):
-        given = row[name]
-        likely = 1.0 - given['silent']
-        percent = f'{100 * given["silent"]:.0f}'
-        axes.text(x + aside, 0.05, percent, ha='center', fontsize=6, color=colour)
-        if given['median'] is None or likely < 0.05:
-            continue
-        axes.plot(
-            [x + aside] * 2, [given['low'], given['high']], color=colour, lw=5,
-            alpha=0.15 + 0.6 * likely, solid_capstyle='butt', label=label,
-        )  # fmt: skip
-        axes.plot(x + aside, given['median'], 'o', ms=4, color=colour)
-    if row['measured'] is None:
-        axes.plot(x, 0.6, 'x', color=style.INACTIVE_COLOUR, ms=8, label='no wave measured')
-    for speed in row['measured'] or ():
-        ends = [x - 0.4, x + 0.4]
-        axes.plot(ends, [speed] * 2, color=style.INACTIVE_COLOUR, lw=1, label='measured')
-
-
 MODULES = ('lab/mlmem_lab/measured',)
 CURVES_STUDY = Study(
-    'curves', predict_seen, ('all',), MODULES, SEED, add_rows, draw=draw_speeds
+    'curves', predict_seen, ('all',), MODULES, SEED, add_rows
 )  # fmt: skip
 UNSEEN_STUDY = Study(
     'unseen', predict_unseen, tuple(map(str, ALL_CASES)), MODULES, SEED, add_rows

@@ -21,7 +21,6 @@ from mlmem_tools.identification.fit import (
 )
 from mlmem_tools.identification.fitted import (
     compute_posterior,
-    estimate_jitter,
 )
 from mlmem_tools.identification.trusted import list_doubts
 
@@ -65,16 +64,6 @@ def test_a_fit_in_which_a_shot_is_not_predicted_is_refused(fitted, worst):
     *_, found = fitted
     with pytest.raises(Misfitting, match='the other shots predict shot 2 with a misfit of'):
         _predict_shots(replace(found, held_out=(1.0, worst, 1.1)))
-
-
-def jittering(shots):
-    """Return shots whose samples come a tenth of their time too early or too late."""
-    chance, found = np.random.default_rng(1), []
-    for shot in shots:
-        late = 0.1 * chance.standard_normal(shot.samples.shape)
-        samples = shot.samples + late * np.gradient(shot.samples, axis=1)
-        found.append(replace(shot, samples=samples))
-    return found
 
 
 @pytest.mark.slow
@@ -186,26 +175,6 @@ def test_a_fit_that_needs_an_absurd_element_is_doubted(fitted, bent, said):
     x = found.x.copy()
     x[found.unknowns.alpha] *= 1.0 + bent(SMALL.N)
     assert any(re.search(said, why) for why in list_doubts(replace(found, x=x)))
-
-
-JITTER = r'times jitter by (9|10|11) ?% of a sample'
-
-
-def test_jitter_of_the_samples_is_refused_and_named(fitted):
-    *_, found = fitted
-    jittered = found.misfit.select_shots(jittering(found.misfit.shots))
-    with pytest.raises(Misfitting, match=JITTER):
-        _extend_model(compute_posterior(jittered, found.x), print)
-
-
-def test_jitter_does_not_explain_a_motion_below_the_noise(fitted):
-    """Its power is a third of the noise's, so beside it all residuals look white."""
-    *_, found = fitted
-    hummed = []
-    for shot in found.misfit.shots:
-        t = shot.dt * np.arange(shot.samples.shape[1])
-        hummed.append(replace(shot, samples=shot.samples + 0.8e-5 * np.sin(t)))
-    assert estimate_jitter(replace(found, misfit=found.misfit.select_shots(hummed))) == 0.0
 
 
 @pytest.mark.slow

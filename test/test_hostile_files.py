@@ -38,7 +38,7 @@ from mlmem_ros.session import data
 from mlmem_tools.identification import csv_shots
 from mlmem_tools.law.curves import average_runs, load_run, save_law
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 CURVE = ROOT / 'examples/law/shell_run1.csv'
 RECORDING = next((ROOT / 'test/data/aborted_write').glob('*.mcap'))
 
