@@ -42,6 +42,29 @@ def test_command_that_raises_is_answered_and_ends_loop(start):
     assert refusal(loop.submit(Read())) == f'the device has stopped: {fault}'
 
 
+@pytest.mark.parametrize('kind', [RuntimeError, SystemExit, KeyboardInterrupt])
+@pytest.mark.parametrize('part', ['listener', 'now', 'wait'])
+def test_loop_stops_when_a_part_of_it_fails(start, part, kind):
+    """A listener, or a ROS clock whose context is gone. Whatever it raises: a thread that ends
+    in silence would leave its clients waiting.
+    """
+
+    def fail(*_):
+        raise kind('it has gone')
+
+    def listen(commands, events):
+        if commands and part == 'listener':
+            fail()
+
+    clock = Clock()
+    loop = start(rig.device(), listen, pacer=clock, speed=1.0)
+    if part != 'listener':
+        setattr(clock, part, fail)
+    assert refusal(loop.submit(Erase())) == 'the device has stopped: it has gone'
+    assert refusal(loop.submit(Read())) == 'the device has stopped: it has gone'
+    assert str(loop.failure) == 'it has gone'
+
+
 def test_procedure_is_answered_after_its_outcome_was_published(start):
     """Or a client would still find the old level on ~/level."""
     events, answered = [], []
@@ -169,35 +192,6 @@ def test_material_that_fails_stops_loop_with_reason(start):
     assert loop.element.ticks == ticks
     loop.stop()
     assert refusal(loop.submit(Read())).startswith('the device has stopped: the chain')
-
-
-@pytest.mark.parametrize('kind', [RuntimeError, SystemExit, KeyboardInterrupt])
-def test_listener_that_fails_stops_loop(start, kind):
-    """Whatever it raises: a thread that ends in silence would leave its clients waiting."""
-
-    def listen(commands, events):
-        if commands:
-            raise kind('no room left')
-
-    loop = start(rig.device(), listen)
-    answer = loop.submit(Erase())
-    assert refusal(answer) == 'the device has stopped: no room left'
-    assert str(loop.failure) == 'no room left'
-
-
-@pytest.mark.parametrize('of', ['now', 'wait'])
-def test_clock_that_fails_stops_loop(start, of):
-    """A ROS clock does when its context has been shut down."""
-
-    def fail(*_):
-        raise RuntimeError('the clock has gone')
-
-    clock = Clock()
-    loop = start(rig.device(), pacer=clock, speed=1.0)
-    answer = loop.submit(Calibrate())
-    setattr(clock, of, fail)
-    assert refusal(answer) == 'the device has stopped: the clock has gone'
-    assert refusal(loop.submit(Read())) == 'the device has stopped: the clock has gone'
 
 
 @pytest.mark.parametrize('started', [True, False])
@@ -329,6 +323,16 @@ def test_command_waits_for_single_tick(start):
     assert result(answer) is None
     assert stamped == [(ticks, SetStrain(0.01))]
     assert loop.element.actuator.is_moving
+
+
+def test_script_injected_during_pause_is_answered_at_once(start):
+    """It begins with the next tick."""
+    loop = start(rig.device())
+    hold(loop)
+    assert result(loop.submit(Inject('[{"unit": "actuator", "failure": "stuck"}]'))) is None
+    assert not loop.element.faults.list_active()
+    result(loop.step().answer)
+    assert loop.element.faults.list_active() == {'actuator_stuck': True}
 
 
 def test_single_tick_is_answered_even_if_pause_ends_first(start):

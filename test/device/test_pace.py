@@ -15,7 +15,7 @@ import pytest
 
 from mlmem import Abort, Disturb, Loop, SettingsError
 from mlmem.loop.mailbox import Mailbox
-from mlmem.loop.timetable import WAKE_UP_TIME_S, LoopStatistics, SteadyPacer, Timetable
+from mlmem.loop.timetable import LoopStatistics, SteadyPacer, Timetable
 from mlmem.settings import ScaleSettings, Settings
 
 from . import rig
@@ -159,22 +159,13 @@ def test_run_without_listener_ends_at_published_tick():
     assert not times.can_sleep(20)
 
 
-def test_deferred_ticks_begin_early_enough_for_next():
-    """They take 0.5 ms; as long as their duration is not known, they begin a period before. What
-    ticks at rest take does not count.
-    """
-    times, _, statistics = timetable()
-    assert times.wake(1.0, 0) == 1.0
-    assert times.wake(1.0, 10) == pytest.approx(1.0 + 9 * PERIOD)
+@pytest.mark.parametrize('ticks', [10, 100])
+def test_deferred_ticks_begin_at_most_a_period_early(ticks):
+    """However long they take."""
+    times, *_ = timetable()
     times.record_duration(5e-5)
-    statistics.count(0.0, 1e-9, 10_000)
-    assert times.wake(1.0, 10) == pytest.approx(1.0 + 10 * PERIOD - 5e-4 - WAKE_UP_TIME_S)
-    assert times.wake(1.0, 100) == pytest.approx(1.0 + 99 * PERIOD)  # its last is due then
-    for _ in range(30):
-        times.record_duration(1e-4)
-    assert times.wake(1.0, 10) == pytest.approx(
-        1.0 + 10 * PERIOD - 1e-3 - WAKE_UP_TIME_S, abs=1e-6
-    )
+    due = 1.0 + ticks * PERIOD
+    assert due - PERIOD <= times.wake(1.0, ticks) < due
 
 
 def test_deferred_ticks_may_be_as_late_as_they_may_be_deferred():
