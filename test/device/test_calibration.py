@@ -34,7 +34,7 @@ from mlmem.moves.corrections import (
     apply_correction,
     hash_schedule,
 )
-from mlmem.parsing import DecodeError, decode_value, encode_value
+from mlmem.parsing import encode_value
 from mlmem.physics import CASE_II, Scatter, Specimen, StateError, find_level, scattered
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.procedures import calibrating
@@ -49,7 +49,6 @@ ONCE = WriteSettings(attempts=1)
 
 RISING = DelayTable((100.0, 200.0, 320.0, 400.0))
 FALLING = DelayTable((400.0, 320.0, 200.0, 100.0), blank=500.0)
-SHAPED = DelayTable((100.0, 200.0), shapes=((95.0, 107.5, 4.2), (190.0, None, 1.2)))
 
 
 @pytest.mark.parametrize('delays', [(1.0, 2.0, 2.0), (1.0, 3.0, 2.0)])
@@ -124,43 +123,6 @@ def test_margin_falls_to_0_half_way_to_neighbour(table, delay, level, margin):
 )
 def test_level_is_confirmed_by_median_spacing_about_it(table, level, offset, spacing, margin):
     assert table.margin(level, offset, spacing) == pytest.approx(margin)
-
-
-@pytest.mark.parametrize('table', [RISING, FALLING])
-def test_distance_is_interpolated_between_levels(table):
-    distances = [10.0, 30.0, 50.0, 70.0] if table is RISING else [70.0, 50.0, 30.0, 10.0]
-    assert table.distance(200.0, distances) == 30.0
-    assert table.distance(230.0, distances) == pytest.approx(35.0)  # a quarter of 120
-    assert table.distance(0.0, distances) == 10.0
-    assert table.distance(900.0, distances) == 70.0
-
-
-@pytest.mark.parametrize('table', [RISING, FALLING, SHAPED])
-def test_table_survives_file(table):
-    assert decode_value(DelayTable, json.loads(json.dumps(encode_value(table)))) == table
-
-
-@pytest.mark.parametrize(
-    ('changes', 'field'),
-    [
-        ({'delays': ...}, 'table'),
-        ({'delays': 7}, 'table.delays'),
-        ({'delays': ['x']}, 'table.delays[0]'),
-        ({'delays': []}, 'table.delays'),
-        ({'delays': [1.0, math.nan]}, 'table.delays[1]'),
-        ({'blank': []}, 'table.blank'),
-        ({'shapes': [[1.0, 2.0, 0.0]]}, 'table'),
-        ({'shapes': [[1.0]]}, 'table.shapes[0]'),
-        ({'shapes': [[1.0, math.nan, 2.0]]}, 'table.shapes[0][1]'),
-        ({'shapes': [[1, 2, 3], [3, 4, 5]]}, 'table.shapes'),
-    ],
-    ids=str,
-)
-def test_data_that_are_no_table_are_rejected(changes, field):
-    data = {'delays': [1.0], 'blank': None} | changes
-    with pytest.raises(DecodeError) as rejected:
-        decode_value(DelayTable, {k: v for k, v in data.items() if v is not ...}, 'table')
-    assert rejected.value.field.startswith(field)
 
 
 @pytest.mark.parametrize('level', [None, 3])
@@ -251,17 +213,6 @@ def test_blank_element_echoes_from_its_far_end():
     flight = 2 * 25 / group_velocity(0.7, 5.7867 * 0.0380)
     assert 0.3 * flight < right.blank - right.delays[0] < flight
     assert factory_calibration(CASE_II, Settings()).left.blank is None
-
-
-def test_new_element_is_blank_and_at_rest_with_unknown_content():
-    element = MemoryElement(CASE_II)
-    assert element.settings == Settings()
-    assert element.calibration == factory_calibration(CASE_II, Settings())
-    assert (element.reading, element.ticks, element.procedure) == (None, 0, '')
-    start = element.chain.v.copy()
-    assert rig.ticks(element, 50) == []
-    np.testing.assert_allclose(element.chain.v, start, atol=1e-13)
-    assert rig.wall(element) is None
 
 
 @pytest.mark.parametrize('level', [0, 3, 7])
@@ -358,33 +309,6 @@ def test_correction_scales_strains_within_actuators_limit():
     assert apply_correction(BITS_2.settings, PulseCorrection()) == BITS_2.settings
 
 
-@pytest.mark.parametrize(
-    'corrections',
-    [
-        7,
-        {'steps': []},
-        {'steps': [[1.0]], 'schedule': ''},
-        {'steps': [[1.0, 'x', 1.0]], 'schedule': ''},
-        {'steps': [[float('nan'), 1.0, 1.0]], 'schedule': ''},
-        {'steps': [[1.0, 0.0, 1.0]], 'schedule': ''},
-        {'steps': [[1.0, 1.0, 1.0]], 'schedule': 7},
-        {'steps': [[1.0, 1.0, 1.0]], 'schedule': ''},  # four levels need four
-    ],
-    ids=str,
-)
-def test_file_with_invalid_pulse_corrections_is_rejected(planned, tmp_path, corrections):
-    values = {**encode_value(planned.calibration), 'pulse_corrections': corrections}
-    with pytest.raises(ValueError, match=r'must be|lacks'):
-        decode_value(Calibration, values).check(BITS_2.design.levels)
-    path = tmp_path / 'file'
-    path.write_text(json.dumps({'format': 1, 'calibrations': {'key': values}}))
-    with pytest.raises(StateError):
-        state_file.load_calibration(path, 'key', BITS_2.design.levels)
-    taken = {**snapshot.take_snapshot(planned), 'calibration': values}
-    with pytest.raises(StateError):
-        snapshot.restore_snapshot(scattered_element(), taken)
-
-
 FOURTH, PAPER = Settings(), Settings(time=TimeSettings(integrator='noh_bathe'))
 
 
@@ -414,3 +338,27 @@ def test_ideal_element_that_cannot_be_probed_is_rejected(monkeypatch):
     monkeypatch.setattr(listening, 'wait_for_decay', wait_in_vain)
     with pytest.raises(SettingsError, match='cannot be probed'):
         factory_calibration(CASE_II, Settings(read=ReadSettings(patience=100.0)))
+
+
+@pytest.mark.parametrize(
+    'values',
+    [
+        {'left': {'delays': [1.0] * 4, 'shapes': [[1.0, 2.0, 0.0]] * 4}},  # an echo of no height
+        {'left': {'delays': [1.0] * 4, 'shapes': [[1.0, math.nan, 2.0]] * 4}},
+        {'left': {'delays': [1.0] * 4, 'shapes': [[1.0, 2.0, 3.0]]}},
+        {'pulse_corrections': {'steps': [[math.nan, 1.0, 1.0]], 'schedule': ''}},
+        {'pulse_corrections': {'steps': [[1.0, 0.0, 1.0]], 'schedule': ''}},
+        {'pulse_corrections': {'steps': [[1.0, 1.0, 1.0]], 'schedule': ''}},  # four are needed
+    ],
+    ids=str,
+)
+def test_file_with_wrong_calibration_is_rejected(planned, tmp_path, values):
+    """Values of another type are tried in `test_outside`."""
+    values = encode_value(planned.calibration) | values
+    path = tmp_path / 'file'
+    path.write_text(json.dumps({'format': 1, 'calibrations': {'key': values}}))
+    with pytest.raises(StateError):
+        state_file.load_calibration(path, 'key', BITS_2.design.levels)
+    taken = {**snapshot.take_snapshot(planned), 'calibration': values}
+    with pytest.raises(StateError):
+        snapshot.restore_snapshot(scattered_element(), taken)
