@@ -19,8 +19,7 @@ from mlmem import (
     preset,
 )
 from mlmem.move_settings import EraseSettings, WriteSettings
-from mlmem.parsing import DecodeError, decode_value
-from mlmem.physics import DesignError, Specimen, find_level
+from mlmem.physics import Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.calibration import DelayTable
 from mlmem.schema import find_descriptions
@@ -97,15 +96,6 @@ def test_settings_are_plain_values_by_group():
     assert again == Settings()
 
 
-@pytest.mark.parametrize(
-    'data', [{'probes': {}}, {'probe': {'omega': 2.0}}, {'probe': {'A': 'loud'}}, {'probe': None}]
-)
-def test_data_that_are_no_settings_are_rejected(data):
-    with pytest.raises(DecodeError):
-        decode_value(Settings, data)
-
-
-EVERY_PRESET = pytest.mark.parametrize('name', PRESETS)
 SOME = 'case_2', 'bits_2'
 """Presets with which a wall is strained by default; slow tests have them all."""
 
@@ -127,18 +117,6 @@ def test_strain_by_hand_keeps_content(name):
             for _ in range(math.ceil(1000.0 / element.tick)):
                 element.advance()
             assert find_level(design, element.chain.configuration) == level
-
-
-@EVERY_PRESET
-def test_every_number_has_type_of_its_parameter(name):
-    for group in (preset(name).design, *preset(name).settings.groups().values()):
-        for field, _ in find_descriptions(group):
-            assert type(getattr(group, field.name)).__name__ == field.type, field.name
-
-
-def test_another_name_is_rejected():
-    with pytest.raises(DesignError, match=r"preset must be one of case_1, .*; got 'case_9'"):
-        preset('case_9')
 
 
 def test_settings_with_too_strong_kicked_pulse_are_rejected():
