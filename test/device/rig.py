@@ -6,10 +6,12 @@ import dataclasses
 
 import hypothesis
 import numpy as np
+import pytest
 
-from mlmem import MemoryElement, Outcome, Settings, factory_calibration, snapshot
+from mlmem import MemoryElement, Outcome, Read, Settings, factory_calibration, snapshot
 from mlmem.physics import CASE_II, Specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall, relax_to_equilibrium
+from mlmem.readers.register import pin_walls
 
 unhurried = hypothesis.settings(deadline=None, derandomize=True, max_examples=60)
 """For Hypothesis: 60 cases, the same in every run; a loaded machine is no finding."""
@@ -36,10 +38,19 @@ def device(level=None, *, design=DESIGN, calibration=None, **settings):
     """
     calibration = calibration or factory_calibration(design, Settings())
     element = MemoryElement(design, Settings(**settings), calibration)
-    if level is not None:
-        element.chain.place(find_pinned_wall(Specimen(design), level))
-        element.transducer.assume_equilibrium()
+    return element if level is None else settle(element, find_pinned_wall(design, level))
+
+
+def settle(element, v):
+    """Put an element at rest with these displacements, and return it."""
+    element.chain.place(v)
+    element.transducer.assume_equilibrium()
     return element
+
+
+def pin(element, *levels):
+    """Put walls at rest at some levels of the material as it is, and return the element."""
+    return settle(element, pin_walls(element.chain.specimen, levels))
 
 
 def paper(level=None, **settings):
@@ -56,9 +67,27 @@ def with_walls(*positions, design=DESIGN, first_active=True, **options):
         rise = 0.5 * (1.0 + np.tanh((design.sites - position - 0.3) / 3.0))
         v += (-step if down else step) * rise
     element = device(design=design, **options)
-    element.chain.place(relax_to_equilibrium(Specimen(design), v, np.zeros(design.N)))
-    element.transducer.assume_equilibrium()
-    return element
+    return settle(element, relax_to_equilibrium(Specimen(design), v, np.zeros(design.N)))
+
+
+def record_shots(element, contents):
+    """Return what `decode` is given in sound reads of some contents: shots, noise, phases."""
+    given, forecasts = [], element.reader.forecasts
+    decode = forecasts.decode
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(forecasts, 'decode', lambda *each: given.append(each) or decode(*each))
+        for content in contents:
+            pin(element, *forecasts.find_content(content).walls)
+            element.forget('placed')
+            assert succeed(element, Read()).level == content
+    return given
+
+
+def delay_end(shot, end, late):
+    """Return a shot whose samples of an end come later by a time."""
+    samples, n = shot.samples.copy(), round(late / shot.dt)
+    samples[end.row] = np.concatenate((np.full(n, shot.rest[end.row]), samples[end.row, :-n]))
+    return dataclasses.replace(shot, samples=samples)
 
 
 def ticks(element, n):

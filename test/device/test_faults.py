@@ -27,7 +27,6 @@ from mlmem.instrument.end import End
 from mlmem.instrument.faults import OfMaterial, apply_faults
 from mlmem.physics import CASE_II, Specimen, find_walls
 from mlmem.presets import preset
-from mlmem.readers.register import pin_walls
 from mlmem.rejections import ErrorCode
 from mlmem.rng import Stream, draw_event, draw_normal
 from mlmem.schema import find_descriptions
@@ -165,8 +164,7 @@ def test_random_numbers_of_seed_and_tick_never_change():
 )
 def test_read_drives_no_end_that_rests_in_neither_phase(kind, end, gain):
     """It is driven about its rest: elsewhere the pulse began with a jump, and the wall left."""
-    element = MemoryElement(kind)
-    element.chain.place(pin_walls(Specimen(element.design), (0,)))
+    element = rig.pin(MemoryElement(kind), 0)
     with_faults(element, sensor_gain=gain, sensor_end=end)
     for _ in range(3):
         element.advance(50)

@@ -36,12 +36,12 @@ from mlmem.instrument.end import Kick
 from mlmem.move_settings import KickSettings
 from mlmem.moves.kick import kick, kick_out, kick_to
 from mlmem.moves.move import blank_content
-from mlmem.moves.planner import disable_kicks, find_moves, find_route, move_families
-from mlmem.physics import CASE_II, Scatter, find_level, find_walls, scattered
-from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.moves.planner import find_moves, find_route, move_families
+from mlmem.physics import Scatter, find_level, find_walls, scattered
 from mlmem.presets import use_kicks
 from mlmem.rejections import ErrorCode
-from mlmem.settings import Settings
+
+from . import rig
 
 KICKED = sampled(('kick_2', 'case_2', 'kick_4'), lambda name: name != 'kick_4')
 
@@ -67,10 +67,10 @@ def level(element):
     return find_level(element.design, element.chain.configuration, CELL)
 
 
-def with_wall(element, at):
-    element.chain.place(find_pinned_wall(element.chain.specimen, at))
-    element.transducer.assume_equilibrium()
-    return element
+def by_method(name, method):
+    """Return a shipped element that is written by a method."""
+    design, settings = preset(name)
+    return design, replace(settings, write=replace(settings.write, method=method))
 
 
 @pytest.mark.parametrize(('late', 'peak', 'error'), [(0.0, 1.5, 1e-4), (0.7, None, 1e-3)])
@@ -89,16 +89,6 @@ def test_kick_is_smooth_ramp_then_held(late, peak, error):
     assert np.allclose(np.gradient(x, t)[1:-1], v[1:-1], atol=error)
 
 
-@pytest.mark.parametrize('name', KICKED)
-def test_speed_of_kick_selects_level(name):
-    for target in range(preset(name).design.levels):
-        kicked = element(name)
-        run(kicked, kick(kicked, target))
-        run(kicked, wait(kicked, 1500.0))  # three lifetimes 2 / eta: the wall rests within a cell
-        assert level(kicked) == target
-        assert kicked.chain.V_N == 0.0
-
-
 @pytest.mark.parametrize('speed', [0.2, 0.45])
 @pytest.mark.parametrize('scatter', [5e-4, 3e-3, 1e-2])
 def test_kick_out_of_scattered_element_leaves_blank(speed, scatter):
@@ -108,53 +98,20 @@ def test_kick_out_of_scattered_element_leaves_blank(speed, scatter):
     settings = replace(settings, kick=replace(settings.kick, erase_speed=speed))
     for start in range(design.levels):
         driver = Simulation.of(made, settings.time)
-        erased = with_wall(MemoryElement(design, settings, calibration('kick_2'), driver), start)
+        erased = rig.pin(MemoryElement(design, settings, calibration('kick_2'), driver), start)
         run(erased, kick_out(erased))
         assert level(erased) == BLANK
 
 
 def test_erase_after_kink_that_stopped_short_leaves_blank():
     """Wall and kink are inside, and both ends as those of a blank element."""
-    short = with_wall(element('case_2'), 6)
+    short = rig.pin(element('case_2'), 6)
     run(short, kick_to(short, short.design.D_s1, 0.03))
     run(short, wait(short, 3000.0))
     assert len(find_walls(short.design, short.chain.configuration)) == 2
     outcome = short.perform(Erase())
     assert outcome.success, outcome.error
     assert level(short) == BLANK
-
-
-@pytest.mark.parametrize('name', KICKED)
-def test_writes_and_erases_are_verified_and_need_no_strain(name):
-    kicked = element(name)
-    top = kicked.design.levels - 1
-    for target in (top, 1, top - 1, 0):
-        outcome = kicked.perform(Write(target))
-        assert outcome.success, outcome.error
-        assert level(kicked) == target == outcome.reading.level
-    assert kicked.perform(Erase()).success
-    assert level(kicked) == BLANK
-    assert kicked.actuator.strain == kicked.chain.V_N == 0.0
-
-
-def test_method_decides_how_level_is_reached():
-    design, kicks = use_kicks(preset('case_2'))
-    for method, ways in {
-        'kick': {
-            (BLANK, 5): ['kick'],
-            (5, 3): ['kick out', 'kick'],
-            (4, BLANK): ['kick out'],
-        },
-        'strain': {(BLANK, 0): ['launch'], (BLANK, 1): ['launch', 'step up']},
-    }.items():
-        settings = replace(kicks, write=replace(kicks.write, method=method))
-        for (start, target), way in ways.items():
-            assert [move.name for move in find_route(design, settings, start, target)] == way
-    auto = replace(kicks, write=replace(kicks.write, method='auto'))
-    best = sum(move.duration for move in find_route(design, auto, BLANK, 7))
-    for method in ('kick', 'strain'):
-        settings = replace(kicks, write=replace(kicks.write, method=method))
-        assert best <= sum(move.duration for move in find_route(design, settings, BLANK, 7))
 
 
 def test_level_that_no_kick_reaches_is_reached_by_strain():
@@ -245,7 +202,7 @@ def test_calibration_of_level_without_kick_uses_step():
 
 def test_stuck_actuator_is_left_alone_by_kicks():
     """With kicks it is not used; auto finds out, where a step would be fastest, and kicks."""
-    stuck = with_wall(element('kick_2', write={'method': 'auto'}), 1)
+    stuck = rig.pin(element('kick_2', write={'method': 'auto'}), 1)
     assert find_route(stuck.design, stuck.settings, 1, 2)[0].needs_actuator
     stuck.apply(SetFaults(Faults(actuator_stuck=True)))
     for command in (Write(2), Erase(), SetMethod('kick'), Write(1), Calibrate()):
@@ -290,7 +247,8 @@ def test_calibration_learns_speeds_by_bisection(wrong):
         assert level(learning) == target
 
 
-def ways(design, settings, start, target):
+def find_names(design, settings, start, target):
+    """Return the names of the moves of a route."""
     return [move.name for move in find_route(design, settings, start, target)]
 
 
@@ -315,22 +273,6 @@ def test_no_route_is_longer_than_move_and_route_from_there():
         for move in find_moves(design, settings, start):
             rest = time(find_route(design, settings, move.target, target))
             assert shortest <= move.duration + rest
-
-
-def test_route_of_the_paper_has_steps_up_and_a_kink():
-    design, settings = preset('bits_4')
-    assert ways(design, settings, 2, 5) == ['step up'] * 3
-    assert ways(design, settings, 4, 4) == []
-    assert ways(design, disable_kicks(settings), 3, 2) == ['erase', 'launch', *['step up'] * 2]
-    assert ways(CASE_II, Settings(), 1, 0) == ['erase', 'launch']
-
-
-def test_route_of_register_adds_walls_or_clears_first():
-    design, settings = preset('byte')  # with a spacing of 1 the levels are the bits
-    added = ways(design, settings, 0b1000_0000, 0b1100_0001)
-    assert added == ['kick'] * 2
-    cleared = ways(design, settings, 0b1000_0001, 0b1100_0000)
-    assert cleared == ['clearing pulse', *['kick'] * 2]
 
 
 MADE_UP = """
@@ -378,11 +320,54 @@ def lift(tmp_path, monkeypatch):
 @pytest.mark.usefixtures('lift')
 def test_move_in_own_file_is_planned_and_driven():
     design, settings = preset('case_2')
-    assert ways(design, settings, 1, 6) == ['lift']
-    assert ways(design, settings, BLANK, 2) == ['launch', 'lift']
+    assert find_names(design, settings, 1, 6) == ['lift']
+    assert find_names(design, settings, BLANK, 2) == ['launch', 'lift']
     element = MemoryElement(design, settings)
     assert element.perform(Write(1)).success
     lifted = element.perform(Write(6))
     assert lifted.success, lifted.error
     assert lifted.attempts == 1
     assert lifted.reading.level == 6
+
+
+@pytest.mark.parametrize('name', KICKED)
+def test_speed_of_kick_selects_level_without_strain(name):
+    """Of every level, from a blank element, in one attempt."""
+    kicked = element(name)
+    for target in reversed(range(kicked.design.levels)):
+        outcome = kicked.perform(Write(target))
+        assert outcome.success, outcome.error
+        assert level(kicked) == target == outcome.reading.level
+        assert outcome.attempts == 1
+        assert kicked.perform(Erase()).success
+        assert level(kicked) == BLANK
+    assert kicked.actuator.strain == kicked.chain.V_N == 0.0
+
+
+@pytest.mark.parametrize(
+    ('name', 'method', 'start', 'target', 'names'),
+    [
+        ('case_2', 'kick', BLANK, 5, ['kick']),
+        ('case_2', 'kick', 5, 3, ['kick out', 'kick']),
+        ('case_2', 'kick', 4, BLANK, ['kick out']),
+        ('case_2', 'strain', BLANK, 0, ['launch']),
+        ('case_2', 'strain', BLANK, 1, ['launch', 'step up']),
+        ('case_2', 'strain', 1, 0, ['erase', 'launch']),
+        ('bits_4', 'strain', 2, 5, ['step up'] * 3),
+        ('bits_4', 'strain', 4, 4, []),
+        ('bits_4', 'strain', 3, 2, ['erase', 'launch', 'step up', 'step up']),
+        # In a byte the levels are the bits: walls are added, or all are cleared first.
+        ('byte', 'kick', 0b1000_0000, 0b1100_0001, ['kick'] * 2),
+        ('byte', 'kick', 0b1000_0001, 0b1100_0000, ['clearing pulse', *['kick'] * 2]),
+    ],
+)
+def test_method_decides_how_content_is_reached(name, method, start, target, names):
+    assert find_names(*by_method(name, method), start, target) == names
+
+
+def test_auto_is_no_slower_than_any_other_method():
+    durations = {
+        method: sum(move.duration for move in find_route(*by_method('case_2', method), BLANK, 7))
+        for method in ('auto', 'kick', 'strain')
+    }
+    assert durations['auto'] == min(durations.values())

@@ -23,9 +23,8 @@ from mlmem import (
     factory_calibration,
     preset,
 )
-from mlmem.physics import CASE_II, Specimen, find_walls
+from mlmem.physics import CASE_II, find_walls
 from mlmem.procedures import estimates
-from mlmem.readers.register import pin_walls
 
 from . import rig
 
@@ -101,8 +100,7 @@ def test_late_sensors_locate_no_wall_that_is_not_there(name, level, end, delay):
 
 def at_level(name, level, faults):
     """Return a shipped element at rest at a level, with faults."""
-    element = MemoryElement(preset(name))
-    element.chain.place(pin_walls(Specimen(element.design), () if level == BLANK else (level,)))
+    element = rig.pin(MemoryElement(preset(name)), *(() if level == BLANK else (level,)))
     element.set_faults(faults)
     element.transducer.assume_equilibrium()
     return element

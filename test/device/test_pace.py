@@ -24,17 +24,6 @@ from .loops import PATIENCE, PERIOD, Clock, result, until
 pytestmark = pytest.mark.timeout(60)
 
 
-def test_ticks_come_at_period(start):
-    clock, begun = Clock(end=0.201), []
-    loop = start(rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=1.0)
-    until(lambda: len(begun) == 101)
-    loop.stop()
-    assert begun == pytest.approx([n * PERIOD for n in range(101)], abs=1e-12)
-    assert loop.statistics.ticks == loop.element.ticks == 101
-    assert loop.statistics.overruns == 0
-    assert loop.statistics.lateness_mean == pytest.approx(0.0, abs=1e-12)
-
-
 @pytest.mark.parametrize('speed', [1e-320, 9e-4, -1.0, math.nan, math.inf, 1e7])
 def test_speed_at_which_no_tick_would_end_is_rejected(start, speed):
     """A request waits for the end of a tick, and with it an abort."""

@@ -199,11 +199,10 @@ def test_wall_that_stopped_short_does_not_count_as_written():
 
 def test_wall_that_has_left_element_is_reported(written):
     """All cells are active, including the right end."""
-    element = rig.device()
-    element.chain.place(
-        relax_to_equilibrium(Specimen(DESIGN), np.full(DESIGN.N, DESIGN.D_s2), np.zeros(DESIGN.N))
+    active = np.full(DESIGN.N, DESIGN.D_s2)
+    element = rig.settle(
+        rig.device(), relax_to_equilibrium(Specimen(DESIGN), active, np.zeros(DESIGN.N))
     )
-    element.transducer.assume_equilibrium()
     outcome = rig.run(element, Read())
     assert outcome.error == 'the right end is active: the wall has left the element'
     assert rig.succeed(element, Write(1)).level == 1  # and a write finds a way back
@@ -263,9 +262,10 @@ def test_erase_drives_its_kink_by_opposite_strain(written, level):
     assert level <= len(heard)
     assert len(driven) <= (0 if level < 2 else level + 1)
     trusting = written(level, **rig.with_group('erase', trust_reading=True))
-    count, reading = echoes_of(trusting, Erase())
-    assert count <= 2
-    assert reading.level == BLANK
+    *echoes, trusted = rig.events(trusting, Erase())
+    assert trusted.success
+    assert len(echoes) <= 2
+    assert trusted.reading.level == BLANK
     assert rig.wall(trusting) is None
     assert trusting.statistics.cycles == element.statistics.cycles
 
@@ -276,13 +276,6 @@ def test_erasing_blank_element_only_reads(written):
     assert told[-1].success
     assert told[-1].reading.level == BLANK
     assert not trace.any()
-
-
-def echoes_of(element, command):
-    """Return the number of echoes that a procedure listened to, and its last reading."""
-    told = list(rig.events(element, command))
-    assert told[-1].success, told[-1].error
-    return sum(isinstance(event, EchoReceived) for event in told), told[-1].reading
 
 
 @pytest.mark.parametrize(('end', 'at'), [(End.LEFT, 42.4), (End.RIGHT, 75.4)])
@@ -297,9 +290,9 @@ def test_end_in_third_ground_state_is_brought_back(end, at):
     guess = wall_profile(DESIGN, 100.3) if end == 'left' else np.full(DESIGN.N, DESIGN.D_s2)
     side = 1.0 if end == 'right' else -1.0
     guess = guess + 0.5 * beyond * (1.0 + side * np.tanh((DESIGN.sites - at) / 1.5))
-    element = rig.device()
-    element.chain.place(relax_to_equilibrium(Specimen(DESIGN), guess, np.zeros(DESIGN.N)))
-    element.transducer.assume_equilibrium()
+    element = rig.settle(
+        rig.device(), relax_to_equilibrium(Specimen(DESIGN), guess, np.zeros(DESIGN.N))
+    )
     assert element.phase(end) is None
     outcome = rig.run(element, Read())
     assert outcome.error.startswith(f'the {end} end rests in neither phase')
@@ -320,21 +313,15 @@ def test_case_i_stores_its_one_level():
     assert rig.wall(element) is None
 
 
-def elastic(design, settings):
-    """Return a device and that of the same cells over a rigid substrate."""
-    soft = dataclasses.replace(design, substrate='elastic')
-    known = factory_calibration(soft, settings), factory_calibration(design, settings)
-    return MemoryElement(soft, settings, known[0]), known[1]
-
-
 def test_elastic_substrate_writes_two_levels():
     """As soft as these nine cells a level bear."""
-    design, settings = preset('bits_1')
-    design = dataclasses.replace(design, s_min=400.0, s_max=1200.0)
-    element, rigid = elastic(design, settings)
+    rigid, settings = preset('bits_1')
+    rigid = dataclasses.replace(rigid, s_min=400.0, s_max=1200.0)
+    design = dataclasses.replace(rigid, substrate='elastic')
+    known, expected = (factory_calibration(each, settings) for each in (design, rigid))
     for end in End:
-        delays = element.calibration.table(end).delays
-        np.testing.assert_allclose(delays, rigid.table(end).delays, atol=3.0)
+        np.testing.assert_allclose(known.table(end).delays, expected.table(end).delays, atol=3.0)
+    element = MemoryElement(design, settings, known)
     for level in (1, 0):
         assert rig.succeed(element, Write(level)).level == level
         assert rig.holds(element, level)

@@ -32,9 +32,11 @@ from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.physics import Scatter, Specimen, find_walls, scattered
 from mlmem.physics.equilibrium import find_pinned_walls
-from mlmem.readers.register import find_wall_levels, forecast_words, pin_walls
+from mlmem.readers.register import find_wall_levels, forecast_words
 from mlmem.readers.words import Code
 from mlmem.rejections import ErrorCode
+
+from . import rig
 
 BYTE = preset('byte')
 
@@ -66,9 +68,7 @@ def nibble():
 
 def place(element, word):
     """Put walls where those of a word rest; all else is at rest."""
-    made = Specimen(element.design)
-    element.chain.place(pin_walls(made, element.reader.forecasts.code.walls(word)))
-    element.transducer.assume_equilibrium()
+    rig.pin(element, *element.reader.forecasts.code.walls(word))
 
 
 def levels(element):
@@ -113,8 +113,7 @@ def test_forecasts_agree_with_simulated_waveforms(words, amplitude, error):
     found = forecast_words(made, settings)
     for word in words:
         twin = Instrument(BYTE.design, settings, Simulation.of(made, settings.time))
-        twin.chain.place(pin_walls(made, found.code.walls(word)))
-        twin.transducer.assume_equilibrium()
+        rig.pin(twin, *found.code.walls(word))
         recorder = twin.transducer.record_pulse(End.LEFT, register.probe)
         twin.pass_ticks(found.listener.ticks)
         shot = recorder.shot(0.0, 0.0, twin.driver.dt)
@@ -235,16 +234,8 @@ def test_no_fault_has_word_read_as_another(kind, count, faults, share):
 @pytest.fixture(scope='module')
 def decoded_shots():
     """Return an element and what it decodes in sound reads of five random words."""
-    byte, given = MemoryElement(BYTE), []
-    decode = byte.reader.forecasts.decode
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            byte.reader.forecasts, 'decode', lambda *each: given.append(each) or decode(*each)
-        )
-        for word in np.random.default_rng(2).integers(256, size=5):
-            place(byte, int(word))
-            assert byte.perform(Read()).reading.level == word
-    return byte, given
+    byte = MemoryElement(BYTE)
+    return byte, rig.record_shots(byte, np.random.default_rng(2).integers(256, size=5).tolist())
 
 
 @pytest.mark.parametrize('end', list(End), ids=str)
@@ -253,9 +244,7 @@ def test_late_end_changes_no_word(decoded_shots, end, late):
     """What an end hears comes later by up to the way to the next level and back, 56 units."""
     byte, given = decoded_shots
     for shot, *rest in given:
-        samples, n = shot.samples.copy(), round(late / shot.dt)
-        samples[end.row] = np.concatenate((np.full(n, shot.rest[end.row]), samples[end.row, :-n]))
-        reading = byte.reader.forecasts.decode(replace(shot, samples=samples), *rest)
+        reading = byte.reader.forecasts.decode(rig.delay_end(shot, end, late), *rest)
         assert reading.level == UNDECODABLE
 
 
@@ -339,8 +328,6 @@ def test_element_in_another_ground_state_is_written_again(state):
     phase at -2 pi, 0, 4 pi and 6 pi. A wall may leave it at the far end on the way: then the next
     write finds it active.
     """
-    element = MemoryElement(NIBBLE)
-    element.chain.place(np.full(element.design.N, state))
-    element.transducer.assume_equilibrium()
+    element = rig.settle(MemoryElement(NIBBLE), np.full(NIBBLE.design.N, state))
     assert any(element.perform(Write(5)).success for _ in range(2))
     assert element.perform(Read()).reading.level == 5

@@ -27,7 +27,7 @@ from mlmem import (
     snapshot,
 )
 from mlmem.instrument.end import End
-from mlmem.physics import CASE_II, Specimen, StateError
+from mlmem.physics import CASE_II, StateError
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.listening import has_decayed
 from mlmem.rejections import ErrorCode
@@ -49,8 +49,7 @@ def elastic():
     rigid = dataclasses.replace(CASE_II, N=75)
     known = factory_calibration(rigid, Settings())
     element = rig.device(design=dataclasses.replace(rigid, substrate='elastic'), calibration=known)
-    element.chain.place(find_pinned_wall(Specimen(element.design), 1))
-    element.transducer.assume_equilibrium()
+    rig.settle(element, find_pinned_wall(element.design, 1))
     element.apply(SetStrain(-0.03))
     rig.ticks(element, 7)
     return element
@@ -68,9 +67,7 @@ def written_and_moving():
 
 def all_active():
     """Return a device whose wall has left, so that its distance is infinite."""
-    element = rig.device()
-    element.chain.place(np.full(rig.DESIGN.N, CASE_II.D_s2))
-    element.transducer.assume_equilibrium()
+    element = rig.settle(rig.device(), np.full(rig.DESIGN.N, CASE_II.D_s2))
     assert not rig.run(element, Read()).success
     assert element.reading.distance == math.inf
     return element

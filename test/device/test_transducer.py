@@ -64,18 +64,6 @@ def test_move_may_end_within_step():
     assert held_cell.motion[0, -1] == pytest.approx(start + 1.0 + 0.05 * STAGES[0], abs=1e-14)
 
 
-def test_release_frees_cell_at_once_and_stops_listening():
-    element = rig.device(level=0)
-    assert not element.transducer.is_driving
-    element.transducer.fire(End.LEFT)
-    element.advance()
-    element.transducer.release()
-    assert not element.transducer.is_driving
-    assert element.transducer.held_cell(80) is None
-    assert not element.transducer.detectors
-    element.advance()  # nothing is fed to a detector that is gone
-
-
 def test_detector_filters_displacements_from_first_step():
     """The filter convolves the envelope, 8 wide, with a Gaussian of one period, 3 wide."""
     element = rig.paper(5)

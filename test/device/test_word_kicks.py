@@ -17,6 +17,8 @@ from mlmem.readers.register import find_wall_levels
 from mlmem.readers.words import Code
 from mlmem.settings import ElementSettings
 
+from . import rig
+
 SHIPPED = load_element('robust_words')
 DESIGN, SETTINGS = SHIPPED.design, SHIPPED.settings
 CODE = Code(8, 3)
@@ -40,15 +42,24 @@ def test_words_follow_each_other_in_scattered_elements(scatter):
 
 def test_erase_of_an_unknown_content_succeeds():
     """A wall pinned by the lattice next to a kink is no word."""
-    element = MemoryElement(DESIGN, SETTINGS)
     between = find_pinned_walls(
         Specimen(DESIGN), [DESIGN.defect_site(level) + 0.3 for level in (2, 4)]
     )
     assert find_wall_levels(DESIGN, between) == (2, 4)
-    element.chain.place(between)
-    element.transducer.assume_equilibrium()
+    element = rig.settle(MemoryElement(DESIGN, SETTINGS), between)
     assert element.perform(Erase()).success
     assert walls_of(element) == ()
+
+
+def test_kicks_out_have_the_speeds_of_kinks_and_walls_in_turn():
+    """Three walls rest: a kink goes to the level below the first, a wall below the second."""
+    element, speeds = rig.pin(MemoryElement(DESIGN, SETTINGS), 1, 4, 7), []
+    kick = element.transducer.kick
+    element.transducer.kick = lambda target, speed: speeds.append(speed) or kick(target, speed)
+    assert element.perform(Write(CODE.word((3,)))).success
+    of_kinks, of_walls = SETTINGS.kick.kink_speeds, SETTINGS.kick.wall_speeds
+    assert speeds[0] / of_kinks[0] == pytest.approx(speeds[1] / of_walls[3])
+    assert speeds[0] < of_kinks[0]  # they stop short of what they are to meet
 
 
 def test_route_keeps_walls_that_rest_already():
