@@ -5,9 +5,9 @@
 import signal
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
 
 from .script import script
-from .shrink import shrink
 from .world import SeededRun
 
 RUNS_PER_TASK = 50
@@ -29,6 +29,35 @@ def run_seed(seed):
 def fails(given):
     """Return whether a script fails."""
     return bool(SeededRun(given).run())
+
+
+def shrink(script, fails, max_runs=400):
+    """Return a script of few steps that still fails.
+
+    Args:
+        script: A script that fails.
+        fails: Returns whether a script fails.
+        max_runs: Most runs for it.
+    """
+    runs = 0
+    steps = script.steps
+    size = max(1, len(steps) // 2)
+    while runs < max_runs:
+        shorter = None
+        for begin in range(0, len(steps), size):
+            rest = steps[:begin] + steps[begin + size :]
+            runs += 1
+            if fails(replace(script, steps=rest)):
+                shorter = rest
+                break
+        if shorter is not None:
+            steps = shorter
+            size = max(1, min(size, len(steps) // 2))
+        elif size > 1:
+            size //= 2
+        else:
+            break
+    return replace(script, steps=steps)
 
 
 def describe_run(seed):

@@ -16,24 +16,41 @@ from mlmem.loop.mailbox import Request
 from mlmem_ros.bag import writer
 from mlmem_ros.host import sessions, store, worker
 
-PLANTED_BUGS = {}
-"""Context managers that put a fault back, by what it is."""
+PLANTED_BUGS = {
+    'strain_is_left_on_at_the_end': [
+        (loop.Loop, '_release_strain',
+         lambda self: self._box.close(Refused(loop.SHUTDOWN_MESSAGE))),
+    ],
+    'session_begun_within_a_tick': [
+        (sessions, '_call_between_ticks', lambda loop, function: function()),
+    ],
+    'recording_not_synced': [(writer.McapFile, 'sync', lambda self: self._writer.flush())],
+    'file_left_open_after_an_error': [(atomic_files, 'close_quietly', lambda file: None)],
+    'no_sync_before_the_rename': [(atomic_files.DurableFile, 'sync', lambda self: None)],
+    'no_sync_after_the_rename': [(atomic_files, 'sync_directory', lambda path: None)],
+    'who_waits_for_a_hanging_disk_is_not_told': [(worker.Worker, 'on_timer', lambda self: None)],
+}  # fmt: skip
+"""By what it is: where a function stands, its name, and the wrong one."""
+
+
+@contextmanager
+def plant(name):
+    """Put a fault back for a while."""
+    with ExitStack() as stack:
+        for holder, replaced, function in PLANTED_BUGS[name]:
+            stack.enter_context(patch.object(holder, replaced, function))
+        yield
 
 
 def _plant(*replaced):
-    """Register a fault."""
+    """Register a fault that is made of the functions that it replaces."""
 
     def enter(fault):
-        @contextmanager
-        def planted():
-            wrong = fault(*(getattr(holder, name) for holder, name in replaced))
-            wrong = wrong if isinstance(wrong, tuple) else (wrong,)
-            with ExitStack() as stack:
-                for (holder, name), function in zip(replaced, wrong, strict=True):
-                    stack.enter_context(patch.object(holder, name, function))
-                yield
-
-        PLANTED_BUGS[fault.__name__] = planted
+        wrong = fault(*(getattr(holder, name) for holder, name in replaced))
+        wrong = wrong if isinstance(wrong, tuple) else (wrong,)
+        PLANTED_BUGS[fault.__name__] = [
+            (*place, function) for place, function in zip(replaced, wrong, strict=True)
+        ]
         return fault
 
     return enter
@@ -117,11 +134,6 @@ def a_refused_command_forgets_the_reading(apply):
     return forgetful
 
 
-@_plant((loop.Loop, '_release_strain'))
-def strain_is_left_on_at_the_end(_):
-    return lambda self: self._box.close(Refused(loop.SHUTDOWN_MESSAGE))
-
-
 # --- the recording -----------------------------------------------------------------------
 
 
@@ -156,32 +168,7 @@ def recorder_joined_in_the_executor(_):
     return stop
 
 
-@_plant((sessions, '_call_between_ticks'))
-def session_begun_within_a_tick(_):
-    return lambda loop, function: function()
-
-
-@_plant((writer.McapFile, 'sync'))
-def recording_not_synced(_):
-    return lambda self: self._writer.flush()
-
-
-@_plant((atomic_files, 'close_quietly'))
-def file_left_open_after_an_error(_):
-    return lambda file: None
-
-
 # --- the state file ----------------------------------------------------------------------
-
-
-@_plant((atomic_files.DurableFile, 'sync'))
-def no_sync_before_the_rename(_):
-    return lambda self: None
-
-
-@_plant((atomic_files, 'sync_directory'))
-def no_sync_after_the_rename(_):
-    return lambda path: None
 
 
 @_plant((atomic_files, 'write_atomically'))
@@ -234,11 +221,6 @@ def state_taken_within_a_tick(_):
             self._keep_if_idle(loop.element)
 
     return on_timer
-
-
-@_plant((worker.Worker, 'on_timer'))
-def who_waits_for_a_hanging_disk_is_not_told(_):
-    return lambda self: None
 
 
 @_plant((worker.Worker, 'wait'))

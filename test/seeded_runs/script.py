@@ -117,6 +117,12 @@ BAD = (
     lambda chance: chance.choice((None, 'write', 7, Write)),
 )
 
+WEIGHTS = {
+    'good': 30, 'rare': 4, 'bad': 8, 'patience': 8, 'record': 14, 'time': 14, 'transition': 8,
+    'disk': 7, 'crash': 3, 'many': 4, 'break': 2,
+}  # fmt: skip
+"""How often steps of each kind come."""
+
 TRANSITIONS = ('configure', 'activate', 'deactivate', 'cleanup', 'shutdown')
 TROUBLES = ('full', 'fails', 'hangs', 'moody', 'moody')
 
@@ -145,22 +151,7 @@ def script(seed):
 def _steps(chance):
     """Return some steps that belong together."""
     after = chance.choice((0.0, 0.0, 0.0, 0.001, 0.05, 0.05, 0.3, 1.5))
-    match chance.choices(
-        (
-            'good',
-            'rare',
-            'bad',
-            'patience',
-            'record',
-            'time',
-            'transition',
-            'disk',
-            'crash',
-            'many',
-            'break',
-        ),
-        (30, 4, 8, 8, 14, 14, 8, 7, 3, 4, 2),
-    )[0]:
+    match chance.choices(tuple(WEIGHTS), tuple(WEIGHTS.values()))[0]:
         case 'good':
             return [Step(after, 'submit', chance.choice(GOOD)(chance))]
         case 'rare':

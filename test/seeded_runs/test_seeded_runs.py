@@ -7,9 +7,8 @@ from dataclasses import replace
 import pytest
 from sampled import sampled
 
-from .campaign import describe_run, run_seed
+from .campaign import describe_run, run_seed, shrink
 from .script import Step, script
-from .shrink import shrink
 from .world import SeededRun
 
 SHORT = (17, 20, 24, 30, 32, 34, 40, 44, 45, 52, 63, 64, 68, 75, 77, 81, 84, 92)
