@@ -91,37 +91,24 @@ BAG = (
     CUSTOM,
 )
 
-# rosbag2_transport/test/resources/mcap/rewriter_a/metadata.yaml, shortened.
+# As in rosbag2_transport/test/resources/mcap/rewriter_a/metadata.yaml: profiles are a text.
 VERSION_5_TEXT = """\
 rosbag2_bagfile_information:
   version: 5
   storage_identifier: mcap
-  duration:
-    nanoseconds: 100000000
-  starting_time:
-    nanoseconds_since_epoch: 0
+  duration: {nanoseconds: 100000000}
+  starting_time: {nanoseconds_since_epoch: 0}
   message_count: 50
   topics_with_message_count:
     - topic_metadata:
         name: b_basictypes
         type: test_msgs/msg/BasicTypes
         serialization_format: cdr
-        offered_qos_profiles: "- history: 1\\n  depth: 1\\n  reliability: 1\\n  durability: 1\\n\
-  deadline:\\n    sec: 9223372036\\n    nsec: 854775807\\n  lifespan:\\n    sec: 9223372036\\n\
-    nsec: 854775807\\n  liveliness: 1\\n  liveliness_lease_duration:\\n    sec: 9223372036\\n\
-    nsec: 854775807\\n  avoid_ros_namespace_conventions: false"
+        offered_qos_profiles: "- history: 1\\n  depth: 1"
       message_count: 50
   compression_format: ""
   compression_mode: ""
-  relative_file_paths:
-    - rewriter_a_0.mcap
-  files:
-    - path: rewriter_a_0.mcap
-      starting_time:
-        nanoseconds_since_epoch: 0
-      duration:
-        nanoseconds: 100000000
-      message_count: 50
+  relative_file_paths: [rewriter_a_0.mcap]
 """
 
 
@@ -140,10 +127,8 @@ def test_empty_bag_is_described_as_by_rosbag2():
 
 
 def test_bag_is_described_as_by_rosbag2():
+    """The record in the MCAP file has no root."""
     assert said(format_metadata(*BAG)) == said(TEXT)
-
-
-def test_mcap_record_holds_the_metadata_without_root():
     (root,) = json.loads(said(TEXT)).values()
     assert said(format_metadata(*BAG, root=False)) == json.dumps(root)
 
@@ -166,16 +151,14 @@ def test_version_5_is_understood():
 
 
 @pytest.mark.parametrize(
-    ('mode', 'compressed'), [('FILE', True), ('message', True), ('none', False)]
+    ('line', 'compressed'),
+    [('FILE', True), ('message', True), ('none', False), (None, False)],
+    ids=['file', 'message', 'none', 'version 2'],
 )
-def test_compression_is_recognized(mode, compressed):
-    text = TEXT.replace('compression_mode: ""', f'compression_mode: {mode}')
+def test_compression_is_recognized(line, compressed):
+    line = f'  compression_mode: {line}\n' if line else ''
+    text = TEXT.replace('  compression_mode: ""\n', line)
     assert parse_metadata(text).compressed is compressed
-
-
-def test_metadata_without_compression_is_read():
-    """As version 2 has it."""
-    assert not parse_metadata(TEXT.replace('  compression_mode: ""\n', '')).compressed
 
 
 @settings(deadline=None, max_examples=20)

@@ -47,20 +47,12 @@ def test_messages_come_back_in_order(record, messages):
     assert reader.message_count == 30
     assert reader.span == (messages[0].log_time, messages[-1].log_time)
     assert reader.losses == ()
-
-
-def test_topics_have_type_qos_and_hash(record):
-    topic = BagReader(record()).topics['/mlmem/range']
-    assert topic.type == FLOAT
-    assert topic.offered_qos == format_qos('best_effort')
+    topic = reader.topics['/mlmem/range']
+    assert (topic.type, topic.offered_qos) == (FLOAT, format_qos('best_effort'))
     assert topic.type_hash == jazzy.find_definition(FLOAT).hash
     assert topic.message_count == 10
-
-
-def test_some_topics_can_be_read_alone(record, messages):
-    reader = BagReader(record())
-    wanted = ['/mlmem/probe', '/not/there']
-    assert list(reader.messages(wanted)) == [m for m in messages if m.topic == wanted[0]]
+    some = ['/mlmem/probe', '/not/there']
+    assert list(reader.messages(some)) == [m for m in messages if m.topic == some[0]]
 
 
 def test_order_is_that_of_writing_across_chunks_and_files(tmp_path):
@@ -163,41 +155,31 @@ def test_big_endian_messages_are_read(tmp_path):
 
 
 def test_path_without_a_bag_is_rejected(tmp_path):
-    with pytest.raises(BagError, match='does not exist'):
-        BagReader(tmp_path / 'none')
-    with pytest.raises(BagError, match=r'has no metadata\.yaml and no \.mcap file'):
-        BagReader(tmp_path)
     (tmp_path / 'text').write_text('hello')
-    with pytest.raises(BagError, match='must be an MCAP file'):
-        BagReader(tmp_path / 'text')
+    for path in (tmp_path / 'none', tmp_path, tmp_path / 'text'):
+        with pytest.raises(BagError):
+            BagReader(path)
 
 
-def test_a_channel_with_qos_that_cannot_be_parsed_is_read(tmp_path):
+@pytest.mark.parametrize('count', [0, 1])
+def test_file_with_damaged_qos_and_metadata_is_read(tmp_path, count):
+    """Without a message it spans no time."""
     path = tmp_path / 'other.mcap'
     with path.open('wb') as stream:
         writer = mcap.writer.Writer(stream)
         writer.start()
+        writer.add_metadata('rosbag2', {'serialized_metadata': 'this: is\n not: metadata'})
         schema = writer.register_schema(FLOAT, 'ros2msg', b'float64 data')
         channel = writer.register_channel('/x', 'cdr', schema, {'offered_qos_profiles': '- {'})
-        writer.add_message(channel, 1, bytes([0, 1, 0, 0]) + bytes(8), 1)
+        for _ in range(count):
+            writer.add_message(channel, 1, bytes([0, 1, 0, 0]) + bytes(8), 1)
         writer.finish()
     reader = BagReader(path)
-    assert renew_qos(reader.topics['/x'].offered_qos) == ''
-    assert values(reader) == [0.0]
-
-
-def test_a_file_without_messages_spans_no_time(tmp_path):
-    path = tmp_path / 'empty.mcap'
-    with path.open('wb') as stream:
-        writer = mcap.writer.Writer(stream)
-        writer.start()
-        writer.add_metadata('rosbag2', {'serialized_metadata': 'this: is\n not: metadata'})
-        writer.finish()
-    reader = BagReader(path)
-    assert reader.span is None
     assert reader.metadata is None
-    assert list(reader) == []
+    assert values(reader) == count * [0.0]
+    assert reader.span == ((1, 1) if count else None)
     assert reader.losses == ()
+    assert [renew_qos(topic.offered_qos) for topic in reader.topics.values()] == ['']
 
 
 def test_chunks_that_overlap_in_time_are_read_one_at_a_time(tmp_path):

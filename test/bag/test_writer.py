@@ -36,28 +36,16 @@ def writer(tmp_path):
         yield writer
 
 
-def described(path):
-    """Return the content of `metadata.yaml`."""
-    (root,) = yaml.safe_load((path / 'metadata.yaml').read_text()).values()
-    return root
-
-
-def names(path):
-    return sorted(file.name for file in path.iterdir())
-
-
 def test_metadata_describes_the_bag(record, messages):
     path = record(custom_data={'seed': '42'})
     metadata = read_metadata(path)
     assert metadata.custom_data == {'seed': '42'}
     assert metadata.message_counts == {'/mlmem/level': 10, '/mlmem/range': 10, '/mlmem/probe': 10}
     assert metadata.files == ('bag_0.mcap',)
-    told = described(path)
-    assert told['message_count'] == 30
-    assert told['starting_time']['nanoseconds_since_epoch'] == messages[0].log_time
-    assert told['duration']['nanoseconds'] == messages[-1].log_time - messages[0].log_time
-    latched = told['topics_with_message_count'][0]['topic_metadata']['offered_qos_profiles']
-    assert [each['durability'] for each in latched] == ['transient_local']
+    (root,) = yaml.safe_load((path / 'metadata.yaml').read_text()).values()
+    assert root['message_count'] == 30
+    assert root['starting_time']['nanoseconds_since_epoch'] == messages[0].log_time
+    assert root['duration']['nanoseconds'] == messages[-1].log_time - messages[0].log_time
 
 
 def test_synced_messages_are_on_the_disk(writer):
@@ -112,16 +100,20 @@ def test_existing_path_is_never_touched(record, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ('wrong', 'why'),
+    ('path', 'wrong'),
     [
-        ({'max_bytes': 1023}, 'max_bytes must be 0 or at least 1024; got 1023'),
-        ({'custom_data': {'lost': '\udcff'}}, 'surrogates not allowed'),
+        ('bag', {'max_bytes': 1023}),
+        ('bag', {'custom_data': {'lost': '\udcff'}}),
+        ('file/bag', {}),
+        ('a\0b', {}),
     ],
+    ids=str,
 )
-def test_bag_with_wrong_settings_is_not_created(tmp_path, wrong, why):
-    with pytest.raises(BagError, match=why):
-        BagWriter(tmp_path / 'bag', **wrong)
-    assert not (tmp_path / 'bag').exists()
+def test_bag_with_wrong_settings_or_path_is_not_created(tmp_path, path, wrong):
+    (tmp_path / 'file').touch()
+    with pytest.raises(BagError):
+        BagWriter(tmp_path / path, **wrong)
+    assert [file.name for file in tmp_path.iterdir()] == ['file']
 
 
 def test_wrong_arguments_are_rejected(writer):
@@ -181,14 +173,6 @@ def test_full_disk_leaves_what_was_synced(writer):
     assert read_metadata(writer.path).message_count == 1  # agrees with the last sync
 
 
-def test_path_that_cannot_be_created_is_rejected(tmp_path):
-    (tmp_path / 'file').touch()
-    with pytest.raises(BagError, match=r'Cannot create .*: Not a directory'):
-        BagWriter(tmp_path / 'file' / 'bag')
-    with pytest.raises(BagError, match=r'Cannot create .*: embedded null byte'):
-        BagWriter(tmp_path / 'a\0b')
-
-
 @pytest.mark.parametrize('calls', range(1, 8))
 def test_bag_that_cannot_be_created_leaves_no_open_file(tmp_path, monkeypatch, calls):
     before = os.listdir('/proc/self/fd')
@@ -207,15 +191,9 @@ def test_bag_that_cannot_be_created_leaves_no_open_file(tmp_path, monkeypatch, c
     assert os.listdir('/proc/self/fd') == before
 
 
-def records(path, **options):
-    with path.open('rb') as stream:
-        return list(StreamReader(stream, validate_crcs=True, **options).records)
-
-
 @pytest.mark.parametrize('reader_class', [SeekingReader, NonSeekingReader])
 def test_mcap_reads_every_message(record, messages, reader_class):
-    path = record() / 'bag_0.mcap'
-    with path.open('rb') as stream:
+    with (record() / 'bag_0.mcap').open('rb') as stream:
         found = [
             (channel.topic, schema.name, m.log_time, m.publish_time, m.data)
             for schema, channel, m in reader_class(stream, validate_crcs=True).iter_messages()
@@ -239,25 +217,15 @@ def test_rosbags_reads_messages_qos_and_custom_data(record, messages):
     assert [each.data for *_, each in found if hasattr(each, 'data')][:2] == [-2, 0.0]
 
 
-def test_statistics_count_what_was_written(record, messages):
-    with (record(sync_each=True) / 'bag_0.mcap').open('rb') as stream:
-        statistics = SeekingReader(stream).get_summary().statistics
-    assert statistics.message_count == 30
-    assert statistics.channel_message_counts == {1: 10, 2: 10, 3: 10}
-    assert statistics.chunk_count == 30  # one for each sync
-    assert statistics.schema_count == statistics.channel_count == 3
-    assert statistics.metadata_count == 2  # as by rosbag2: at the start and at the end
-    assert statistics.message_start_time == messages[0].log_time
-    assert statistics.message_end_time == messages[-1].log_time
-
-
 def test_long_recording_is_cut_into_small_chunks(tmp_path):
-    file = McapFile(tmp_path / 'long.mcap')
+    path = tmp_path / 'long.mcap'
+    file = McapFile(path)
     channel = file.add_channel(
         '/noise', jazzy.find_definition('std_msgs/msg/ByteMultiArray'), 'cdr', {}
     )
     for i in range(10):
         file.write(channel, bytes(100_000), i, i)  # 1 MB in chunks of at least 256 KiB
     file.close()
-    found = records(tmp_path / 'long.mcap', emit_chunks=True)
-    assert [r.uncompressed_size // 100_000 for r in found if type(r) is Chunk] == [3, 3, 3, 1]
+    with path.open('rb') as stream:
+        records = list(StreamReader(stream, validate_crcs=True, emit_chunks=True).records)
+    assert [r.uncompressed_size // 100_000 for r in records if type(r) is Chunk] == [3, 3, 3, 1]
