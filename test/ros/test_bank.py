@@ -62,8 +62,12 @@ def test_bank_writes_all_elements_at_the_same_time(bank):
     """While one element is paused, the others are written."""
     paused, *others = bank.elements
     levels = {}
+
+    def keep_level(name, message):
+        levels[name] = message.data
+
     for other in others:
-        keep = functools.partial(keep_level, levels, other.name)
+        keep = functools.partial(keep_level, other.name)
         other.node.create_subscription(Int16, f'{other.name}/level', keep, LATCHED_PROFILE)
     paused.pause().wait()
     try:
@@ -85,13 +89,9 @@ def test_any_element_lists_those_of_its_process(bank):
     assert answer.entities == [f'/bank/element_{place}/mlmem' for place in range(ELEMENTS)]
 
 
-def keep_level(levels, name, message):
-    levels[name] = message.data
-
-
 @pytest.mark.parametrize('value', [64, -1, 1.0, True, '7'])
 def test_value_that_does_not_fit_is_rejected(bank, value):
-    with pytest.raises(ValueError, match='value must be a whole number from 0 to 63'):
+    with pytest.raises(ValueError, match=r'^value'):
         bank.write(value)
 
 
@@ -100,20 +100,13 @@ def test_digits_of_every_value_decode_to_it(bank):
 
 
 def test_one_wrong_digit_is_always_detected(bank):
-    digits = bank.encode(0o13)
-    for place, wrong in itertools.product(range(ELEMENTS), range(-1, 9)):
-        if wrong != digits[place]:
-            with pytest.raises(BankCheckFailed) as failure:
-                bank.decode([*digits[:place], wrong, *digits[place + 1 :]])
-            assert failure.value.digits[place] == wrong
-
-
-def test_torn_write_of_three_elements_is_always_detected(bank):
-    """Of three elements, one has another age than the other two, so its digit alone is wrong."""
-    for old, new in itertools.permutations(map(bank.encode, range(bank.size)), 2):
-        for torn in set(itertools.product(*zip(old, new, strict=True))) - {old, new}:
-            with pytest.raises(BankCheckFailed):
-                bank.decode(torn)
+    """So is a torn write: of three elements, one has another age than the other two."""
+    for digits in map(bank.encode, range(bank.size)):
+        for place, wrong in itertools.product(range(ELEMENTS), range(-1, 9)):
+            if wrong != digits[place]:
+                with pytest.raises(BankCheckFailed) as failure:
+                    bank.decode([*digits[:place], wrong, *digits[place + 1 :]])
+                assert failure.value.digits[place] == wrong
 
 
 def test_lost_digit_is_recovered_wherever_it_was(bank):
@@ -161,15 +154,9 @@ def test_base_above_the_levels_of_an_element_fails(bank):
     assert {type(error) for error in failure.value.errors.values()} == {RequestRefused}
 
 
-@pytest.mark.parametrize(
-    ('count', 'base', 'expected'),
-    [
-        (1, 8, 'elements must be at least 2; got 1'),
-        (3, 1, 'base must be at least 2; got 1'),
-    ],
-)
-def test_bank_without_a_check_element_is_rejected(bank, count, base, expected):
-    with pytest.raises(ValueError, match=expected):
+@pytest.mark.parametrize(('count', 'base', 'field'), [(1, 8, 'elements'), (3, 1, 'base')])
+def test_bank_without_a_check_element_is_rejected(bank, count, base, field):
+    with pytest.raises(ValueError, match=f'^{field}'):
         MemoryBank(bank.elements[:count], base=base)
 
 
@@ -185,9 +172,8 @@ def test_bank_of_bytes_holds_their_whole_range():
 # One process of several nodes
 
 
-@pytest.fixture
-def robots_bank(tmp_path, capfd):
-    """A bank that records, and a client of each element; the second state file is damaged."""
+def test_elements_of_a_bank_fail_independently(tmp_path, capfd):
+    """They record and keep their content; the state file of the second is damaged."""
     states, bags, file = tmp_path / 'states', tmp_path / 'bags', tmp_path / 'bank.yaml'
     states.mkdir()
     (states / 'element_1.json').write_text('what a disk had left of it')
@@ -202,32 +188,27 @@ def robots_bank(tmp_path, capfd):
     options = ('--state', str(states), '--record', str(bags))
     with run_bank('/robot/bank/mlmem', *options, file=file) as bank, standalone() as client:
         names = [node.get_fully_qualified_name() for node in bank.nodes]
-        yield bank, [MemoryClient(client.node, name) for name in names]
+        first, damaged, other = (MemoryClient(client.node, name) for name in names)
+        assert '/robot/bank/element_1 cannot start: ' in capfd.readouterr().err
+        with pytest.raises(RequestRefused, match='inactive'):
+            damaged.read().wait()
+        attempts = [each.parameters('write.attempts').wait() for each in (first, other)]
+        assert [values['write.attempts'] for values in attempts] == [5, 7]
 
+        writing = first.write(2), other.write(5)
+        assert [reply.wait().level for reply in writing] == [2, 5]
+        host = bank.nodes[0].host
+        host.open_loop().call(lambda: setattr(host.element, 'advance', None))
+        wait_until(lambda: host.element is None, 'the end of the first device', 20.0)
+        assert 'the device has stopped' in bank.output
+        assert other.read().wait().level == 5
+        assert bank.running
 
-def test_elements_of_a_bank_fail_independently(robots_bank, tmp_path, capfd):
-    """They record and keep their content; the state file of one is damaged."""
-    bank, (first, damaged, other) = robots_bank
-    assert '/robot/bank/element_1 cannot start: ' in capfd.readouterr().err
-    with pytest.raises(RequestRefused, match='inactive: configure and activate the node first'):
-        damaged.read().wait()
-    attempts = [each.parameters('write.attempts').wait() for each in (first, other)]
-    assert [given['write.attempts'] for given in attempts] == [5, 7]
-
-    writing = first.write(2), other.write(5)
-    assert [reply.wait().level for reply in writing] == [2, 5]
-    node = bank.nodes[0]
-    node.host.open_loop().call(lambda: setattr(node.host.element, 'advance', None))
-    wait_until(lambda: node.host.element is None, 'the end of the first device', 20.0)
-    assert 'the device has stopped' in bank.output
-    assert other.read().wait().level == 5
-    assert bank.running
-
-    bank.terminate()
-    assert bank.exit_status() == NOT_SAVED
-    assert bank.output.count('shut down; not all was saved') == 1
-    assert {path.name for path in (tmp_path / 'bags').iterdir()} == {'element_0', 'element_2'}
-    assert (tmp_path / 'states' / 'element_1.json').read_text().startswith('what a disk')
+        bank.terminate()
+        assert bank.exit_status() == NOT_SAVED
+        assert bank.output.count('shut down; not all was saved') == 1
+    assert {path.name for path in bags.iterdir()} == {'element_0', 'element_2'}
+    assert (states / 'element_1.json').read_text().startswith('what a disk')
 
 
 def test_bank_without_a_working_element_does_not_start():
@@ -240,20 +221,26 @@ def test_bank_command_line_gives_names_and_files():
     rest, elements = parse_bank_arguments(
         [*given, '-p', 'view:=true', '-r', '__ns:=/leg/', '-r', 'a:=b']
     )
-    quiet = ['--ros-args', '-p', 'actions:=false']
-    assert rest == ['memory_bank', '--ros-args', '-p', 'view:=true', '-r', 'a:=b', *quiet]
+    without_actions = ['--ros-args', '-p', 'actions:=false']
+    assert rest == [
+        'memory_bank',
+        '--ros-args',
+        '-p',
+        'view:=true',
+        '-r',
+        'a:=b',
+        *without_actions,
+    ]
     assert 'actions:=false' not in parse_bank_arguments(['memory_bank', '--actions'])[0]
     assert elements == [
         {'namespace': f'/leg/element_{place}', 'state.path': f'/var/bank/element_{place}.json'}
         for place in range(2)
     ]
-    assert [each['namespace'] for each in parse_bank_arguments(['memory_bank'])[1]] == [
-        f'/bank/element_{place}' for place in range(4)
-    ]
+    namespaces = [each['namespace'] for each in parse_bank_arguments(['memory_bank'])[1]]
+    assert namespaces == [f'/bank/element_{place}' for place in range(4)]
 
 
 @pytest.mark.parametrize('number', ['0', '129', '-1', '2.5', 'four'])
-def test_bank_has_1_to_128_elements(number, capsys):
+def test_bank_has_1_to_128_elements(number):
     with pytest.raises(SystemExit):
         parse_bank_arguments(['memory_bank', f'--elements={number}'])
-    assert f"must be a number from 1 to 128; got '{number}'" in capsys.readouterr().err
