@@ -129,7 +129,7 @@ def _judge_version(name: str, version: str) -> Diagnosis:
 def check_compile_cache() -> Diagnosis:
     """Check whether compiled kernels can be cached, and whether those cached can be loaded."""
     from mlmem.physics import NOH_BATHE
-    from mlmem.physics.jit import check_cache_space, find_cache_folder, list_torn_caches
+    from mlmem.physics.jit import check_cache_space, find_cache_folder
 
     what = 'compiled kernels'
     folder = find_cache_folder(NOH_BATHE.advance)
@@ -140,9 +140,6 @@ def check_compile_cache() -> Diagnosis:
     except OSError as error:
         seen = f'cannot be cached ({error}): every start takes some seconds longer'
         return Diagnosis(what, 'warn', seen, 'set NUMBA_CACHE_DIR to a folder with free space')
-    if torn := list_torn_caches():
-        seen = f'torn: {", ".join(torn)} in {folder}'
-        return Diagnosis(what, 'warn', seen, 'compile them anew: mlmem doctor --warm')
     return Diagnosis(what, 'pass', f'kept in {folder}')
 
 

@@ -325,16 +325,6 @@ def test_command_waits_for_single_tick(start):
     assert loop.element.actuator.is_moving
 
 
-def test_script_injected_during_pause_is_answered_at_once(start):
-    """It begins with the next tick."""
-    loop = start(rig.device())
-    hold(loop)
-    assert result(loop.submit(Inject('[{"unit": "actuator", "failure": "stuck"}]'))) is None
-    assert not loop.element.faults.list_active()
-    result(loop.step().answer)
-    assert loop.element.faults.list_active() == {'actuator_stuck': True}
-
-
 def test_single_tick_is_answered_even_if_pause_ends_first(start):
     loop = start(rig.device())
     hold(loop)
