@@ -25,6 +25,10 @@ from .disturb import build_bare_chain
 PAPER_SOURCE = 'a wall may be injected by an actuator coupled to the boundary site (p. 5)'
 
 
+MIN_SAMPLES = 200
+"""Least number of samples of a motion: some end with a jump of the acceleration."""
+
+
 class Demand(NamedTuple):
     """What a motion asks of its transducer, at most: in cells, k_r and time units."""
 
@@ -55,7 +59,11 @@ def check(subject: Subject) -> Iterator[Finding]:
             motion = Kick(chain.end(1), target, speed, kick)
             # longer motions demand little of a transducer
             if motion.duration <= 20_000 * chain.dt:
-                asked[name] = measure_demand(chain, 1, motion)
+                step = min(chain.dt, (motion.duration - kick.hold) / MIN_SAMPLES)
+                fine = Chain(chain.design, step, chain.integrator)
+                fine.set_specimen(chain.specimen)
+                fine.place(v)
+                asked[name] = measure_demand(fine, 1, motion)
     if not asked:
         return
     units = Units(design, settings.scale)
@@ -89,11 +97,13 @@ def measure_demand(
     steps = math.floor(motion.duration / chain.dt)
     at = np.linspace(0.0, steps * chain.dt, steps + 1)
     place, speed = motion.at(at)
-    acceleration = np.gradient(speed, chain.dt)
+    short = 1e-4 * chain.dt
+    acceleration = (speed - motion.at(np.maximum(at - short, 0.0))[1]) / short
     force = np.zeros(steps + 1)
     for k in range(steps + 1):
         pull = metamaterial_force(made, chain.v, chain.V)[site - 1]
         force[k] = made.masses[site - 1] * acceleration[k] + made.eta * speed[k] - pull
+        force[k] += made.design.friction * np.sign(speed[k])
         if k < steps:
             times = substep_times(1, chain.dt, chain.integrator, k)
             chain.advance(still, HeldCell(site, motion.at(times)))

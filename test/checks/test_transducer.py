@@ -51,3 +51,17 @@ def test_element_without_kicks_asks_nothing():
     design, settings = preset('case_1')
     unkicked = replace(settings, kick=replace(settings.kick, speeds=''))
     assert list(transducer.check(Subject(design, unkicked))) == []
+
+
+def test_force_contains_the_jump_at_the_end_of_a_late_kick():
+    """A unit mass at the end of 3 x^2 - 2 x^3 with x = (1 - l) s + l s^2 needs 6 D (1 + l)^2 / T^2.
+
+    The spring to the next cell changes that by at most k_r D.
+    """
+    design, settings = preset('robust_3')
+    found = {each.name: each for each in transducer.check(Subject(design, settings))}
+    step, kick = design.D_s2 - design.D_s1, settings.kick
+    duration = step / kick.wall_speeds[-1]
+    jump = 6.0 * step * (1.0 + kick.late) ** 2 / duration**2
+    force = found['transducer_force'].values['write'] / Units(design, settings.scale).force
+    assert force == pytest.approx(jump, abs=step)
