@@ -41,22 +41,10 @@ def test_corrector_is_exact_for_linear_accelerations(p):
     assert a6 * first + a7 * dt == pytest.approx(0.5 * (dt**2 - first**2))  # A(t) = t
 
 
-@pytest.mark.parametrize('eta', [0.0, 1 / 250, 0.3])
-@pytest.mark.parametrize('phase', [1, 2], ids=['s1', 's2'])
-def test_oscillator_follows_closed_form_to_second_order(phase, eta):
-    design = dataclasses.replace(uniform_chain.UNIFORM, phase=phase, eta=eta)
-    order, error = uniform_chain.order(design, (0.4, 0.2, 0.1), NOH_BATHE)
-    assert order == pytest.approx(2.0, abs=0.05)
-    # With p = 0.54 the phase is ahead by (omega dt)^2 / 166 of the angle turned.
+def phase_error(design, dt, time=24.0):
+    """Return the error of the paper's method: it is ahead by (omega dt)^2 / 166 of the angle."""
     omega = math.sqrt(design.k_s1)
-    assert error < 1.1 * (0.1 * omega) ** 2 / 166 * 24.0 * omega
-
-
-def test_step_is_stable_up_to_published_limit(monkeypatch):
-    """Up to 3.745: the roots part at 2 / p = 3.704, the larger leaves the circle at 3.745."""
-    assert uniform_chain.growth(monkeypatch, 3.60, NOH_BATHE) < 1.0
-    assert uniform_chain.growth(monkeypatch, 3.74, NOH_BATHE) < 1.0
-    assert uniform_chain.growth(monkeypatch, 3.75, NOH_BATHE) > 1e3
+    return (dt * omega) ** 2 / 166 * time * omega
 
 
 @pytest.mark.parametrize('eta', [0.1, 0.5, 2.0])
@@ -67,23 +55,6 @@ def test_damping_lowers_the_limit_of_stability(monkeypatch, eta):
     limit = 3.745 * (math.hypot(omega, eta) - eta) / omega
     assert uniform_chain.growth(monkeypatch, 0.98 * limit, NOH_BATHE, eta) < 1.0
     assert uniform_chain.growth(monkeypatch, 1.03 * limit, NOH_BATHE, eta) > 1e3
-
-
-@pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
-@pytest.mark.parametrize('eta', [0.0, 1 / 250, 1.0, 10.0])
-def test_stable_step_is_stable_and_not_too_small(substrate, eta):
-    chain = uniform_chain.at_the_stable_step(substrate, eta, NOH_BATHE)
-    fastest = 2.0 * math.sqrt(chain.design.s.max()) if substrate == 'elastic' else 2.14
-    damped = (math.hypot(fastest, eta) - eta) / fastest
-    assert 0.9 < chain.dt * fastest / (3.6 * damped) <= 0.951
-
-
-@pytest.mark.parametrize('eta', [0.0, 1 / 250, 0.3])
-def test_oscillator_follows_closed_form_to_fourth_order(eta):
-    design = dataclasses.replace(uniform_chain.UNIFORM, phase=2, eta=eta)
-    order, error = uniform_chain.order(design, (1.2, 0.8, 0.6), PEFRL)
-    assert order == pytest.approx(4.0, abs=0.15)
-    assert error < 1e-3  # the paper's method: 1e-2 at 0.3, for as many forces
 
 
 @pytest.mark.parametrize('eta', [0.0, 1 / 250, 0.3, 5.0])
@@ -112,18 +83,6 @@ def test_undamped_packet_keeps_its_energy():
     assert kept['noh_bathe'] < 0.8
 
 
-def test_step_is_stable_up_to_its_limit(monkeypatch):
-    # Near the limit the ellipse is long, and bounded.
-    assert uniform_chain.growth(monkeypatch, 2.98, PEFRL) < 20.0
-    assert uniform_chain.growth(monkeypatch, 3.0, PEFRL) > 1e3
-
-
-@pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
-@pytest.mark.parametrize('eta', [0.0, 1 / 250, 1.0, 10.0])
-def test_stable_step_is_stable_at_any_damping(substrate, eta):
-    uniform_chain.at_the_stable_step(substrate, eta, PEFRL)
-
-
 def test_friction_takes_same_amplitude_from_every_swing():
     """All cells swing alike about s1: each half period takes 2 F / k, exactly for a linear
     force.
@@ -143,3 +102,46 @@ def test_friction_takes_same_amplitude_from_every_swing():
     expected = [(-1) ** n * (amplitude - n * loss) for n in range(5)]
     # 5 %: the force is linear up to 2 % at this amplitude, and friction viscous near rest.
     assert np.abs(swings - expected).max() < 0.05 * 4.0 * loss
+
+
+@pytest.mark.parametrize('eta', [0.0, 1 / 250, 0.3])
+@pytest.mark.parametrize(
+    ('method', 'phase', 'steps', 'order', 'tolerance'),
+    [
+        (NOH_BATHE, 1, (0.4, 0.2, 0.1), 2.0, 0.05),
+        (NOH_BATHE, 2, (0.4, 0.2, 0.1), 2.0, 0.05),
+        (PEFRL, 2, (1.2, 0.8, 0.6), 4.0, 0.15),
+    ],
+)
+def test_oscillator_follows_closed_form_to_order(method, phase, steps, order, tolerance, eta):
+    design = dataclasses.replace(uniform_chain.UNIFORM, phase=phase, eta=eta)
+    found, error = uniform_chain.order(design, steps, method)
+    assert found == pytest.approx(order, abs=tolerance)
+    # The paper's method: 1e-2 at 0.3, for as many forces as PEFRL at 0.6.
+    assert error < (1e-3 if method is PEFRL else 1.1 * phase_error(design, steps[-1]))
+
+
+@pytest.mark.parametrize(
+    ('method', 'omega_dt', 'most'),
+    [
+        (NOH_BATHE, 3.60, 1.0),
+        (NOH_BATHE, 3.74, 1.0),  # the roots part at 2 / p = 3.704, the larger grows above 3.745
+        (NOH_BATHE, 3.75, math.inf),
+        (PEFRL, 2.98, 20.0),  # near the limit the ellipse is long, and bounded
+        (PEFRL, 3.0, math.inf),
+    ],
+)
+def test_step_is_stable_up_to_published_limit(monkeypatch, method, omega_dt, most):
+    grown = uniform_chain.growth(monkeypatch, omega_dt, method)
+    assert grown < most if most < math.inf else grown > 1e3
+
+
+@pytest.mark.parametrize('method', [NOH_BATHE, PEFRL])
+@pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
+@pytest.mark.parametrize('eta', [0.0, 1 / 250, 1.0, 10.0])
+def test_stable_step_is_stable_and_not_too_small(substrate, eta, method):
+    chain = uniform_chain.at_the_stable_step(substrate, eta, method)
+    fastest = 2.0 * math.sqrt(chain.design.s.max()) if substrate == 'elastic' else 2.14
+    damped = (math.hypot(fastest, eta) - eta) / fastest
+    if method is NOH_BATHE:
+        assert 0.9 < chain.dt * fastest / (3.6 * damped) <= 0.951
