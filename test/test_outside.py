@@ -80,26 +80,15 @@ def examples():
     element.reading = Reading(3, '011', 'left', 1.5, 0.9, 2.0, math.inf, walls=1)
     header = records.build_header(element, '/mlmem', {'record.hash_every': 500})
     hashed = records.build_state_hash(element)
-    told = dict.fromkeys(('attempts', 'ticks', 'tick', 'level'), 1)
-    told |= dict.fromkeys(('delay', 'level_margin', 'threshold_margin', 'confidence'), 0.5)
+    told = dict.fromkeys(('attempts', 'ticks', 'tick', 'level', 'word'), 1)
+    told |= dict.fromkeys(('delay', 'right_delay', 'level_margin', 'threshold_margin'), 0.5)
+    told |= dict.fromkeys(('passed', 'paused', 'recording'), True)
     told |= {
-        'word': 1,
-        'code': '1',
-        'end': 'left',
-        'passed': True,
-        'checks': {'erase': 'blank'},
-    }
-    told |= {'failed': ['levels'], 'delays': {'left': [1.0]}, 'paused': True, 'recording': True}
-    told |= {'path': 'bag', 'details': {}, 'right_delay': 0.5, 'walls': 1, 'reason': 'why'}
-    told |= {
-        'position': 9.5,
-        'position_std': 0.1,
-        'cells': '4 9',
-        'kinds': 'wall',
-        'stuck_cell': 7,
-        'shots': 3,
-        'half': 'tension',
-    }
+        'code': '1', 'end': 'left', 'checks': {'erase': 'blank'}, 'failed': ['levels'],
+        'delays': {'left': [1.0]}, 'path': 'bag', 'details': {}, 'walls': 1, 'reason': 'why',
+        'position': 9.5, 'position_std': 0.1, 'cells': '4 9', 'kinds': 'wall', 'stuck_cell': 7,
+        'shots': 3, 'half': 'tension', 'confidence': 0.5,
+    }  # fmt: skip
     found = {
         records.Header: json.loads(jazzy.deserialize_message(header, records.STRING_TYPE).data),
         records.StateHash: json.loads(jazzy.deserialize_message(hashed, records.STRING_TYPE).data),
