@@ -70,14 +70,6 @@ def test_read_that_moves_the_wall_fails_the_check():
         assert 0.12 < finding.values['left'] < 0.17
 
 
-def test_element_written_by_kicks_passes_read_disturb():
-    assert forecast(*preset('kick_2')).verdict is Verdict.PASS
-
-
-def test_register_has_no_read_disturb_finding():
-    assert list(disturb.check(Subject(*preset('byte')))) == []
-
-
 @pytest.mark.parametrize('command', [Read(), Locate(), Write(3), Erase()])
 def test_pulse_that_may_move_the_wall_is_rejected(command):
     element = MemoryElement(*as_loud('case_2', End.LEFT, 0.4))
@@ -88,3 +80,8 @@ def test_pulse_that_may_move_the_wall_is_rejected(command):
     assert snapshot.take_snapshot(element) == before
     element.apply(SetStrain(0.001))
     assert element.perform(Abort()).success
+
+
+def test_element_written_by_kicks_passes_and_register_is_not_judged():
+    assert forecast(*preset('kick_2')).verdict is Verdict.PASS
+    assert list(disturb.check(Subject(*preset('byte')))) == []
