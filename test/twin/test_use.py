@@ -26,7 +26,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
-from mlmem.parsing import DecodeError, decode_value, encode_value
+from mlmem.parsing import encode_value
 from mlmem.physics import PEFRL, Chain, Scatter, Specimen, scattered
 from mlmem.readers.register import pin_walls
 from mlmem.settings import ProbeSettings
@@ -53,21 +53,6 @@ def simulated(made, dt):
 @pytest.fixture
 def element():
     return MemoryElement(CHOSEN, driver=Simulation.of(MADE, CHOSEN.settings.time))
-
-
-def test_specimen_comes_back_to_the_bit():
-    again = decode_value(Specimen, encode_value(MADE))
-    assert again.design == MADE.design
-    for name in ('alpha', 's', 'masses', 'offsets'):
-        assert (getattr(again, name) == getattr(MADE, name)).all(), name
-    assert not again.is_ideal
-    assert Specimen(DESIGN).is_ideal
-
-
-@pytest.mark.parametrize('wrong', [{'mass': 0.0}, {'alpha_factor': [1.0, 2.0]}, {'design': {}}])
-def test_value_that_is_no_specimen_is_rejected(wrong):
-    with pytest.raises(DecodeError):
-        decode_value(Specimen, encode_value(MADE) | wrong)
 
 
 def test_element_is_at_equilibrium_in_its_ground_states(element):
@@ -152,25 +137,6 @@ def header_of(element):
     ).data
 
 
-def test_header_carries_element_and_forecast(element):
-    element.forecast = element.calibration
-    header = read_header(header_of(element))
-    assert (header.made.alpha == MADE.alpha).all()
-    assert header.made.design == MADE.design
-    assert header.forecast == element.calibration
-
-
-def test_header_carries_the_twin_of_a_register():
-    element = MemoryElement(BYTE)
-    element.adopt(OWN)
-    twin = read_header(header_of(element)).twin
-    assert (twin.alpha == OWN.alpha).all()
-    assert twin.design == BYTE.design
-    other = {'twin': encode_value(Specimen(DESIGN))}
-    with pytest.raises(BagError, match='twin must have the cells and defects of the design'):
-        read_header(json.dumps(json.loads(header_of(element)) | other))
-
-
 def test_calibration_verifies_the_forecast(element):
     """The delays of the forecast are those heard, to a time unit, with its planned pulses."""
     steps = PulseCorrection(), PulseCorrection(peak=1.5, times=1.3)
@@ -191,3 +157,18 @@ def test_calibration_that_fails_keeps_the_known_one(element):
     element.forecast = Calibration(None, delays)
     assert not element.perform(Calibrate()).success
     assert element.calibration == known
+
+
+def test_header_carries_element_forecast_and_twin(element):
+    element.forecast = element.calibration
+    header = read_header(header_of(element))
+    assert (header.made.alpha == MADE.alpha).all()
+    assert header.made.design == MADE.design
+    assert header.forecast == element.calibration
+    register = MemoryElement(BYTE)
+    register.adopt(OWN)
+    text = header_of(register)
+    assert (read_header(text).twin.alpha == OWN.alpha).all()
+    other = {'twin': encode_value(Specimen(DESIGN))}
+    with pytest.raises(BagError, match='twin must have the cells and defects of the design'):
+        read_header(json.dumps(json.loads(text) | other))
