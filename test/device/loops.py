@@ -12,8 +12,6 @@ import time
 
 from mlmem import Refused
 
-from . import rig
-
 PERIOD = 0.002
 """Of a tick: 20 time units of 1e-4 s."""
 
@@ -29,7 +27,7 @@ class Clock:
     def __init__(self, end=math.inf):
         self.time = 0.0
         self.end = end
-        self._lock = threading.Lock()  # a jump is not undone by a sleep that ends meanwhile
+        self._lock = threading.Lock()
 
     def now(self):
         return self.time
@@ -42,11 +40,6 @@ class Clock:
         if stands:
             changed.wait(1e-3)
 
-    def jump(self, time):
-        """Jump to a time, and stand there."""
-        with self._lock:
-            self.end = self.time = time
-
 
 def until(condition):
     """Wait until a condition holds."""
@@ -54,13 +47,6 @@ def until(condition):
     while not condition():
         assert time.monotonic() < deadline, 'it did not come true'
         time.sleep(1e-3)
-
-
-def restless(**settings):
-    """Return a device whose material never rests, so that its ticks have to be computed."""
-    element = rig.device(**settings)
-    element.driver.at_rest = lambda _: False
-    return element
 
 
 def result(asked):

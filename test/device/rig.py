@@ -30,14 +30,25 @@ class Restless(MemoryElement):
     at_rest = False
 
 
+def change(settings, **groups):
+    """Return settings with other values of some groups, as in `write={'attempts': 1}`."""
+    changed = {
+        name: dataclasses.replace(getattr(settings, name), **given)
+        if isinstance(given, dict)
+        else given
+        for name, given in groups.items()
+    }
+    return dataclasses.replace(settings, **changed)
+
+
 def device(level=None, *, design=DESIGN, calibration=None, **settings):
     """Return a device with its wall resting at a level, or blank, with unknown content.
 
-    The calibration is the factory's for the default settings, so that other settings may be as
-    wrong as an experiment needs.
+    Settings are changed as by `change`. The calibration is the factory's for the default settings,
+    so that others may be as wrong as an experiment needs.
     """
     calibration = calibration or factory_calibration(design, Settings())
-    element = MemoryElement(design, Settings(**settings), calibration)
+    element = MemoryElement(design, change(Settings(), **settings), calibration)
     return element if level is None else settle(element, find_pinned_wall(design, level))
 
 
@@ -187,9 +198,3 @@ def bits(element):
         element.reading,
         element.calibration,
     )
-
-
-def with_group(group, **values):
-    """Return settings of which one group differs from the defaults."""
-    changed = dataclasses.replace(getattr(Settings(), group), **values)
-    return {group: changed}

@@ -316,8 +316,8 @@ PER_LEVEL = 620.0
 
 def test_cycle_pauses_on_way_back_and_takes_stated_time():
     design, settings = preset('bits_2')
-    plain = dataclasses.replace(settings.write, final_settle=0.0, shaped=False)
-    element = MemoryElement(design, dataclasses.replace(settings, write=plain))
+    plain = rig.change(settings, write={'final_settle': 0.0, 'shaped': False})
+    element = MemoryElement(design, plain)
     succeed(element, Write(0))
     element.apply(Write(2))
     strain = []

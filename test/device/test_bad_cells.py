@@ -29,7 +29,6 @@ from mlmem import (
 )
 from mlmem.instrument.end import End
 from mlmem.physics import Specimen, find_level
-from mlmem.settings import ElementSettings
 from mlmem_tools import checks
 from mlmem_tools.checks import Verdict
 
@@ -44,8 +43,7 @@ def kind_with(name, cells, method='strain'):
     design, settings = preset(name)
     if name == 'case_2':
         design = replace(design, N=150)
-    write = replace(settings.write, method=method)
-    return design, replace(settings, write=write, element=ElementSettings(cells))
+    return design, rig.change(settings, write={'method': method}, element={'bad_cells': cells})
 
 
 def element_with(name, cells, faults, method='strain'):

@@ -57,8 +57,7 @@ def test_constant_acceleration_displaces_every_cell_alike():
     """
     design = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
     calibration = factory_calibration(CASE_II, Settings())  # this one has no levels to learn
-    patient = rig.with_group('disturbance', timeout=1e5)
-    element = rig.device(design=design, calibration=calibration, **patient)
+    element = rig.device(design=design, calibration=calibration, disturbance={'timeout': 1e5})
     a = 2e-4
     element.apply(Disturb(a))
     rig.ticks(element, 230)

@@ -27,7 +27,6 @@ from mlmem import (
     snapshot,
 )
 from mlmem.instrument.end import End
-from mlmem.move_settings import WriteSettings
 from mlmem.moves.corrections import (
     PulseCorrection,
     PulseCorrections,
@@ -39,13 +38,11 @@ from mlmem.physics import CASE_II, Scatter, StateError, find_level, scattered
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.procedures import calibrating
 from mlmem.readers import listening
-from mlmem.settings import ProbeSettings, ReadSettings, TimeSettings
+from mlmem.settings import ProbeSettings
 from mlmem_ros.host import state_file
 from mlmem_tools.checks.echoes import forecast_echo
 
 from . import rig
-
-ONCE = WriteSettings(attempts=1)
 
 RISING = DelayTable((100.0, 200.0, 320.0, 400.0))
 FALLING = DelayTable((400.0, 320.0, 200.0, 100.0), blank=500.0)
@@ -179,8 +176,7 @@ def test_aborted_calibration_keeps_old_one(name):
 @pytest.mark.parametrize('names', ['left', 'right'])
 def test_end_without_echoes_gives_no_calibration(written, names):
     """The left one's threshold is a cell: no level is confirmed."""
-    deaf = rig.with_group('probe', v_th=1.0)
-    element = written(1, read=ReadSettings(end=names), write=ONCE, **deaf)
+    element = written(1, read={'end': names}, write={'attempts': 1}, probe={'v_th': 1.0})
     factory = element.calibration
     outcome = rig.run(element, Calibrate())
     assert 'level 0 gives no echo at the left end' in outcome.error
@@ -283,10 +279,9 @@ def test_corrections_of_another_schedule_are_ignored():
     settings = BITS_2.settings
     assert known.corrections_by_level(settings) == list(PLAN.steps)
     for change in ({'ramp': 150.0}, {'tension': 0.025}, {'start_strain': 0.021}):
-        other = dataclasses.replace(settings.write, **change)
-        changed = dataclasses.replace(settings, write=other)
+        changed = rig.change(settings, write=change)
         assert known.corrections_by_level(changed) == [PulseCorrection()] * BITS_2.design.levels
-    more = dataclasses.replace(settings, write=dataclasses.replace(settings.write, attempts=9))
+    more = rig.change(settings, write={'attempts': 9})
     assert known.corrections_by_level(more) == list(PLAN.steps)
 
 
@@ -298,7 +293,7 @@ def test_correction_scales_strains_within_actuators_limit():
     assert apply_correction(BITS_2.settings, PulseCorrection()) == BITS_2.settings
 
 
-FOURTH, PAPER = Settings(), Settings(time=TimeSettings(integrator='noh_bathe'))
+FOURTH, PAPER = Settings(), rig.change(Settings(), time={'integrator': 'noh_bathe'})
 
 
 def test_delays_are_free_of_numerical_dispersion():
@@ -325,7 +320,7 @@ def test_ideal_element_that_cannot_be_probed_is_rejected(monkeypatch):
 
     monkeypatch.setattr(listening, 'wait_for_decay', wait_in_vain)
     with pytest.raises(SettingsError, match='cannot be probed'):
-        factory_calibration(CASE_II, Settings(read=ReadSettings(patience=100.0)))
+        factory_calibration(CASE_II, rig.change(Settings(), read={'patience': 100.0}))
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@
 
 import dataclasses
 import itertools
-from dataclasses import replace
 
 import hypothesis
 import hypothesis.strategies as st
@@ -33,7 +32,6 @@ from mlmem.presets import PRESETS, load_preset
 from mlmem.readers.calibration import DelayTable
 from mlmem.readers.decoding import decode_echoes, find_exchanged_levels
 from mlmem.readers.echo import Echo, detection_threshold
-from mlmem.settings import ReadSettings
 
 from . import rig
 
@@ -63,11 +61,8 @@ def test_no_calibration_that_ships_lets_one_end_change_level(name):
     design, settings = preset(name)
     calibration = factory_calibration(design, settings)
     for names in NAMES:
-        read = dataclasses.replace(settings.read, end=names)
-        assert (
-            find_exchanged_levels(design, dataclasses.replace(settings, read=read), calibration)
-            == []
-        )
+        read_from = rig.change(settings, read={'end': names})
+        assert find_exchanged_levels(design, read_from, calibration) == []
 
 
 def heard(end, probe, crossings):
@@ -92,7 +87,7 @@ def heard(end, probe, crossings):
 def test_any_error_of_one_end_gives_true_level_or_none(name, names):
     """A delay of any size, early ones too, swept over all delays that the table has; silence."""
     design, settings = preset(name)
-    read = dataclasses.replace(settings.read, end=names)
+    read = rig.change(settings, read={'end': names}).read
     calibration = factory_calibration(design, settings)
     right = 0
     for wrong in End:
@@ -121,18 +116,13 @@ def test_any_error_of_one_end_gives_true_level_or_none(name, names):
 )
 def test_no_table_at_all_lets_one_end_change_level(left, right, margin, names):
     """Levels may be as near each other, and as unevenly spaced, as they like."""
-    design = CASE_II
     n = min(len(left), len(right))
     one = DelayTable(tuple(130.0 + float(sum(left[:k])) for k in range(n)))
     other = DelayTable(tuple(900.0 - float(sum(right[:k])) for k in range(n)))
     _, settings = preset('case_2')
-    read = dataclasses.replace(settings.read, end=names, min_margin=margin)
-    found = find_exchanged_levels(
-        dataclasses.replace(design, N=25 * (n + 1)),
-        dataclasses.replace(settings, read=read),
-        Calibration(one, other),
-    )
-    assert found == []
+    read_from = rig.change(settings, read={'end': names, 'min_margin': margin})
+    design = dataclasses.replace(CASE_II, N=25 * (n + 1))
+    assert find_exchanged_levels(design, read_from, Calibration(one, other)) == []
 
 
 def test_levels_alike_at_end_are_found_and_not_read():
@@ -191,7 +181,7 @@ def with_walls(*defects, **options):
 def test_more_walls_than_one_are_no_level_from_any_end(first_active, defects, end, names):
     """A read probes both ends whichever is asked for: that is the one whose delay it reports."""
     first, last = defects[0] // 25 - 1, defects[-1] // 25 - 1
-    element = with_walls(*defects, first_active=first_active, read=ReadSettings(end=names))
+    element = with_walls(*defects, first_active=first_active, read={'end': names})
     outcome = rig.run(element, Read(end))
     assert not outcome.success
     assert (outcome.reading.level, outcome.reading.walls) == (UNDECODABLE, len(defects))
@@ -209,9 +199,7 @@ def test_more_walls_than_one_are_no_level_from_any_end(first_active, defects, en
 def test_swinging_wall_is_read_again_and_not_moved_again(name, method, start, level):
     """Its first echoes disagree: it is half a cell off, and radiates what the far end hears."""
     design, settings = preset(name)
-    element = MemoryElement(
-        design, replace(settings, write=replace(settings.write, method=method))
-    )
+    element = MemoryElement(design, rig.change(settings, write={'method': method}))
     element.perform(Write(start))
     *told, outcome = rig.events(element, Write(level))
     first, _, second, _ = (event.reading for event in told)
@@ -263,8 +251,7 @@ def test_rest_is_waited_for_before_pulse():
     design, settings = load_preset('bits_1')
     fired = []
     for rest in (0.0, 400.0):
-        read = dataclasses.replace(settings.read, rest=rest)
-        changed = dataclasses.replace(settings, read=read)
+        changed = rig.change(settings, read={'rest': rest})
         element = MemoryElement(design, changed, factory_calibration(design, settings))
         element.apply(Read())
         while not element.transducer.is_driving:

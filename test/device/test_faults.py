@@ -56,18 +56,13 @@ def strains(element, n):
     return np.array(seen)
 
 
-# --- as values --------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ('given', 'active'),
     [
         ({}, {}),
         ({'seed': 3, 'weak_factor': 0.1}, {}),
-        (
-            {'sensor_noise': 1e-3, 'weak_cell': 7, 'seed': 3},
-            {'sensor_noise': 1e-3, 'weak_cell': 7},
-        ),
+        ({'sensor_noise': 1e-3, 'seed': 3}, {'sensor_noise': 1e-3}),
+        ({'weak_cell': 7}, {'weak_cell': 7}),
         ({'weak_cell': 7, 'weak_factor': 0.1}, {'weak_cell': 7, 'weak_factor': 0.1}),
     ],
 )
@@ -78,15 +73,10 @@ def test_faults_that_are_active_are_listed_by_name(given, active):
 @pytest.mark.parametrize(
     ('field', 'value'),
     [
-        ('sensor_noise', math.nan),
-        ('sensor_dropout', 1.1),
-        ('actuator_offset', -0.2),
-        ('actuator_stuck', 1),
-        ('weak_cell', 2.0),
-        ('weak_factor', 0.0),
-        ('damping_factor', -1.0),
+        ('sensor_noise', math.nan), ('sensor_dropout', 1.1), ('actuator_offset', -0.2),
+        ('actuator_stuck', 1), ('weak_cell', 2.0), ('weak_factor', 0.0), ('damping_factor', -1.0),
     ],
-)
+)  # fmt: skip
 def test_faults_out_of_range_are_rejected(field, value):
     with pytest.raises(SettingsError) as rejected:
         Faults(**{field: value})
@@ -135,9 +125,6 @@ def test_specimen_that_needs_shorter_step_is_rejected():
     assert rejected.value.field == 'faults'
 
 
-# --- chance -----------------------------------------------------------------------------------
-
-
 def test_random_events_have_their_stated_probability():
     for probability in (0.0, 0.3, 1.0):
         seen = np.mean([draw_event(probability, 1, tick, Stream.SLIP) for tick in range(2000)])
@@ -152,9 +139,6 @@ def test_random_numbers_of_seed_and_tick_never_change():
     halves = [(word >> shift) & 0xFFFF for word in PHILOX for shift in (0, 16, 32, 48)]
     expected = (sum(halves) - 8 * 0xFFFF) / math.sqrt(16 * (2**32 - 1) / 12)
     assert x == pytest.approx(expected, rel=1e-15)
-
-
-# --- sensors ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -203,9 +187,6 @@ def test_dropped_out_transducer_repeats_its_last_sample():
     assert abs(element.chain.end(1) - last[0]) > 1e-4  # while the end really moves
 
 
-# --- actuator ---------------------------------------------------------------------------------
-
-
 def test_write_with_stuck_actuator_fails_and_moves_nothing(written):
     element = with_faults(written(1), actuator_stuck=True)
     outcome = rig.run(element, Write(2))
@@ -229,9 +210,7 @@ def test_offset_strains_substrate_and_changes_smoothly():
 def test_lag_follows_by_its_time_constant():
     """After a step of the set-point, 1 - exp(-t / tau) of the way at time t."""
     tau = 400.0
-    element = with_faults(
-        rig.device(2, **rig.with_group('actuator', max_rate=1.0)), actuator_lag=tau
-    )
+    element = with_faults(rig.device(2, actuator={'max_rate': 1.0}), actuator_lag=tau)
     element.apply(SetStrain(0.01))
     t = element.tick * np.arange(1, 61)
     # the set-point itself takes 0.01 time units, and each sub-step looks at its end: 0.1 of 400
@@ -253,9 +232,6 @@ def test_write_repeats_missed_cycle(written):
     assert outcome.success, outcome.error
     assert outcome.attempts == 2
     assert rig.holds(element, 2)
-
-
-# --- material ---------------------------------------------------------------------------------
 
 
 def test_material_is_worn_at_stated_cells():
@@ -281,9 +257,6 @@ def test_disorder_depends_on_seed():
         assert (values != getattr(other, name)).all()
         # the deviation of 225 numbers is known to 1 / sqrt(450): four of them
         assert np.std(values / ideal) == pytest.approx(0.1, rel=4 / math.sqrt(450))
-
-
-# --- replay -----------------------------------------------------------------------------------
 
 
 def test_healthy_faults_leave_every_bit(written):

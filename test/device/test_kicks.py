@@ -4,7 +4,6 @@
 
 import itertools
 import sys
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -57,10 +56,7 @@ def calibration(name):
 def element(name, **changes):
     """Return a blank element that is written by kicks, with changed settings by group."""
     design, settings = use_kicks(preset(name))
-    groups = {
-        group: replace(settings.groups()[group], **values) for group, values in changes.items()
-    }
-    return MemoryElement(design, replace(settings, **groups), calibration(name))
+    return MemoryElement(design, rig.change(settings, **changes), calibration(name))
 
 
 def level(element):
@@ -70,7 +66,7 @@ def level(element):
 def by_method(name, method):
     """Return a shipped element that is written by a method."""
     design, settings = preset(name)
-    return design, replace(settings, write=replace(settings.write, method=method))
+    return design, rig.change(settings, write={'method': method})
 
 
 @pytest.mark.parametrize(('late', 'peak', 'error'), [(0.0, 1.5, 1e-4), (0.7, None, 1e-3)])
@@ -95,7 +91,7 @@ def test_kick_out_of_scattered_element_leaves_blank(speed, scatter):
     """The speed as shipped is 0.3; alpha, springs and masses scatter by as much each."""
     design, settings = preset('kick_2')
     made = scattered(design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), 1)
-    settings = replace(settings, kick=replace(settings.kick, erase_speed=speed))
+    settings = rig.change(settings, kick={'erase_speed': speed})
     for start in range(design.levels):
         driver = Simulation.of(made, settings.time)
         erased = rig.pin(MemoryElement(design, settings, calibration('kick_2'), driver), start)
@@ -116,11 +112,11 @@ def test_erase_after_kink_that_stopped_short_leaves_blank():
 
 def test_level_that_no_kick_reaches_is_reached_by_strain():
     design, settings = use_kicks(preset('case_2'))
-    short = replace(settings, kick=KickSettings('0.006 0.0145 0 0.053'))
+    short = rig.change(settings, kick=KickSettings('0.006 0.0145 0 0.053'))
     first, *others = find_route(design, short, BLANK, 2)
     assert first.name == 'kick'
     assert all(move.needs_actuator for move in others)
-    without = replace(short, actuator=replace(short.actuator, present=False))
+    without = rig.change(short, actuator={'present': False})
     assert not any(move.needs_actuator for move in find_route(design, without, BLANK, 3))
     with pytest.raises(ProcedureFailed, match='level 2 is reached only by strain'):
         find_route(design, without, BLANK, 2)
@@ -128,8 +124,7 @@ def test_level_that_no_kick_reaches_is_reached_by_strain():
 
 def test_kick_with_margin_below_tenth_is_not_used():
     design, settings = use_kicks(preset('case_2'))
-    rooms = replace(settings.kick, rooms='0.5 0.5 0.09')
-    narrow = replace(settings, kick=rooms)
+    narrow = rig.change(settings, kick={'rooms': '0.5 0.5 0.09'})
     assert [move.name for move in find_route(design, settings, BLANK, 2)] == ['kick']
     assert any(move.needs_actuator for move in find_route(design, narrow, BLANK, 2))
     assert [move.margin for move in find_route(design, narrow, BLANK, 1)] == [0.5]
@@ -138,7 +133,7 @@ def test_kick_with_margin_below_tenth_is_not_used():
 
 def test_kicks_keep_to_limits_of_transducer():
     design, settings = use_kicks(preset('case_2'))
-    slow = replace(settings, transducer=replace(settings.transducer, max_speed=0.25))
+    slow = rig.change(settings, transducer={'max_speed': 0.25})
     way = find_route(design, slow, BLANK, 6)  # 0.18 on average, 0.27 at most
     assert [move.name for move in way] != ['kick']
     assert [move.name for move in find_route(design, slow, 5, BLANK)] == ['erase']  # 0.45 at most

@@ -162,10 +162,7 @@ def test_shot_begins_at_rest_and_lasts_900_time_units(surveyed):
 
 def test_survey_without_actuator_kicks_and_restores_level():
     design, settings = preset('kick_2')
-    settings = dataclasses.replace(
-        settings, actuator=dataclasses.replace(settings.actuator, present=False)
-    )
-    element = MemoryElement(design, settings)
+    element = MemoryElement(design, rig.change(settings, actuator={'present': False}))
     rig.succeed(element, Write(2))
     *events, outcome = rig.events(element, Survey())
     assert outcome.success, outcome.error
@@ -180,11 +177,7 @@ def test_survey_without_actuator_kicks_and_restores_level():
 
 def test_survey_without_actuator_and_kicks_is_rejected():
     design, settings = preset('kick_2')
-    settings = dataclasses.replace(
-        settings,
-        actuator=dataclasses.replace(settings.actuator, present=False),
-        transducer=dataclasses.replace(settings.transducer, max_speed=0.001),
-    )
+    settings = rig.change(settings, actuator={'present': False}, transducer={'max_speed': 0.001})
     with pytest.raises(Refused, match='is reached only by strain'):
         MemoryElement(design, settings).perform(Survey())
 

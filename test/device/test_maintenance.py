@@ -28,7 +28,6 @@ from mlmem import (
 )
 from mlmem.instrument.end import End
 from mlmem.instrument.faults import NO_FAULTS
-from mlmem.move_settings import WriteSettings
 from mlmem.physics import CASE_II
 from mlmem_ros.contract.answers import outcome_to_dict
 
@@ -130,8 +129,7 @@ def test_sound_element_passes_and_keeps_its_content(written, level):
 
 def test_level_that_is_not_reached_is_named_others_are_tested(written):
     """Tension frees the wall at odd levels; without it the wall stays at level 1."""
-    weak = WriteSettings(tension=0.02, attempts=1)
-    element = written(1, write=weak)
+    element = written(1, write={'tension': 0.02, 'attempts': 1})
     outcome = rig.run(element, SelfTest())
     failed = [check.name for check in outcome.checks if not check.passed]
     assert failed == [f'level {level}' for level in (2, 3)]
@@ -193,9 +191,10 @@ def test_content_that_cannot_be_read_is_not_put_at_risk(written):
 def test_failed_erase_fails_levels_and_restoration():
     """A kink that no strain frees stays in the element: nothing can be written or restored."""
     single = dataclasses.replace(CASE_II, N=50)
-    feeble = rig.with_group('erase', compression=-0.001, tension=0.001)
-    once = rig.with_group('write', attempts=1)
-    outcome = rig.run(rig.device(0, design=single, **feeble, **once), SelfTest())
+    feeble = {'compression': -0.001, 'tension': 0.001}
+    outcome = rig.run(
+        rig.device(0, design=single, erase=feeble, write={'attempts': 1}), SelfTest()
+    )
     assert outcome.error == 'failed: erase, level 0, restore'
     failed = [check for check in outcome.checks if not check.passed]
     assert all(check.message.startswith('the element is not blank') for check in failed)

@@ -28,20 +28,18 @@ from mlmem import (
     preset,
 )
 from mlmem.instrument.end import End
-from mlmem.move_settings import WriteSettings
 from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import relax_to_equilibrium, wall_profile
-from mlmem.settings import ActuatorSettings, ReadSettings
 from mlmem_ros.contract.answers import outcome_to_dict
 
 from . import rig
 
-FEEBLE = rig.with_group('erase', compression=-0.001, tension=0.001)
+FEEBLE = {'compression': -0.001, 'tension': 0.001}
 """An erase that frees no wall."""
 
 DESIGN = rig.DESIGN
 
-WEAK = WriteSettings(compression=-0.005, tension=0.005)
+WEAK = {'compression': -0.005, 'tension': 0.005}
 """Peaks that free no wall: 0.022 and 0.037 is what it takes."""
 
 
@@ -108,7 +106,7 @@ def test_undecodable_content_is_read_again_and_then_erased(written):
 
 def test_failing_write_has_bounded_number_of_attempts():
     attempts = 2
-    element = rig.device(1, write=dataclasses.replace(WEAK, attempts=attempts))
+    element = rig.device(1, write=WEAK | {'attempts': attempts})
     trace, (*_, outcome) = rig.strains(element, Write(3))
     assert not outcome.success
     assert outcome.attempts == attempts
@@ -136,7 +134,7 @@ def test_second_attempt_succeeds_after_failed_one(written):
 def test_erase_that_frees_no_wall_ends_and_so_does_write(command):
     three_levels = dataclasses.replace(CASE_II, N=100)
     known = factory_calibration(three_levels, Settings())
-    element = rig.device(2, design=three_levels, calibration=known, **FEEBLE)
+    element = rig.device(2, design=three_levels, calibration=known, erase=FEEBLE)
     outcome = rig.run(element, command)
     assert not outcome.success
     assert outcome.error.startswith('the element is not blank after 8 strain cycles')
@@ -145,7 +143,7 @@ def test_erase_that_frees_no_wall_ends_and_so_does_write(command):
 
 
 def test_write_first_releases_strain_set_by_hand(written):
-    element = written(2, read=ReadSettings(min_margin=0.2))
+    element = written(2, read={'min_margin': 0.2})
     element.apply(SetStrain(0.02))
     rig.ticks(element, 300)
     rig.succeed(element, Read())  # under strain, so it counts no more when the strain goes
@@ -170,7 +168,7 @@ def test_blank_element_is_read_from_right():
 
 def test_wall_between_two_levels_is_undecodable():
     """Tension holds it at the substrate's softest site, 67, a third of the way to 75."""
-    element = rig.device(2, read=ReadSettings(min_margin=0.5))
+    element = rig.device(2, read={'min_margin': 0.5})
     element.apply(SetStrain(0.03))
     rig.ticks(element, 300)
     assert rig.wall(element) == pytest.approx(67.3, abs=0.5)
@@ -186,8 +184,8 @@ def test_wall_that_stopped_short_does_not_count_as_written():
     """
     silent = {}
     for min_margin in (0.0, 0.5):
-        write = WriteSettings(attempts=1, min_margin=min_margin)
-        element = rig.device(1, write=write, read=ReadSettings(min_margin=0.0))
+        write = {'attempts': 1, 'min_margin': min_margin}
+        element = rig.device(1, write=write, read={'min_margin': 0.0})
         element.set_faults(Faults(disorder_alpha=1e-3, seed=3))
         outcome = rig.run(element, Write(2))
         assert abs(rig.wall(element) - 75.3) > 3.0
@@ -213,8 +211,8 @@ def test_wall_that_has_left_element_is_reported(written):
     ('strain', 'rate'), [(-0.03, 1e-4), (-2e-5, 1e-8)], ids=['fast', 'too slow to be heard']
 )
 def test_read_waits_until_strain_stands_still(written, strain, rate):
-    lenient = ReadSettings(min_margin=0.2)
-    element = written(2, actuator=ActuatorSettings(max_rate=rate), read=lenient)
+    lenient = {'min_margin': 0.2}
+    element = written(2, actuator={'max_rate': rate}, read=lenient)
     element.apply(SetStrain(strain))
     rig.ticks(element, 1)
     element.apply(Read())
@@ -229,7 +227,7 @@ def test_read_waits_until_strain_stands_still(written, strain, rate):
 @pytest.mark.parametrize(('strain', 'level'), [(-0.01, 2), (0.01, 2), (-0.03, 3)])
 def test_read_under_strain_finds_present_place_of_wall(written, strain, level):
     """At -0.03 the wall of level 2 rests at 92, a third of a spacing before level 3."""
-    element = written(2, read=ReadSettings(min_margin=0.2))
+    element = written(2, read={'min_margin': 0.2})
     element.apply(SetStrain(strain))
     rig.ticks(element, 300)
     reading = rig.succeed(element, Read())
@@ -261,7 +259,7 @@ def test_erase_drives_its_kink_by_opposite_strain(written, level):
     assert driven == pytest.approx([(0.026, -0.042)[n % 2] for n in range(len(driven))])
     assert level <= len(heard)
     assert len(driven) <= (0 if level < 2 else level + 1)
-    trusting = written(level, **rig.with_group('erase', trust_reading=True))
+    trusting = written(level, erase={'trust_reading': True})
     *echoes, trusted = rig.events(trusting, Erase())
     assert trusted.success
     assert len(echoes) <= 2

@@ -31,7 +31,6 @@ from mlmem.physics import CASE_II, StateError
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.listening import has_decayed
 from mlmem.rejections import ErrorCode
-from mlmem.settings import TimeSettings
 
 from . import rig
 
@@ -257,7 +256,7 @@ def test_digest_depends_on_every_bit_of_material_and_clock():
 def test_calibration_for_other_pulses_is_not_restored(written):
     """A state file outlives a change of the probe, but then its delays are meaningless."""
     values = json.loads(json.dumps(snapshot.take_snapshot(written(3))))
-    changed = rig.device(**rig.with_group('probe_right', v_th=8e-4))
+    changed = rig.device(probe_right={'v_th': 8e-4})
     own = changed.calibration
     values['calibration']['left']['delays'][0] += 1.0
     snapshot.restore_snapshot(changed, values)
@@ -296,6 +295,6 @@ def others():
     ):
         rigid = dataclasses.replace(design, substrate='rigid')
         known = factory_calibration(rigid, Settings())
-        other = rig.device(design=design, calibration=known, time=TimeSettings(tick=tick))
+        other = rig.device(design=design, calibration=known, time={'tick': tick})
         rig.ticks(other, 3)
         yield other
