@@ -8,13 +8,11 @@ import pickle
 import pytest
 
 from mlmem import (
-    Disturb,
     Faults,
     FollowTrajectory,
     Refused,
     SetFaults,
     SetMethod,
-    SetStrain,
     Settings,
     SettingsError,
     Write,
@@ -65,10 +63,6 @@ def test_settings_rejected_name_code_and_field(make, code, field):
 @pytest.mark.parametrize(
     ('command', 'code', 'field'),
     [
-        (Write(99), ErrorCode.OUT_OF_RANGE, 'level'),
-        (Write(True), ErrorCode.OUT_OF_RANGE, 'level'),
-        (SetStrain(9.0), ErrorCode.OUT_OF_RANGE, 'strain'),
-        (Disturb(float('nan')), ErrorCode.OUT_OF_RANGE, 'acceleration'),
         (SetMethod('luck'), ErrorCode.OUT_OF_RANGE, 'write.method'),
         (SetFaults(Faults(stuck_cell=1)), ErrorCode.CONFLICT, 'faults.stuck_cell'),
         (FollowTrajectory((), ()), ErrorCode.OUT_OF_RANGE, 'times'),
