@@ -100,8 +100,12 @@ class Node:
         """
         self.host = host
         self.state = 'unconfigured'
-        self._activate = activate
-        self._configured = configured
+        self._work = {
+            'configure': lambda: host.configure(configured),
+            'activate': activate,
+            'deactivate': host.deactivate,
+            'cleanup': host.release,
+        }
 
     def transit(self, name):
         """Make a transition; return None, or why it failed or was refused."""
@@ -109,7 +113,7 @@ class Node:
         if self.state != begins:
             return f'{name} is refused while {self.state}'
         try:
-            self._work(name)
+            self._work[name]()
         except REFUSALS as refusal:
             if self.host.failure is not None:
                 self._fail()
@@ -124,17 +128,6 @@ class Node:
         """Leave the active state if the device has failed."""
         if self.host.failure is not None:
             self.transit('deactivate')
-
-    def _work(self, name):
-        match name:
-            case 'configure':
-                self.host.configure(self._configured)
-            case 'activate':
-                self._activate()
-            case 'deactivate':
-                self.host.deactivate()
-            case 'cleanup':
-                self.host.release()
 
     def _fail(self):
         self.state = 'unconfigured'
