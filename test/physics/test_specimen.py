@@ -243,21 +243,19 @@ def test_force_is_slope_of_energy_of_specimen():
 
 def test_scatter_has_given_deviation_and_depends_on_seed():
     design = dataclasses.replace(CASE_II, N=20_000, gamma=0.0)
-    made = scattered(design, SCATTER, seed=5)
+    scatter = Scatter(alpha=0.1, k_r=0.08, s=0.12, mass=0.09, offset=0.05, depth=0.2)
+    made = scattered(design, scatter, seed=5)
     for values, deviation in (
-        (made.alpha_factor, 0.1),
-        (made.k_r_factor, 0.1),
-        (made.s_factor, 0.1),
-        (made.masses, 0.1),
-        (made.offsets, 0.05),
-        (made.depths, 0.2),
-    ):
+        (made.alpha_factor, scatter.alpha), (made.k_r_factor, scatter.k_r),
+        (made.s_factor, scatter.s), (made.masses, scatter.mass),
+        (made.offsets, scatter.offset), (made.depths, scatter.depth),
+    ):  # fmt: skip
         # the standard error of a deviation is its 1 / sqrt(2 n): four of them
         assert np.std(values) == pytest.approx(deviation, rel=4 / math.sqrt(40_000))
-    again = scattered(design, dataclasses.replace(SCATTER, mass=0.0), seed=5)
+    again = scattered(design, dataclasses.replace(scatter, mass=0.0), seed=5)
     np.testing.assert_array_equal(made.alpha_factor, again.alpha_factor)
     assert (again.masses == 1.0).all()
-    assert (scattered(design, SCATTER, seed=6).masses != made.masses).all()
+    assert (scattered(design, scatter, seed=6).masses != made.masses).all()
 
 
 @pytest.mark.parametrize(
