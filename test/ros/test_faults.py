@@ -6,9 +6,11 @@ import json
 import math
 from contextlib import suppress
 
+import numpy as np
 import pytest
 from nodes import QUICK, arrived
-from robot import BLANK, Imu, Robot, values
+from robot import BLANK, Robot
+from sensor_msgs.msg import Imu
 
 from mlmem import Disturb, SetFaults, preset
 from mlmem_ros.contract.calls import NoAnswer
@@ -28,58 +30,58 @@ def given():
     return {'write.method': 'strain'}
 
 
-def imu(acceleration, covariance=0.0):
+def imu(acceleration):
     message = Imu()
     message.header.frame_id = 'base_link'
     message.linear_acceleration.x = acceleration
     message.linear_acceleration.y = 9.81  # across the chain: no effect
-    message.linear_acceleration_covariance[0] = covariance
     return message
 
 
-def refused(robot):
-    status = robot.next('/diagnostics')
-    return max(int(values(one).get('refused', 0)) for one in status.status)
-
-
-def mean(field):
-    return sum(field.data) / len(field.data)
-
-
 @pytest.mark.parametrize(
-    ('name', 'value', 'reason'),
+    ('name', 'value'),
     [
-        ('weak_cell', 226, 'weak_cell must be from 0 to N = 225; got 226'),
-        ('stuck_cell', 1, 'because the transducers hold the ends; got 1'),
-        ('sensor_noise', -1.0, ''),
-        ('sensor_noise', math.nan, ''),
-        ('actuator_stuck', 3, ''),
+        ('weak_cell', 226),
+        ('stuck_cell', 1),
+        ('sensor_noise', -1.0),
+        ('sensor_noise', math.nan),
     ],
 )
-def test_impossible_fault_is_rejected(robot, name, value, reason):
+def test_impossible_fault_is_rejected(robot, name, value):
     before = robot.get(f'faults.{name}')
     result = robot.try_set(f'faults.{name}', value)
     assert not result.successful
-    assert reason in result.reason
+    assert name in result.reason
     assert robot.get(f'faults.{name}') == before
 
 
 def test_base_shakes_the_chain_and_stops_by_itself(robot):
     """An acceleration of a thousandth of the unit bends inactive cells by 1e-3 / k_s1 = 4.5e-3."""
+
+    def bend(field):
+        return DESIGN.D_s1 - np.mean(field.data)
+
     assert robot.trigger('erase').success
-    rest = DESIGN.D_s1  # a field sent as the erase ends still rings by 2.6e-5
-    robot.next('field', lambda field: abs(mean(field) - rest) < 1e-6)
+    # a field sent as the erase ends still rings by 2.6e-5
+    robot.next('field', lambda field: abs(bend(field)) < 1e-6)
     fields = robot.received('field')
     seen = len(fields)
 
-    def bent():
+    def shaken():
         """Keep shaking: a message acts for 10 ms here, and a field comes every 20."""
         robot.send_message('disturbance', imu(5e-4 * UNIT))
-        return next((field for field in fields[seen:] if mean(field) < rest - 1e-3), None)
+        return next((field for field in fields[seen:] if bend(field) > 1e-3), None)
 
-    assert all(math.isfinite(x) for x in robot.wait(bent, 'a bent field').data)
+    assert all(math.isfinite(x) for x in robot.wait(shaken, 'a bent field').data)
     # without a further message it is at rest after 1000 time units, and the chain rings down
-    robot.next('field', lambda field: abs(mean(field) - rest) < 1e-5)
+    robot.next('field', lambda field: abs(bend(field)) < 1e-5)
+
+
+def close_session(node, bag):
+    """End a node and return the session that it has recorded."""
+    node.terminate()
+    assert node.exit_status() == 0
+    return load_session(bag)
 
 
 def shake(robot, acceleration, pending):
@@ -93,16 +95,10 @@ def shake(robot, acceleration, pending):
 def test_session_with_faults_and_shaking_replays(start, tmp_path):
     """With faults from the start, faults that change, and a base that shakes during a write."""
     bag = tmp_path / 'bag'
-    node = start(
-        {
-            'scale.time': 1e-5,
-            'record.path': str(bag),
-            'faults.disorder_alpha': 2e-5,  # so little that the wall arrives
-            'faults.sensor_noise': 1e-6,
-            'faults.actuator_lag': 30.0,
-        },
-        name='shaken',
-    )
+    # so little disorder that the wall arrives
+    faults = {'disorder_alpha': 2e-5, 'sensor_noise': 1e-6, 'actuator_lag': 30.0}
+    given = {f'faults.{name}': value for name, value in faults.items()}
+    node = start({'scale.time': 1e-5, 'record.path': str(bag), **given}, name='shaken')
     with Robot(node.element) as robot:
         robot.set(target_level=1)
         with robot.paused():  # or what comes during the write would depend on the machine
@@ -118,9 +114,7 @@ def test_session_with_faults_and_shaking_replays(start, tmp_path):
         assert robot.answer(answer).success
         robot.set(faults__sensor_noise=0.0)
         assert robot.trigger('read')['level'] == 1
-    node.terminate()
-    assert node.exit_status() == 0
-    session = load_session(bag)
+    session = close_session(node, bag)
     kinds = [type(command) for _, command in session.stamped]
     assert kinds[0] is SetFaults
     assert kinds.count(Disturb) == 20  # while time is paused, one sent again replaces the last
@@ -132,22 +126,18 @@ def test_session_with_faults_and_shaking_replays(start, tmp_path):
 
 def test_element_out_of_its_phases_is_reset(start, tmp_path):
     """A grip off by a strain of 0.05 pushes cells on and on; no restart brings them back."""
-    kept = {'state.path': str(tmp_path / 'element.json'), 'write.method': 'strain'}
-    bag = tmp_path / 'session'
+    state, bag = tmp_path / 'element.json', tmp_path / 'session'
+    kept = {'state.path': str(state), 'write.method': 'strain'}
     node = start({**kept, 'faults.actuator_offset': 0.05, 'time.speed': 0.0}, name='lost')
     with Robot('/lost') as robot:
         assert not robot.write(3).success
         robot.set(faults__actuator_offset=0.0)
         node.terminate()
         assert node.exit_status() == 0
-    again = start({**kept, 'record.path': str(bag)}, name='again')
+    node = start({**kept, 'record.path': str(bag)}, name='again')
     with Robot('/again') as robot:
-        error = robot.trigger('read')['error']
-        assert error.endswith('reset replaces the element by a blank one')
+        assert 'reset replaces the element by a blank one' in robot.trigger('read')['error']
         assert robot.trigger('reset')['level'] == BLANK
         assert robot.write(5)['level'] == 5
-        again.terminate()
-        assert again.exit_status() == 0
-    assert run_replay(load_session(bag)).exact
-    saved = json.loads((tmp_path / 'element.json').read_text())['snapshot']
-    assert saved['statistics']['resets'] == 1
+        assert run_replay(close_session(node, bag)).exact
+    assert json.loads(state.read_text())['snapshot']['statistics']['resets'] == 1

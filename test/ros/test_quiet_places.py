@@ -24,20 +24,18 @@ def test_log_lists_transitions_settings_and_rejections(start):
         assert not robot.trigger('read').success
     others = re.compile('preparing|ready|.* ticks of time were skipped')  # on a loaded machine
     lines = [line.partition(' [told]: ')[::2] for line in node.output.splitlines()]
-    assert [line for line in lines if not others.match(line[1])] == [
-        ('[INFO]', 'active: time runs'),
+    kinds = [(kind, text.partition(':')[0]) for kind, text in lines if not others.match(text)]
+    assert kinds == [
+        ('[INFO]', 'active'),
         ('[INFO]', 'set time.speed = 2.0'),
         ('[INFO]', 'set faults.seed = 3'),
-        ('[WARN]', 'a parameter refused: element may be set only while the node is unconfigured'),
-        ('[WARN]', 'write refused: level must be a whole number from 0 to 7; got 9'),
-        (
-            '[WARN]',
-            'request refused: write must be given level (of one wall) or word (of a register)',
-        ),
-        ('[WARN]', 'step refused: step works only while paused; pause first'),
-        ('[INFO]', 'inactive: the strain is zero, time stands still'),
-        ('[INFO]', 'unconfigured: the device is released'),
-        ('[WARN]', 'read refused: inactive: configure and activate the node first'),
+        ('[WARN]', 'a parameter refused'),
+        ('[WARN]', 'write refused'),
+        ('[WARN]', 'request refused'),
+        ('[WARN]', 'step refused'),
+        ('[INFO]', 'inactive'),
+        ('[INFO]', 'unconfigured'),
+        ('[WARN]', 'read refused'),
     ]
 
 
