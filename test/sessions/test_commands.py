@@ -44,33 +44,23 @@ def test_command_survives_a_file_to_the_bit(command):
 
 
 def test_every_command_is_tested_and_has_a_kind():
-    assert {type(command).__name__ for command in COMMANDS} == set(COMMANDS_BY_NAME)
-    for name, kind in COMMANDS_BY_NAME.items():
-        assert kind.__name__ == name
-
-
-def test_command_is_saved_with_kind_and_values():
+    assert {type(command) for command in COMMANDS} == set(COMMANDS_BY_NAME.values())
     assert command_to_dict(Write(3)) == {'kind': 'Write', 'level': 3}
-    assert command_to_dict(Erase()) == {'kind': 'Erase'}
 
 
 @pytest.mark.parametrize(
-    ('data', 'message'),
+    ('data', 'field'),
     [
-        ({}, 'command must be one of SetStrain, FollowTrajectory, .*; got None'),
-        ({'kind': 'write', 'level': 1}, "got 'write'"),
-        ({'kind': 'Write'}, 'Write has wrong values'),
-        ({'kind': 'Write', 'level': 1, 'end': 'left'}, 'Write has wrong values'),
-        ({'kind': 'FollowTrajectory', 'times': 1, 'strains': []}, 'has wrong values'),
-        ({'kind': 'Erase', 'level': 1}, 'Erase has wrong values'),
-        ({'kind': 'SetFaults', 'faults': {'weak_cell': -1}}, 'weak_cell must be a whole number'),
-        ({'kind': 'SetFaults', 'faults': {'rust': 1.0}}, 'SetFaults has wrong values'),
-        ({'kind': 'SetFaults', 'faults': 3}, 'SetFaults has wrong values'),
-        ({'kind': 'SetFaults'}, 'SetFaults has wrong values'),
-        ({'kind': ['Write']}, "command must be one of .*; got .'Write'."),
+        ({}, 'command must be one of'),
+        ({'kind': 'write', 'level': 1}, "'write'"),
+        ({'kind': ['Write']}, 'Write'),
+        ({'kind': 'Write', 'level': 1, 'end': 'left'}, 'Write'),
+        ({'kind': 'Erase', 'level': 1}, 'Erase'),
+        ({'kind': 'SetFaults', 'faults': {'weak_cell': -1}}, 'weak_cell'),
     ],
     ids=str,
 )
-def test_data_that_are_no_command_are_rejected(data, message):
-    with pytest.raises(Refused, match=message):
+def test_data_that_are_no_command_are_rejected(data, field):
+    """What else is none is in test_outside.py."""
+    with pytest.raises(Refused, match=field):
         parse_command(data)

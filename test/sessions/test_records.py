@@ -56,88 +56,63 @@ def test_records_that_were_written_are_read(element, header):
 
 
 @pytest.mark.parametrize(
-    ('path', 'value', 'words'),
+    ('path', 'value', 'field'),
     [
-        (('format',), 3, 'format must be 1; got 3'),
-        (('design',), [], 'design must be an object; got []'),
-        (('design', 'N'), 10**9, 'design.N must be a whole number from 3 to 100000'),
-        (('design', 'd'), 1e999, 'Infinity is not JSON'),
-        (('settings', 'time', 'tick'), 'x' * 10**6, 'tick must be a finite number'),
-        (('settings', 'time', 'tick'), 1e4, None),
-        (('settings', 'turbo'), {}, "there is no 'turbo' in settings; there are actuator"),
-        (('versions', 'numpy'), None, 'versions.numpy must be a text; got None'),
-        (
-            ('parameters', 'record.hash_every'),
-            0,
-            'record.hash_every must be a whole number from 1',
-        ),
-        (('initial',), None, 'initial must be an object; got None'),
+        (('format',), 3, 'format'),
+        (('design', 'N'), 10**9, 'design.N'),
+        (('design', 'd'), 1e999, 'Infinity'),
+        (('settings', 'time', 'tick'), 'x' * 10**6, 'tick'),
+        (('settings', 'turbo'), {}, 'turbo'),
+        (('parameters', 'record.hash_every'), 0, 'record.hash_every'),
+        (('initial',), None, 'initial'),
     ],
+    ids=str,
 )
-def test_invalid_header_is_rejected_by_field(header, path, value, words):
-    told = changed(header, *path, to=value)
-    if words is None:
-        assert read_header(told)
-        return
-    with pytest.raises(BagError) as caught:
-        read_header(told)
-    assert words in str(caught.value)
+def test_invalid_header_is_rejected_by_field(header, path, value, field):
+    """What else is no header is in test_outside.py."""
+    with pytest.raises(BagError, match=field) as caught:
+        read_header(changed(header, *path, to=value))
     assert len(str(caught.value)) < 300
 
 
 def test_tick_that_takes_a_minute_is_rejected(header):
     """An elastic substrate of 10^9 k_r and a tick of 10^4 time units do not go together."""
-    values = json.loads(json.dumps(header))
-    values['settings']['time']['tick'] = 1e4
+    values = json.loads(changed(header, 'settings', 'time', 'tick', to=1e4))
+    assert read_header(json.dumps(values))
     values['design'] |= {'s_max': 1e9, 'substrate': 'elastic'}
-    with pytest.raises(BagError, match=r'settings: time\.tick must be at most 4\.476'):
+    with pytest.raises(BagError, match=r'time\.tick must be at most 4\.476'):
         read_header(json.dumps(values))
 
 
 @pytest.mark.parametrize(
-    ('told', 'words'),
+    ('command', 'field'),
     [
-        ('{"tick": null}', 'tick must be a whole number from 0 to 9007199254740992; got None'),
-        ('{"tick": 1e999}', 'got inf'),
-        ('{"tick": NaN}', 'NaN is not JSON'),
-        ('{"tick": 1.0}', 'got 1.0'),
-        ('{"tick": true}', 'got True'),
-        ('{"tick": %s}' % ('9' * 5000), 'it must be JSON'),
-        ('[' * 10**6, 'it must be JSON; it is nested too deeply'),
-        ('[1]', 'it must be an object; got [1]'),
-        (
-            '{"tick": 1, "kind": "Write", "level": "2"}',
-            'level must be a whole number from 0 to',
-        ),
-        ('{"tick": 1, "kind": "Disturb", "acceleration": 1e999}', 'must be a finite number'),
-        ('{"tick": 1, "kind": "SetFaults", "faults": {"seed": -1}}', 'seed must be'),
+        ('{"tick": null}', 'tick'),
+        ('{"tick": NaN}', 'NaN'),
+        ('{"tick": %s}' % ('9' * 5000), 'JSON'),
+        ('[' * 10**6, 'nested'),
+        ('{"tick": 1, "kind": "Write", "level": "2"}', 'level'),
+        ('{"tick": 1, "kind": "Disturb", "acceleration": 1e999}', 'acceleration'),
+        ('{"tick": 1, "kind": "SetFaults", "faults": {"seed": -1}}', 'seed'),
     ],
+    ids=lambda text: text[:60],
 )
-def test_invalid_command_is_rejected_by_field(told, words):
-    with pytest.raises(BagError) as caught, name_errors('/mlmem/session/command at 12.300 s'):
-        read_command(told)
-    assert str(caught.value).startswith('/mlmem/session/command at 12.300 s: ')
-    assert words in str(caught.value)
+def test_invalid_command_is_rejected_by_field(command, field):
+    with pytest.raises(BagError, match=field) as caught, name_errors('~/command at 12.300 s'):
+        read_command(command)
+    assert str(caught.value).startswith('~/command at 12.300 s: ')
     assert len(str(caught.value)) < 400
 
 
 @pytest.mark.parametrize(
-    ('key', 'value', 'words'),
-    [
-        ('hash', 'short', "hash must be 32 hexadecimal digits; got 'short'"),
-        ('v', [None], 'v must be a list of finite numbers'),
-        ('v', ['0x1p99999'], 'v must be'),
-        ('v', ['nan'], 'v must be'),
-        ('v', ['x' * 10**6], 'v must be'),
-        ('tick', -1, 'tick must be a whole number'),
-    ],
+    ('key', 'value'),
+    [('hash', 'short'), ('v', [None]), ('v', ['0x1p99999']), ('v', ['nan']), ('tick', -1)],
+    ids=str,
 )
-def test_invalid_hash_is_rejected_by_field(element, key, value, words):
-    told = changed(json.loads(text(records.build_state_hash(element))), key, to=value)
-    with pytest.raises(BagError) as caught:
-        read_state_hash(told)
-    assert words in str(caught.value)
-    assert len(str(caught.value)) < 400
+def test_invalid_hash_is_rejected_by_field(element, key, value):
+    recorded = json.loads(text(records.build_state_hash(element)))
+    with pytest.raises(BagError, match=f'{key} must be'):
+        read_state_hash(changed(recorded, key, to=value))
 
 
 def session_of(header, stamped=(), hashes=()):
@@ -149,21 +124,17 @@ def session_of(header, stamped=(), hashes=()):
     ('path', 'value'),
     [
         (('ticks',), 10**400),
-        (('ticks',), -1),
-        (('ticks',), 0.5),
         (('chain', 'steps'), None),
         (('chain', 'V_N'), 1e300),
         (('chain', 'values', 'f8'), 'AAAA'),
         (('chain', 'values', 'shape'), [10**9, 10**9]),
         (('transducer', 'recent'), []),
-        (('actuator', 'strain'), 'much'),
         (('actuator', 'motion', 'duration'), -1.0),
         (('calibration', 'left', 'delays'), [0.0] * 10**5),
-        (('reading',), {'level': 2.5}),
         (('statistics', 'level_writes'), [1]),
         (('faults', 'weak_cell'), 99_999),
-        (('base', 'silence'), 'soon'),
     ],
+    ids=str,
 )
 def test_invalid_state_is_rejected(header, path, value):
     made = session_of(changed(header, 'initial', *path, to=value))
@@ -232,7 +203,7 @@ SAMPLES = np.array([[1e-5, -2e-5, np.nan], [3e-7, 0.0, np.nan]])
 TAKEN = Shot(End.RIGHT, 0.7, 1e-3, 40.0, 62.0, -0.009, 0.5, np.array([0.1, -0.2]), SAMPLES)
 
 
-def test_a_shot_comes_back_with_its_gaps():
+def test_shot_comes_back_with_its_gaps():
     found = _parse_shot(encode_shot(None, TAKEN), SHOT_HEAD_SIZE)
     for name in ('end', 'omega_c', 'A', 'sigma', 'wall', 'strain', 'dt'):
         assert getattr(found, name) == getattr(TAKEN, name)
@@ -241,19 +212,13 @@ def test_a_shot_comes_back_with_its_gaps():
 
 
 @pytest.mark.parametrize(
-    ('place', 'value', 'named'),
-    [
-        (1, 0.0, 'carrier, sigma and interval above 0'),
-        (3, -40.0, 'carrier, sigma and interval above 0'),
-        (4, np.nan, 'must be finite'),
-        (7, np.inf, 'must be finite'),
-        (SHOT_HEAD_SIZE, np.inf, 'must be finite'),
-    ],
+    ('place', 'value'),
+    [(1, 0.0), (3, -40.0), (4, np.nan), (7, np.inf), (SHOT_HEAD_SIZE, np.inf)],
 )
-def test_an_impossible_shot_is_refused(place, value, named):
+def test_impossible_shot_is_rejected(place, value):
     data = encode_shot(None, TAKEN)
     data[place] = value
-    with pytest.raises(ValueError, match=named):
+    with pytest.raises(ValueError, match=r'above 0|must be finite'):
         _parse_shot(data, SHOT_HEAD_SIZE)
 
 
