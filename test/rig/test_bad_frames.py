@@ -1,9 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem rig` answers every frame that it cannot serve with one FAULT, and serves the next client.
-
-And what a damaged or malicious stream costs whoever reads it.
-"""
+"""`mlmem rig` answers a frame that it cannot serve with one FAULT and serves the next client."""
 
 import json
 import socket
@@ -14,9 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mlmem import DriverError
 from mlmem_ros.rig.frames import (
-    PLAY_LAYOUT,
     FrameKind,
     Hello,
     Parser,
@@ -39,37 +34,30 @@ def set_points(displacement=0.0, *, first=0, samples=80, site=0, motion=NONE, mo
     )
 
 
+def hello(payload):
+    return encode_frame(FrameKind.HELLO, 0, payload)
+
+
 BAD_FRAMES = {
-    'hello_text': (encode_frame(FrameKind.HELLO, 0, b'hi'), 'must be JSON'),
-    'hello_encoding': (encode_frame(FrameKind.HELLO, 0, b'\xff\xfe{'), 'must be JSON'),
-    'hello_list': (encode_frame(FrameKind.HELLO, 0, b'[1]'), 'must be an object'),
-    'hello_without_lead': (
-        encode_frame(FrameKind.HELLO, 0, b'{}'),
-        'must be an object with ahead',
-    ),
-    'hello_lead_text': (
-        encode_frame(FrameKind.HELLO, 0, b'{"ahead": "x"}'),
-        'ahead must be a finite',
-    ),
-    'hello_lead_null': (
-        encode_frame(FrameKind.HELLO, 0, b'{"ahead": null}'),
-        'ahead must be a finite',
-    ),
-    'play_head': (
-        HELLO + encode_frame(FrameKind.PLAY, 1, b'abc'),
-        f'at least {PLAY_LAYOUT.size} bytes; got 3',
-    ),
-    'play_odd_bytes': (set_points(more=b'xyz'), 'must have 3220 bytes; got 3223'),
-    'play_samples': (set_points(samples=160), 'must have 6420 bytes; got 3220'),
-    'play_first': (set_points(first=80), 'must be those of 0; got 80'),
-    'play_nan': (set_points(np.nan), 'V_N must be finite'),
+    'hello_text': (hello(b'hi'), 'JSON'),
+    'hello_encoding': (hello(b'\xff\xfe{'), 'JSON'),
+    'hello_list': (hello(b'[1]'), 'object'),
+    'hello_without_lead': (hello(b'{}'), 'ahead'),
+    'hello_lead_text': (hello(b'{"ahead": "x"}'), 'ahead'),
+    'hello_lead_null': (hello(b'{"ahead": null}'), 'ahead'),
+    'play_head': (HELLO + encode_frame(FrameKind.PLAY, 1, b'abc'), 'got 3'),
+    'play_odd_bytes': (set_points(more=b'xyz'), '3220 bytes; got 3223'),
+    'play_samples': (set_points(samples=160), '6420 bytes; got 3220'),
+    'play_first': (set_points(first=80), 'got 80'),
+    'play_nan': (set_points(np.nan), 'V_N'),
     'play_100_cells': (set_points(100.0), 'a cell left the range'),
     'play_1e300_cells': (set_points(1e300), 'stopped being finite'),
-    'held_site': (set_points(site=7, motion=np.zeros((2, 400))), 'site must be 1 or N'),
-    'held_too_long': (set_points(site=1, motion=np.zeros((2, 800))), 'at most 400 set-points'),
-    'held_nan': (set_points(site=1, motion=np.full((2, 400), np.nan)), 'motion must be finite'),
+    'held_site': (set_points(site=7, motion=np.zeros((2, 400))), 'site'),
+    'held_too_long': (set_points(site=1, motion=np.zeros((2, 800))), 'at most 400'),
+    'held_nan': (set_points(site=1, motion=np.full((2, 400), np.nan)), 'motion'),
     'held_100_cells': (set_points(site=1, motion=np.full((2, 400), 100.0)), 'a cell left'),
 }
+"""Frames that cannot be served, and a word of the fault."""
 
 
 @pytest.fixture(scope='module')
@@ -123,16 +111,3 @@ def test_rig_element_that_fails_when_idle_sends_one_fault():
     rig.begin(sent.append)
     rig.take(HELLO)
     assert Parser().feed(sent[-1])[0].kind == FrameKind.HELLO
-
-
-@pytest.mark.parametrize(
-    ('changes', 'words'),
-    [
-        ({'samples': 40_000_000, 'dt': 5e-7}, 'samples must be a whole number from 1 to 16384'),
-        ({'nodes': [k / 200_000 for k in range(1, 200_001)]}, 'nodes must be at most 16 numbers'),
-    ],
-)
-def test_hello_that_claims_much_memory_is_rejected(changes, words):
-    values = json.loads(emulated()._hello.payload()) | changes
-    with pytest.raises(DriverError, match=words):
-        Hello.of(json.dumps(values).encode())

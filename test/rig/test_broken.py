@@ -58,72 +58,37 @@ def zero_header_crc(frame):
 
 
 MALFORMED = {
-    'damaged': (
-        lambda frame: encode_frame(*frame)[:-1] + b'?',
-        r'silent for 0.05 s; a frame of kind \d and \d+ bytes ends with the CRC 0x\w{8}; expected',
-    ),
+    'damaged': (lambda frame: encode_frame(*frame)[:-1] + b'?', r'ends with the CRC 0x\w{8}'),
     'wrong_kind': (
-        lambda frame: encode_frame(9, frame.number, frame.payload),
-        'the rig sent a frame of kind 9; known are 1 HELLO, 2 PLAY, 3 SAMPLES, 4 AGAIN',
+        lambda frame: encode_frame(9, frame.number, frame.payload), 'a frame of kind 9'
     ),
     'wrong_number': (
-        lambda frame: encode_frame(frame.kind, frame.number + 1, frame.payload),
-        r'silent for 0.05 s; a frame has number \d+; expected \d+',
+        lambda frame: encode_frame(frame.kind, frame.number + 1, frame.payload), 'has number'
     ),
-    'header_crc': (
-        zero_header_crc,
-        r'silent for 0.05 s; a header ends with the CRC 0x0000; expected 0x\w{4}',
-    ),
-    'too_long': (
-        lambda frame: HEADER_LAYOUT.pack(b'mR', 3, 0, 2**31, 0),
-        'silent for 0.05 s; a payload may have at most 4194304 bytes; got 2147483648',
-    ),
-    'no_frame': (lambda frame: b'Hello from the rig!\r\n', r"no frame begins with b'"),
-}
+    'header_crc': (zero_header_crc, 'a header ends with the CRC 0x0000'),
+    'too_long': (lambda frame: HEADER_LAYOUT.pack(b'mR', 3, 0, 2**31, 0), 'got 2147483648'),
+    'no_frame': (lambda frame: b'Hello from the rig!\r\n', "no frame begins with b'"),
+}  # fmt: skip
+"""What is wrong with a frame, and what the error says of it."""
 BROKEN = MALFORMED | {
     'silent': (lambda frame: b'', 'the rig has been silent for 0.05 s'),
-    'shorter': (
-        repack(lambda payload: payload[:-8]),
-        'the rig sent samples of the wrong length: 632 bytes for 40 samples of both ends',
-    ),
-    'no_head': (
-        repack(lambda payload: payload[:5]),
-        'the rig sent samples of the wrong length: 5 bytes',
-    ),
-    'earlier': (
-        repack(shift_samples),
-        r'the rig sent samples \d+ to \d+; expected \d+ to at most \d+',
-    ),
-    'not_played_yet': (
-        repack(repeat_samples),
-        r'the rig sent samples \d+ to \d+; expected \d+ to at most \d+',
-    ),
-    'nan': (
-        repack(replace_sample(math.nan)),
-        r'the rig sent NaN or infinity among the samples from \d+',
-    ),
-    'far_away': (
-        repack(replace_sample(1e9)),
-        'the driver must return displacements of at most 1e6 cells; got more, or NaN',
-    ),
+    'shorter': (repack(lambda payload: payload[:-8]), '632 bytes for 40 samples'),
+    'no_head': (repack(lambda payload: payload[:5]), 'wrong length: 5 bytes'),
+    'earlier': (repack(shift_samples), r'sent samples \d+ to \d+'),
+    'not_played_yet': (repack(repeat_samples), r'sent samples \d+ to \d+'),
+    'nan': (repack(replace_sample(math.nan)), 'NaN or infinity'),
+    'far_away': (repack(replace_sample(1e9)), 'at most 1e6 cells'),
     'stopped': (
-        lambda frame: encode_frame(FrameKind.FAULT, frame.number, b'the grip is stuck\n\x1b[2J'),
-        r'the rig has stopped: the grip is stuck\\n\\x1b\[2J',
+        lambda frame: encode_frame(FrameKind.FAULT, frame.number, b'the grip\n\x1b[2J'),
+        r'the rig has stopped: the grip\\n\\x1b\[2J',
     ),
     'another_kind': (
-        lambda frame: encode_frame(FrameKind.PLAY, frame.number, frame.payload),
-        'the rig sent PLAY instead of samples',
+        lambda frame: encode_frame(FrameKind.PLAY, frame.number, frame.payload), 'sent PLAY'
     ),
-    'begun_anew': (
-        lambda frame: encode_frame(FrameKind.AGAIN, 0),
-        'the rig requests frames that it has answered: it has restarted',
-    ),
-    'hung_up': (
-        fail(EOFError('the rig has closed the connection')),
-        'the rig has closed the connection',
-    ),
+    'begun_anew': (lambda frame: encode_frame(FrameKind.AGAIN, 0), 'it has restarted'),
+    'hung_up': (fail(EOFError('the line is closed')), 'the line is closed'),
     'line_broken': (fail(OSError(5, 'Input/output error')), 'Input/output error'),
-}
+}  # fmt: skip
 
 
 def tampered(tamper, after):
@@ -187,44 +152,39 @@ def test_broken_rig_ends_every_wait():
 
 
 @pytest.mark.parametrize(
-    ('said', 'why'),
+    ('hello', 'field'),
     [
-        (b'HTTP/1.1 400', 'the hello of the rig: it must be JSON; '),
-        (b'[1]', 'the hello of the rig: it must be an object; got a list'),
-        ({'protocol': 2}, 'the rig uses protocol version 2, this driver 1'),
-        (
-            {'colour': 'red'},
-            "the hello of the rig: there is no 'colour'; there are protocol, ",
-        ),
-        ({'dt': -1.0}, 'hello of the rig: dt must be a finite number from 1e-15 .*; got -1.0'),
-        ({'dt': math.nan}, 'the hello of the rig: it must be JSON; NaN is not JSON'),
-        ({'seconds': None}, 'hello of the rig: seconds must be .*; got None'),
-        ({'length': '1 mm'}, "hello of the rig: length must be .*; got '1 mm'"),
-        ({'force': 10**400}, 'hello of the rig: force must be .*; got 1000'),
-        ({'samples': 80.5}, 'hello of the rig: samples must be a whole .*; got 80.5'),
-        ({'buffer': True}, 'hello of the rig: buffer must be a whole .*; got True'),
-        ({'nodes': [0.5]}, r'hello of the rig: nodes must be .*; got \(0.5,\)'),
-        ({'nodes': []}, r'hello of the rig: nodes must be .*; got \(\)'),
-        ({'name': 7}, 'hello of the rig: name must be a text; got 7'),
-        ({'numbers': '<c16'}, "hello of the rig: numbers must be one of <f4, <f8; got '<c16'"),
-        ({'zero': [0.0]}, r'zero must be a list of 2; got \[0.0\]'),
-        ({'zero': 0.0}, r'zero must be a list; got 0.0'),
-        ({'can': ['strain', 'left']}, 'can in the hello of the rig .*; it lacks right'),
-        ({'can': 'everything'}, "hello of the rig: can must be a list; got 'everything'"),
-        ({'buffer': 250}, 'lead in device.address must be at most'),
+        (b'HTTP/1.1 400', 'JSON'),
+        (b'[1]', 'object'),
+        ({'protocol': 2}, 'protocol'),
+        ({'colour': 'red'}, 'colour'),
+        ({'dt': -1.0}, 'dt'),
+        ({'dt': math.nan}, 'NaN'),
+        ({'seconds': None}, 'seconds'),
+        ({'length': '1 mm'}, 'length'),
+        ({'force': 10**400}, 'force'),
+        ({'samples': 80.5}, 'samples'),
+        ({'samples': 40_000_000, 'dt': 5e-7}, 'samples'),
+        ({'buffer': True}, 'buffer'),
+        ({'buffer': 250}, 'lead in device.address'),
+        ({'nodes': [0.5]}, 'nodes'),
+        ({'nodes': []}, 'nodes'),
+        ({'nodes': [k / 200_000 for k in range(1, 200_001)]}, 'nodes'),
+        ({'name': 7}, 'name'),
+        ({'numbers': '<c16'}, 'numbers'),
+        ({'zero': [0.0]}, 'zero'),
+        ({'zero': 0.0}, 'zero'),
+        ({'can': ['strain', 'left']}, 'lacks right'),
+        ({'can': 'everything'}, 'can'),
     ],
+    ids=lambda value: str(value)[:30],
 )
-def test_invalid_hello_is_rejected(said, why):
+def test_invalid_hello_is_rejected_by_field(hello, field):
     rig = emulated()
-
-    def says(frame):
-        if isinstance(said, bytes):
-            return encode_frame(frame.kind, frame.number, said)
-        values = dataclasses.asdict(rig._hello) | said
-        return encode_frame(frame.kind, frame.number, json.dumps(values).encode())
-
-    line = TamperedLine(rig, outward=says)
-    with pytest.raises((DriverError, ValueError), match=why):
+    values = dataclasses.asdict(rig._hello)
+    text = hello if isinstance(hello, bytes) else json.dumps(values | hello).encode()
+    line = TamperedLine(rig, outward=lambda frame: encode_frame(frame.kind, frame.number, text))
+    with pytest.raises((DriverError, ValueError), match=field):
         driven(line)
     assert line.closed
 
@@ -240,32 +200,28 @@ def test_set_points_out_of_order_are_rejected():
 
 
 class Broken(Driver):
-    """A user's driver."""
+    """A user's driver whose samples are made wrong by a function."""
 
     def __init__(self, breaks):
         self._simulation = Simulation.of(CASE_II, Settings().time)
         self.dt, self.nodes = self._simulation.dt, self._simulation.nodes
-        self._breaks, self.end = breaks, self._simulation.end
+        self._breaks = breaks
 
     def advance(self, *given):
         return self._breaks(self._simulation.advance(*given))
 
     def end(self, site):
-        """Return what a simulation does."""
-
-
-def unplugged(ends):
-    raise OSError('no such device')
+        return self._simulation.end(site)
 
 
 @pytest.mark.parametrize(
     ('breaks', 'why'),
     [
-        (lambda ends: ends[:, :-1], r'must return 40 samples of both ends; got shape \(2, 39\)'),
-        (lambda ends: ends[0], r'must return 40 samples of both ends; got shape \(40,\)'),
-        (lambda ends: ends * np.nan, 'displacements of at most 1e6 cells; got more, or NaN'),
-        (lambda ends: ends * np.inf, 'displacements of at most 1e6 cells; got more, or NaN'),
-        (unplugged, 'the driver failed: no such device'),
+        (lambda ends: ends[:, :-1], r'shape \(2, 39\)'),
+        (lambda ends: ends[0], r'shape \(40,\)'),
+        (lambda ends: ends * np.nan, 'NaN'),
+        (lambda ends: ends * np.inf, 'NaN'),
+        (fail(OSError('no such device')), 'the driver failed: no such device'),
     ],
 )
 def test_samples_of_any_driver_are_checked(breaks, why):

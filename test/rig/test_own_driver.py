@@ -23,16 +23,12 @@ PAGE = Path(__file__).parents[2] / 'docs' / 'drivers.md'
 UM = 1e4  # micrometres of a cell
 
 
-class Error(Exception):
-    pass
-
-
 class Card:
     """An imaginary card that interpolates linearly between set-points."""
 
     def __init__(self, address, rate):
         if address != 'slot 2':
-            raise Error('nothing there')
+            raise OSError('nothing there')
         self.rate, self.fails = rate, False
         time = TimeSettings(integrator='noh_bathe')  # two set-points a step, 80 steps a tick
         self._simulation = Simulation.of(CASE_II, time)
@@ -57,7 +53,7 @@ class Card:
 
     def read(self, samples):
         if self.fails:
-            raise Error('cable')
+            raise OSError('cable')
         read, self._heard = self._heard[:samples], self._heard[samples:]
         return UM * read, False
 
@@ -69,7 +65,7 @@ class Card:
 def bench(monkeypatch, tmp_path):
     """Write the page's driver into a file that can be imported."""
     daq = ModuleType('imaginary_daq')
-    daq.Card, daq.Error = Card, Error
+    daq.Card, daq.Error = Card, OSError
     monkeypatch.setitem(sys.modules, 'imaginary_daq', daq)
     (code,) = re.findall(r'```python\n(.*?)```', PAGE.read_text(), re.DOTALL)
     assert code.count('\n') <= 150
@@ -96,19 +92,18 @@ def test_driver_of_the_page_writes_and_reads(bench):
     assert driver.driver._card.closed
 
 
-class Hangs(Driver):
-    """Hangs in one of its methods until the test is over."""
+class Misbehaves(Driver):
+    """Calls a function in one of its methods."""
 
-    def __init__(self, where, until):
-        self._where, self._until = where, until
-        time = TimeSettings(integrator='noh_bathe')  # two set-points a step, 80 steps a tick
-        self._simulation = Simulation.of(CASE_II, time)
+    def __init__(self, where, act):
+        self._where, self._act = where, act
+        self._simulation = Simulation.of(CASE_II, Settings().time)
         self.dt, self.nodes = self._simulation.dt, self._simulation.nodes
         self._pass('opening')
 
     def _pass(self, here):
         if here == self._where:
-            self._until.wait()
+            self._act()
 
     def advance(self, *given):
         self._pass('playing')
@@ -121,61 +116,48 @@ class Hangs(Driver):
         self._pass('closing')
 
 
-class Raises(Hangs):
-    """Raises in one of its methods."""
-
-    def _pass(self, here):
-        if here == self._where:
-            raise self._until
+def use(where, act, **options):
+    """Open, advance and close a driver that calls a function in one of these."""
+    driver = Watchdog('bench:Bench', lambda: Misbehaves(where, act), 1e-4, **options)
+    MemoryElement(CASE_II, Settings(), calibration(), driver).advance()
+    driver.close()
 
 
 @pytest.mark.parametrize('where', ['opening', 'playing', 'closing'])
 @pytest.mark.parametrize('error', [TypeError('no number'), SystemExit(2), KeyboardInterrupt()])
 def test_driver_that_raises_anything_fails(where, error):
-    def live():
-        driver = Watchdog('bench:Bench', lambda: Raises(where, error), 1e-4)
-        element = MemoryElement(CASE_II, Settings(), calibration(), driver)
-        element.advance()
-        driver.close()
+    def act():
+        raise error
 
-    why = re.escape(f'the driver bench:Bench has failed while {where}: {error!r}')
+    why = re.escape(f'bench:Bench has failed while {where}: {error!r}')
     with pytest.raises(DriverError, match=why) as caught:
-        live()
+        use(where, act)
     assert caught.value.__cause__ is error
 
 
 @pytest.mark.parametrize('where', ['opening', 'playing', 'closing'])
 def test_driver_that_hangs_times_out(where):
     over = threading.Event()
-
-    def live():
-        driver = Watchdog('bench:Bench', lambda: Hangs(where, over), 1e-4, patience=0.05)
-        element = MemoryElement(CASE_II, Settings(), calibration(), driver)
-        element.advance()
-        driver.close()
-
     try:
-        with pytest.raises(
-            DriverError, match=f'bench:Bench hangs: {where} takes longer than 0.05'
-        ):
-            live()
+        with pytest.raises(DriverError, match=f'hangs: {where} takes longer than 0.05'):
+            use(where, over.wait, patience=0.05)
     finally:
         over.set()
 
 
 @pytest.mark.parametrize(
-    ('name', 'why'),
+    ('name', 'word'),
     [
-        ('Rig', "device.driver must be sim, rig or package.module:Class; got 'Rig'"),
-        ('bench:', "device.driver must be sim, rig or package.module:Class; got 'bench:'"),
-        ('no_such_package:Rig', "no_such_package cannot be imported: .*No module named 'no_such"),
-        ('bench:Rig', 'device.driver bench:Rig: bench has no Rig'),
-        ('bench:LEAD', 'LEAD must be a subclass of mlmem.Driver; got .0.02'),
-        ('pathlib:Path', 'Path must be a subclass of mlmem.Driver'),
+        ('Rig', "'Rig'"),
+        ('bench:', "'bench:'"),
+        ('no_such_package:Rig', 'cannot be imported'),
+        ('bench:Rig', 'bench has no Rig'),
+        ('bench:LEAD', 'a subclass of mlmem.Driver'),
+        ('pathlib:Path', 'a subclass of mlmem.Driver'),
     ],
 )
-def test_invalid_driver_is_rejected(bench, name, why):
-    with pytest.raises(SettingsError, match=why):
+def test_invalid_driver_is_rejected(bench, name, word):
+    with pytest.raises(SettingsError, match=word):
         drivers.open_driver(name, '', CASE_II, Settings())
 
 
@@ -190,21 +172,18 @@ def test_driver_that_cannot_be_opened_says_why(bench, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    'address', ['', 'slot 2', 'tcp://host', 'tcp://:1', 'tcp://host:x', 'udp://h:1']
+    'address',
+    [
+        *('', 'slot 2', 'tcp://host', 'tcp://:1', 'tcp://host:x', 'udp://h:1'),
+        *(f'tcp://127.0.0.1:1?{each}' for each in ('lead=0', 'lead=nan', 'patience=soon')),
+    ],
 )
 def test_invalid_address_is_rejected(address):
-    with pytest.raises(SettingsError, match=r'device.address of a rig must be tcp://HOST:PORT or'):
+    with pytest.raises(SettingsError, match=r'device\.address'):
         drivers.open_driver('rig', address, CASE_II, Settings())
 
 
-@pytest.mark.parametrize('options', ['lead=0', 'lead=nan', 'patience=soon', 'lead='])
-def test_invalid_option_is_rejected(options):
-    with pytest.raises(SettingsError, match=r'in device.address must be a number above 0'):
-        drivers.open_driver('rig', f'tcp://127.0.0.1:1?{options}', CASE_II, Settings())
-
-
-def test_missing_rig_is_reported():
-    with pytest.raises(DriverError, match=r'no rig at tcp://127.0.0.1:1: .*refused'):
-        drivers.open_driver('rig', 'tcp://127.0.0.1:1', CASE_II, Settings())
-    with pytest.raises(DriverError, match='no rig at serial:///dev/no_such_port: No such file'):
-        drivers.open_driver('rig', 'serial:///dev/no_such_port', CASE_II, Settings())
+@pytest.mark.parametrize('address', ['tcp://127.0.0.1:1', 'serial:///dev/no_such_port'])
+def test_missing_rig_is_reported(address):
+    with pytest.raises(DriverError, match=f'no rig at {address}'):
+        drivers.open_driver('rig', address, CASE_II, Settings())

@@ -164,34 +164,31 @@ def test_echo_across_a_break_is_not_used(number):
     """If the rig runs dry during a read, the probe is repeated and no delay is shifted."""
     rig = emulated()
     element = driven(TamperedLine(rig))
+    transducer, fired, breaks = element.transducer, [], [number]
     element.perform(Write(3))
     reading = element.perform(Read('left')).reading
-    breaks = [number]
 
-    def leave_alone():
-        if breaks and len(element.transducer.detectors) == 2:
-            detector = element.transducer.detectors[End.LEFT]
-            if detector.time > 100.0 * breaks[0] and not element.transducer.is_driving:
-                breaks.pop()
-                rig._hold_set_points(7)
+    def run_dry_once():
+        listening = len(transducer.detectors) == 2 and not transducer.is_driving
+        if breaks and listening and transducer.detectors[End.LEFT].time > 100.0 * number:
+            breaks.pop()
+            rig._hold_set_points(7)
 
-    asked = []
-    fire = element.transducer.fire
-    element.transducer.fire = lambda *given: (asked.append(given), fire(*given))[1]
+    fire = transducer.fire
+    transducer.fire = lambda *given: (fired.append(given), fire(*given))[1]
     element.apply(Read('left'))
     while element.procedure:
-        leave_alone()
+        run_dry_once()
         element.advance()
-    assert len(asked) == 4  # both ends, twice
+    assert len(fired) == 4  # both ends, twice
     assert element.reading.delay == pytest.approx(reading.delay, abs=2.0)
 
 
 def test_command_that_needs_a_simulation_is_rejected():
     element = driven(TamperedLine(emulated()))
-    for name in ('chain',):
-        with pytest.raises(Refused, match='only a simulated element has a chain'):
-            getattr(element, name)
-    with pytest.raises(Refused, match='stuck_cell apply only to a simulated element'):
+    with pytest.raises(Refused, match='simulated'):
+        _ = element.chain
+    with pytest.raises(Refused, match='stuck_cell'):
         element.apply(SetFaults(Faults(stuck_cell=7)))
     element.apply(SetFaults(Faults(sensor_noise=1e-6)))  # of our own ears
     assert element.perform(Write(1)).reading.level == 1
@@ -214,18 +211,15 @@ def test_snapshot_keeps_calibration_element_its_content():
 
 
 @pytest.mark.parametrize(
-    ('settings', 'why'),
+    ('settings', 'field'),
     [
-        (Settings(time=TimeSettings(tick=30.0)), 'time.tick must be that of the rig, 20; got 30'),
-        (
-            Settings(scale=ScaleSettings(time=2e-4)),
-            'scale.time must be that of the rig, 0.0001',
-        ),
+        (Settings(time=TimeSettings(tick=30.0)), r'time\.tick'),
+        (Settings(scale=ScaleSettings(time=2e-4)), r'scale\.time'),
     ],
 )
-def test_settings_that_do_not_fit_the_rig_are_rejected(settings, why):
+def test_settings_that_do_not_fit_the_rig_are_rejected(settings, field):
     line = TamperedLine(emulated())
-    with pytest.raises(ValueError, match=why):
+    with pytest.raises(ValueError, match=f'^{field}'):
         driven(line, settings)
     assert line.closed
 
