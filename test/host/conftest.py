@@ -3,6 +3,7 @@
 """A log that can be read, and a small element in service."""
 
 import dataclasses
+import math
 import threading
 import time
 
@@ -89,6 +90,12 @@ class Service:
         plan = self.plan(self.given.record)
         self.host.activate(self.given, plan, self.events.extend, pacer or SteadyPacer(), 0.0)
         return self.host
+
+    def poison(self):
+        """Put NaN into the material, and wait until the loop has failed."""
+        host = self.host
+        host.loop.call(lambda: host.element.chain.v.__setitem__(100, math.nan)).result(30.0)
+        assert self.failed.wait(30.0)
 
     @staticmethod
     def plan(settings):

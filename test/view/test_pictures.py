@@ -45,7 +45,7 @@ def test_configuration_and_strain():
     assert columns.tolist() == column.tolist()
 
 
-def test_a_real_element_shows_its_strain_alone():
+def test_real_element_shows_its_strain_alone():
     (head, column), (history, columns) = taken(joint_states=STRAINED)
     assert head['strain'] == pytest.approx(0.02)
     assert history['strain'] == [[head['t']], [head['strain']]]

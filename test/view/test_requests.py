@@ -41,6 +41,7 @@ def requests(client):
     ('asked', 'sent'),
     [
         ({'do': 'write', 'level': 5}, ('procedure', ('write', 600.0), {'level': 5})),
+        ({'do': 'write', 'word': 8}, ('procedure', ('write', 600.0), {'word': 8})),
         ({'do': 'read', 'end': 'both'}, ('procedure', ('read', 600.0), {'end': 'both'})),
         ({'do': 'locate'}, ('procedure', ('locate', 600.0), {})),
         ({'do': 'pause', 'hold': False}, ('pause', (False,), {})),
@@ -70,6 +71,7 @@ def test_message_of_a_page_becomes_a_request(requests, client, asked, sent):
         {'do': 'write', 'level': 1.5},
         {'do': 'write', 'level': True},
         {'do': 'write', 'level': '1'},
+        {'do': 'write', 'word': '0x7'},
         {'do': 'write', 'level': -1},
         {'do': 'write', 'level': 10**400},
         {'do': 'read', 'end': 'top'},
