@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 import yaml
+from rclpy.task import Future
 
 from mlmem import Settings
 from mlmem.element_file import NAMES
@@ -80,6 +81,25 @@ SHARED = set[str]()
 """The elements of nodes that the tests of a module share."""
 
 
+def run_in_executor(node, executor, action):
+    """Run an action as a timer's callback of a node in an executor; return what it returns."""
+    done = Future()
+
+    async def callback():
+        timer.cancel()
+        try:
+            done.set_result(await action())
+        except Exception as error:
+            done.set_exception(error)
+
+    timer = node.create_timer(0.001, callback)
+    executor.add_node(node)
+    executor.spin_until_future_complete(done, SOON)
+    node.destroy_timer(timer)
+    assert done.done(), f'no answer within {SOON} s: a deadlock'
+    return done.result()
+
+
 def program(*command, **streams):
     """Start `python COMMAND ...`, forked like nodes from a process that has loaded all."""
     return node_process.subprocess.Popen([sys.executable, *map(str, command)], **streams)
@@ -121,6 +141,12 @@ def starting(driver='sim', shared=False):
             return node
 
         yield start
+
+
+def end_node(node):
+    """Terminate a node, which must end well."""
+    node.terminate()
+    assert node.exit_status() == 0
 
 
 def arrived(memory, waiting=0):

@@ -116,7 +116,7 @@ def test_missing_or_foreign_file_is_reported(record, messages, content):
     assert (loss.file, loss.size) == (file, len(content or b''))
 
 
-def test_a_bag_of_rosbags_is_read(record_by_rosbags):
+def test_bag_of_rosbags_is_read(record_by_rosbags):
     reader = BagReader(record_by_rosbags(StoragePlugin.MCAP))
     assert values(reader) == [i / 4 for i in range(10)]
     assert [m.log_time for m in reader] == [*range(10)]

@@ -22,6 +22,7 @@ from rcl_interfaces.srv import (
     SetParameters,
     SetParametersAtomically,
 )
+from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import NodeNameNonExistentError
 from rclpy.parameter import Parameter, parameter_value_to_python
@@ -30,25 +31,21 @@ from rclpy.qos import (
     HistoryPolicy,
     QoSProfile,
     ReliabilityPolicy,
-    qos_profile_sensor_data,
 )
-from sensor_msgs.msg import Imu, JointState, Range
+from sensor_msgs.msg import Image, Imu, JointState, Range
 from std_msgs.msg import Empty, Float32MultiArray, Float64, Float64MultiArray, Int16, Int64, UInt8
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from visualization_msgs.msg import MarkerArray
 
 from mlmem import element_file
 
-QUEUE = 10
-"""Messages of a topic that wait to be taken, at most."""
-
-RELIABLE = QoSProfile(depth=QUEUE, reliability=ReliabilityPolicy.RELIABLE)
+RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 LATCHED = QoSProfile(
     depth=1,
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-SENSOR = qos_profile_sensor_data
 EVERY_ONE = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 """For a client with many requests under way: rclpy's default keeps the last ten answers."""
 
@@ -70,32 +67,29 @@ OUT = {
     'joint_states': (JointState, RELIABLE),
     'field': (Float32MultiArray, RELIABLE),
     'wall': (Float64MultiArray, RELIABLE),
+    'image': (Image, RELIABLE),
+    'markers': (MarkerArray, RELIABLE),
     '/diagnostics': (DiagnosticArray, RELIABLE),
 }
 SERVICES = {
-    'request': SetParametersAtomically,
-    'write': Trigger,
-    'read': Trigger,
-    'erase': Trigger,
-    'calibrate': Trigger,
-    'locate': Trigger,
-    'reset': Trigger,
-    'survey': Trigger,
+    **dict.fromkeys(('write', 'read', 'erase', 'calibrate', 'locate', 'survey'), Trigger),
+    **dict.fromkeys(('reset', 'abort', 'step'), Trigger),
+    **dict.fromkeys(('pause', 'record'), SetBool),
     'self_test': SelfTest,
-    'abort': Trigger,
-    'pause': SetBool,
-    'record': SetBool,
-    'step': Trigger,
+    'request': SetParametersAtomically,
 }
 PATIENCE = 90.0
 """Seconds to wait for anything: on a busy machine a node takes long to start."""
 
-LOOK = 0.02
-"""Seconds between two looks at the graph: its news wakes no executor."""
-
-BLANK, UNDECODABLE = -1, -2
+BLANK = -1
 CELL = 0.01
 """Metres from cell to cell."""
+
+
+def type_name(kind):
+    """Return the name of a type of message or service, such as std_msgs/msg/Int16."""
+    package, folder, _ = kind.__module__.split('.')
+    return f'{package}/{folder}/{kind.__name__}'
 
 
 class Answer(dict):
@@ -156,7 +150,9 @@ class Robot:
         while not (value := condition()):
             remaining = deadline - time.monotonic()
             assert remaining > 0.0, f'{what}: not within {PATIENCE:g} s'
-            self._executor.spin_once(timeout_sec=min(remaining, LOOK))
+            self._executor.spin_once(
+                timeout_sec=min(remaining, 0.02)
+            )  # news of the graph wakes no one
         return value
 
     # Topics
@@ -178,7 +174,7 @@ class Robot:
             )
         queue = self._subscriptions[topic].handle
         with queue:
-            for _ in range(QUEUE):  # a stream may come as fast as it is taken
+            for _ in range(RELIABLE.depth):  # a stream may come as fast as it is taken
                 if (taken := queue.take_message(kind, False)) is None:
                     break
                 messages.append(taken[0])
@@ -198,6 +194,16 @@ class Robot:
         messages = self.received(topic)
         self.wait(lambda: messages and condition(messages[-1]), f'the right message on {topic}')
         return messages[-1]
+
+    def next_status(self, component, condition=lambda status: True):
+        """Return the next diagnostic status of a component that meets the condition."""
+        name = f'{self.element[1:]}: {component}'
+
+        def find(array):
+            return [each for each in array.status if each.name == name and condition(each)]
+
+        (status,) = find(self.next('/diagnostics', find))
+        return status
 
     def send_message(self, topic, message):
         if topic not in self._publishers:
@@ -343,22 +349,60 @@ class Robot:
         return self.response(self.send('set_parameters', request, SetParameters)).results[0]
 
     def get(self, name):
-        request = GetParameters.Request(names=[name])
-        answer = self.response(self.send('get_parameters', request, GetParameters))
-        return parameter_value_to_python(answer.values[0])
+        return self._values([name])[0]
 
     def parameters(self):
         """Return every parameter and its value."""
         request = ListParameters.Request()
         names = self.response(self.send('list_parameters', request, ListParameters)).result.names
+        return dict(zip(names, self._values(names), strict=True))
+
+    def _values(self, names):
         request = GetParameters.Request(names=names)
         answer = self.response(self.send('get_parameters', request, GetParameters))
-        return dict(zip(names, map(parameter_value_to_python, answer.values), strict=True))
+        return list(map(parameter_value_to_python, answer.values))
 
     def describe(self, names):
         request = DescribeParameters.Request(names=names)
         answer = self.response(self.send('describe_parameters', request, DescribeParameters))
         return {described.name: described for described in answer.descriptors}
+
+
+class ActionTool:
+    """rclpy's client of an action, as any tool has it; its robot spins it.
+
+    Attributes:
+        messages: All feedback: the client itself drops what comes after the end.
+    """
+
+    def __init__(self, robot, name, kind):
+        self.robot, self.kind, self.messages = robot, kind, []
+        path = robot.name(name)
+        self._client = ActionClient(robot.node, kind, path)
+        robot.wait(self._client.server_is_ready, f'the action {name}')
+        self._subscription = robot.node.create_subscription(
+            kind.Impl.FeedbackMessage, f'{path}/_action/feedback', self.messages.append, EVERY_ONE
+        )
+
+    def close(self):
+        self._client.destroy()
+        self.robot.node.destroy_subscription(self._subscription)
+
+    def send(self, **goal):
+        """Send a goal; return its handle once it is accepted."""
+        handle = self.robot.response(self._client.send_goal_async(self.kind.Goal(**goal)))
+        assert handle.accepted
+        return handle
+
+    def result(self, handle):
+        return self.robot.response(handle.get_result_async())
+
+    def do(self, **goal):
+        return self.result(self.send(**goal))
+
+    def feedback(self, handle):
+        """Return the feedback of a goal so far."""
+        return [each.feedback for each in self.messages if each.goal_id == handle.goal_id]
 
 
 def values(status):

@@ -3,6 +3,7 @@
 """Actions over real DDS: by rclpy's own action client, and by `MemoryClient`."""
 
 import asyncio
+import contextlib
 import math
 from concurrent.futures import CancelledError
 
@@ -17,10 +18,9 @@ import rclpy
 from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
 from mlmem_interfaces.action import Erase, Read, Write
-from nodes import SOON
-from rclpy.action import ActionClient
+from nodes import SOON, run_in_executor
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
-from robot import Robot, values
+from robot import ActionTool, Robot, values
 
 from mlmem_ros import MemoryClient, RequestFailed
 from mlmem_ros.ros.middleware import create_events_executor
@@ -35,30 +35,11 @@ SUCCEEDED, CANCELED, ABORTED, UNKNOWN = (
 )
 
 
-class Tool:
-    """rclpy's client of an action, as any tool has it; the robot spins it."""
-
-    def __init__(self, robot, memory, name):
-        self.robot = robot
-        self.kind = KINDS[name]
-        self.client = ActionClient(robot.node, self.kind, robot.name(name))
-        robot.wait(self.client.server_is_ready, f'the action {name}')
-        robot.introduce(memory, f'{name}/_action/send_goal')
-        self.feedback = []
-
-    def send(self, **goal):
-        sent = self.client.send_goal_async(
-            self.kind.Goal(**goal), lambda message: self.feedback.append(message.feedback)
-        )
-        handle = self.robot.response(sent)
-        assert handle.accepted
-        return handle
-
-    def result(self, handle):
-        return self.robot.response(handle.get_result_async())
-
-    def do(self, **goal):
-        return self.result(self.send(**goal))
+def introduced_tool(robot, memory, name):
+    """Return a client of an action whose goals the node takes for the robot's."""
+    tool = ActionTool(robot, name, KINDS[name])
+    robot.introduce(memory, f'{name}/_action/send_goal')
+    return tool
 
 
 @pytest.fixture(scope='module')
@@ -68,15 +49,10 @@ def given():
 
 @pytest.fixture
 def tool(robot, memory):
-    tools = []
-
-    def tool(name):
-        tools.append(Tool(robot, memory, name))
-        return tools[-1]
-
-    yield tool
-    for each in tools:
-        each.client.destroy()
+    with contextlib.ExitStack() as tools:
+        yield lambda name: tools.enter_context(
+            contextlib.closing(introduced_tool(robot, memory, name))
+        )
 
 
 @pytest.fixture(scope='module')
@@ -90,9 +66,8 @@ def strained_write(strained_memory):
     """The write action of that element, on which level 0 is written."""
     with Robot(strained_memory.element) as robot:
         assert robot.write(0).success
-        write = Tool(robot, strained_memory, 'write')
-        yield write
-        write.client.destroy()
+        with contextlib.closing(introduced_tool(robot, strained_memory, 'write')) as write:
+            yield write
 
 
 @pytest.fixture
@@ -127,15 +102,16 @@ def test_feedback_of_a_write_reports_its_progress(strained_write, strained_memor
         running = write.send(level=2)
         for told in range(8, 168, 8):  # the last ten messages are kept for who is late
             strained_memory.step(8)
-            robot.wait(lambda: len(write.feedback) >= told, 'feedback')  # noqa: B023
+            robot.wait(lambda: len(write.messages) >= told, 'feedback')  # noqa: B023
         monkeypatch.setattr(actions, 'FEEDBACK_PERIOD_S', 1e9)
     assert write.result(running).result.level == 2
-    assert len(write.feedback) < told + 20  # of 236 more ticks; some turns have none
-    shares = [each.share for each in write.feedback]
+    feedback = write.feedback(running)
+    assert len(feedback) < told + 20  # of 236 more ticks; some turns have none
+    shares = [each.share for each in feedback]
     assert shares == sorted(shares)
     assert 0.0 <= shares[0] < 0.1 < 0.3 < shares[-1] < 0.6
-    assert {each.phase for each in write.feedback} == {'straining', 'settling'}
-    assert max(abs(each.strain) for each in write.feedback) > 0.02
+    assert {each.phase for each in feedback} == {'straining', 'settling'}
+    assert max(abs(each.strain) for each in feedback) > 0.02
 
 
 @pytest.mark.parametrize(
@@ -167,7 +143,7 @@ def test_cancel_of_a_write_releases_the_strain(strained_write, strained_memory, 
 
         def strains():
             strained_memory.step(1)
-            return 'straining' in {each.phase for each in write.feedback}
+            return 'straining' in {each.phase for each in write.feedback(running)}
 
         robot.wait(strains, 'a strain')
         canceled = write.robot.response(running.cancel_goal_async())
@@ -221,9 +197,7 @@ def test_client_iterates_progress_in_any_executor(memory, context, kind):
         told = [feedback async for feedback in write]
         return told, await write
 
-    from test_client import run_in_callback
-
-    told, content = run_in_callback(node, kind(context=context), watch)
+    told, content = run_in_executor(node, kind(context=context), watch)
     assert content.level == 7
     shares = [each.share for each in told]
     assert shares == sorted(shares)

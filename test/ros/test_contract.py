@@ -11,8 +11,7 @@ import itertools
 import math
 
 import pytest
-from rclpy.node import NodeNameNonExistentError
-from robot import BLANK, IN, OUT, SERVICES, Robot, values
+from robot import BLANK, IN, OUT, SERVICES, Robot, type_name, values
 from sampled import sampled
 
 CELLS, PERIOD, LEVELS = 225, 25, 8
@@ -31,11 +30,6 @@ def given():
     return {'element': 'case_2', 'actions': True}
 
 
-def type_name(kind):
-    package, folder, _ = kind.__module__.split('.')
-    return f'{package}/{folder}/{kind.__name__}'
-
-
 def site(level):
     return PERIOD * (level + 1)
 
@@ -43,39 +37,32 @@ def site(level):
 # The tables
 
 
-@pytest.mark.parametrize('topic', IN)
-def test_topic_in_has_its_type(robot, topic):
-    find = robot.node.get_subscriptions_info_by_topic
-    (info,) = robot.wait(lambda: find(robot.name(topic)), f'a subscriber of {topic}')
-    assert info.topic_type == type_name(IN[topic])
+def test_topics_in_have_their_types(robot):
+    for topic, kind in IN.items():
+        find = functools.partial(robot.node.get_subscriptions_info_by_topic, robot.name(topic))
+        (info,) = robot.wait(find, f'a subscriber of {topic}')
+        assert info.topic_type == type_name(kind)
 
 
-@pytest.mark.parametrize('topic', OUT)
-def test_topic_out_has_its_type_and_quality(robot, driver, topic):
-    kind, qos = OUT[topic]
-    find = robot.node.get_publishers_info_by_topic
-    if driver != 'sim' and topic in ('field', 'wall'):
-        assert not find(robot.name(topic))
-        return
-    (info,) = robot.wait(lambda: find(robot.name(topic)), f'a publisher of {topic}')
-    assert info.topic_type == type_name(kind)
-    assert info.qos_profile.reliability == qos.reliability
-    assert info.qos_profile.durability == qos.durability
+def test_topics_out_have_their_types_and_qualities(robot, driver):
+    for topic, (kind, qos) in OUT.items():
+        find = functools.partial(robot.node.get_publishers_info_by_topic, robot.name(topic))
+        if driver != 'sim' and topic in ('field', 'wall', 'image', 'markers'):
+            assert not find()
+            continue
+        (info,) = robot.wait(find, f'a publisher of {topic}')
+        assert info.topic_type == type_name(kind)
+        assert info.qos_profile.reliability == qos.reliability
+        assert info.qos_profile.durability == qos.durability
 
 
 def test_services_of_the_table_are_offered(robot):
-    namespace, name = robot.element.rsplit('/', 1)
+    expected = {robot.name(service): [type_name(kind)] for service, kind in SERVICES.items()}
 
-    def offered():
-        try:
-            return dict(robot.node.get_service_names_and_types_by_node(name, namespace or '/'))
-        except NodeNameNonExistentError:  # not discovered yet
-            return {}
+    def offered():  # they are discovered one by one
+        return expected.items() <= dict(robot.node.get_service_names_and_types()).items()
 
-    # They are discovered one by one.
-    robot.wait(lambda: set(map(robot.name, SERVICES)) <= set(offered()), 'all services')
-    for service, kind in SERVICES.items():
-        assert offered()[robot.name(service)] == [type_name(kind)]
+    robot.wait(offered, 'all services')
 
 
 # Write, read, erase
@@ -127,11 +114,12 @@ def test_self_test_checks_all_levels_and_restores_content(robot, driver):
 def test_probe_gives_an_echo_for_each_end_with_a_wall(robot):
     robot.write(3)
     robot.latest('outcome')
-    outcomes, before = len(robot.received('outcome')), len(robot.received('echo'))
+    echoes, outcomes = robot.received('echo'), robot.received('outcome')
+    before, ended = len(echoes), len(outcomes)
     robot.publish('probe')
-    robot.wait(lambda: len(robot.received('outcome')) > outcomes, 'the outcome of the probe')
+    robot.wait(lambda: len(robot.received('outcome')) > ended, 'the outcome of the probe')
     assert len(robot.received('echo')) == before + 2
-    for echo in robot.received('echo')[before:]:
+    for echo in echoes[before:]:
         check_echo(echo)
     assert robot.trigger('read').success
     assert len(robot.received('echo')) == before + 4
@@ -203,7 +191,8 @@ def strain_is(robot, strain):
     return abs(strain_of(robot) - strain) < 1e-6
 
 
-def test_strain_follows_the_set_point(robot):
+def test_strain_follows_set_points_and_trajectories(robot):
+    """At 10 us per time unit the limit is 10/s."""
     for strain in (0.01, -0.01, 0.0):
         robot.publish('strain', strain)
         reached = functools.partial(strain_is, robot, strain)
@@ -212,10 +201,6 @@ def test_strain_follows_the_set_point(robot):
     assert sorted(state.name) == ['substrate', 'transducer']
     assert [len(state.position), len(state.velocity)] == [2, 2]
     assert math.isfinite(state.effort[state.name.index('substrate')])
-
-
-def test_strain_follows_a_trajectory(robot):
-    """At 10 us per time unit the limit is 10/s."""
     robot.follow((10, 0.02), (60, 0.02), (80, -0.01))
     robot.wait(lambda: strain_is(robot, 0.02), 'the first strain, which is held')
     robot.wait(lambda: strain_is(robot, -0.01), 'the last strain')

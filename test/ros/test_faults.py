@@ -8,7 +8,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from nodes import QUICK, arrived
+from nodes import QUICK, arrived, end_node
 from robot import BLANK, Robot
 from sensor_msgs.msg import Imu
 
@@ -79,8 +79,7 @@ def test_base_shakes_the_chain_and_stops_by_itself(robot):
 
 def close_session(node, bag):
     """End a node and return the session that it has recorded."""
-    node.terminate()
-    assert node.exit_status() == 0
+    end_node(node)
     return load_session(bag)
 
 
@@ -132,8 +131,7 @@ def test_element_out_of_its_phases_is_reset(start, tmp_path):
     with Robot('/lost') as robot:
         assert not robot.write(3).success
         robot.set(faults__actuator_offset=0.0)
-        node.terminate()
-        assert node.exit_status() == 0
+        end_node(node)
     node = start({**kept, 'record.path': str(bag)}, name='again')
     with Robot('/again') as robot:
         assert 'reset replaces the element by a blank one' in robot.trigger('read')['error']

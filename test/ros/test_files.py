@@ -3,6 +3,7 @@
 """With `files.root` the node writes only below one folder, whatever is requested."""
 
 import pytest
+from nodes import end_node
 from robot import Robot
 
 from mlmem import SettingsError
@@ -19,26 +20,25 @@ def root(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ('path', 'meant'),
+    ('path', 'below'),
     [
         ('session', 'session'),
         ('new/session', 'new/session'),
         ('below/../session', 'session'),
         ('{root}/below/session', 'below/session'),
         ('way_in/session', 'below/session'),
+        *[(path, None) for path in ('..', '.', '', '../session', '{root}', '/session', '~/x')],
+        ('way_out/x', None),
+        ('below/../../x', None),
     ],
 )
-def test_path_below_the_root_is_accepted(root, path, meant):
-    assert FileSettings(str(root)).confine_path(path.format(root=root)) == root.resolve() / meant
-
-
-@pytest.mark.parametrize(
-    'path',
-    ['..', '.', '', '../session', '{root}', '/session', '~/x', 'way_out/x', 'below/../../x'],
-)
-def test_path_outside_the_root_is_rejected(root, path):
-    with pytest.raises(SettingsError, match=r'must lie below files\.root = .*; it leads to /'):
-        FileSettings(str(root)).confine_path(path.format(root=root))
+def test_path_is_accepted_if_it_is_below_the_root(root, path, below):
+    settings, path = FileSettings(str(root)), path.format(root=root)
+    if below is None:
+        with pytest.raises(SettingsError, match=r'files\.root'):
+            settings.confine_path(path)
+    else:
+        assert settings.confine_path(path) == root.resolve() / below
 
 
 def test_node_writes_only_below_its_root(start, root, tmp_path):
@@ -56,8 +56,7 @@ def test_node_writes_only_below_its_root(start, root, tmp_path):
         refused = robot.record(True)
         assert not refused.success
         assert str(tmp_path / 'x') in refused['error']
-        node.terminate()
-        assert node.exit_status() == 0
+        end_node(node)
     assert (root / 'element.json').is_file()
     assert not (tmp_path / 'x').exists()
 
@@ -75,9 +74,7 @@ def test_node_with_root_rejects_another_address(start, root):
     start({'autostart': False, 'files.root': str(root), 'device.address': address})
     with Robot() as robot:
         for other in ('serial:///dev/pts/0', 'tcp://127.0.0.1:22'):
-            refused = robot.try_set('device.address', other)
-            assert not refused.successful
-            assert 'with files.root it may be named only at the start' in refused.reason
+            assert 'files.root' in robot.try_set('device.address', other).reason
         robot.set(device__address='')
         robot.set(device__address=address)
 
@@ -103,13 +100,10 @@ def test_error_about_a_foreign_file_quotes_nothing_of_it(refused, root, name, te
 
 
 def test_unknown_parameter_at_the_start_is_reported(start):
-    parameters = {'write.atempts': 5, 'probe.colour': 'red'}
-    node = start(parameters)
+    node = start({'write.atempts': 5, 'probe.colour': 'red'})
     with Robot() as robot:
         robot.next('wall')
-    told = [line for line in node.output.splitlines() if 'there is no parameter' in line]
-    assert told == [
-        '[WARN] [mlmem]: there is no parameter probe.colour: it is ignored',
-        '[WARN] [mlmem]: there is no parameter write.atempts: it is ignored; '
-        'did you mean write.attempts?',
-    ]
+    lines = [line for line in node.output.splitlines() if 'there is no parameter' in line]
+    assert [line.startswith('[WARN]') for line in lines] == [True, True]
+    assert 'probe.colour' in lines[0]
+    assert 'did you mean write.attempts?' in lines[1]

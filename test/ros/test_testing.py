@@ -47,12 +47,6 @@ def test_memory_node_has_name_parameters_log_and_end(tmp_path, apart):
         assert 'lent' not in robot.node.get_node_names()
 
 
-@pytest.fixture(scope='module')
-def node():
-    with memory_node(node_parameters(QUICK), name='lasting') as node:
-        yield node
-
-
 def test_domain_is_in_use_while_a_participant_listens():
     """Here a socket at the port of the third participant of domain 101, which no run claims."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
@@ -74,43 +68,35 @@ def test_nodes_follow_a_frozen_clock(start):
         clock.advance_until(lambda: stamped)
         stamp = stamped[0].header.stamp
         assert clock.now - 0.1 < stamp.sec + 1e-9 * stamp.nanosec <= clock.now
+        with pytest.raises(TimeoutError, match=r'0\.1 s of ROS time'):
+            clock.advance_until(lambda: False, within=0.1)
 
 
-def test_advance_until_gives_up_in_time(node):
-    with frozen_clock(node) as clock, pytest.raises(TimeoutError, match=r'0\.1 s of ROS time'):
-        clock.advance_until(lambda: False, within=0.1)
-    assert node.memory.pause(False).wait()
-
-
-def test_faults_are_removed_whatever_happens(node):
-    memory = node.memory
-    memory.set_parameters({'faults.sensor_noise': 1e-9, 'write.method': 'strain'}).wait()
-    stuck = faults(node, sensor_noise=1e-8, actuator_stuck=True)
+def test_faults_are_removed_whatever_happens(memory):
+    client = memory.memory
+    client.set_parameters({'faults.sensor_noise': 1e-9, 'write.method': 'strain'}).wait()
+    stuck = faults(memory, sensor_noise=1e-8, actuator_stuck=True)
     with pytest.raises(RequestError, match='does not follow'), stuck:
-        memory.write(3).wait()
-    given = memory.parameters('faults.sensor_noise', 'faults.actuator_stuck').wait()
-    assert given == {'faults.sensor_noise': 1e-9, 'faults.actuator_stuck': False}
-    memory.set_parameters({'faults.sensor_noise': 0.0, 'write.method': 'kick'}).wait()
-    with pytest.raises(RequestRefused, match=r'faults\.gain'), faults(node, gain=0.5):
-        pass
-    with (
-        pytest.raises(RequestRefused, match='stuck_cell'),
-        faults(node, actuator_stuck=True, stuck_cell=99_999),
-    ):
-        pass
-    assert not memory.parameters('faults.actuator_stuck').wait()['faults.actuator_stuck']
+        client.write(3).wait()
+    before = {'faults.sensor_noise': 1e-9, 'faults.actuator_stuck': False}
+    for wrong in ({'gain': 0.5}, {'actuator_stuck': True, 'stuck_cell': 99_999}):
+        assert client.parameters(*before).wait() == before
+        with pytest.raises(RequestRefused, match=list(wrong)[-1]), faults(memory, **wrong):
+            pass
+    assert client.parameters(*before).wait() == before
+    client.set_parameters({'faults.sensor_noise': 0.0, 'write.method': 'kick'}).wait()
 
 
-def test_assert_written_checks_the_last_write(tmp_path, node):
+def test_assert_written_checks_the_last_write(tmp_path, memory):
     assert_written(DATA / 'aborted_write', 3)  # the first was aborted
     with pytest.raises(AssertionError, match='found level 3; expected 1'):
         assert_written(DATA / 'aborted_write', 1)
     bag = tmp_path / 'session'
-    node.memory.record(path=str(bag)).wait()
-    node.memory.set_parameters({'write.method': 'strain'}).wait()
-    with faults(node, actuator_stuck=True), pytest.raises(RequestError):
-        node.memory.write(4).wait()
-    node.memory.set_parameters({'write.method': 'kick'}).wait()
-    node.memory.record(False).wait()
+    memory.memory.record(path=str(bag)).wait()
+    memory.memory.set_parameters({'write.method': 'strain'}).wait()
+    with faults(memory, actuator_stuck=True), pytest.raises(RequestError):
+        memory.memory.write(4).wait()
+    memory.memory.set_parameters({'write.method': 'kick'}).wait()
+    memory.memory.record(False).wait()
     with pytest.raises(AssertionError, match='the actuator does not follow'):
         assert_written(bag, 4)

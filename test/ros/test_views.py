@@ -3,20 +3,18 @@
 """The image and the markers."""
 
 import dataclasses
-from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
-from robot import SENSOR, Robot
-from rosbags.highlevel import AnyReader
-from sensor_msgs.msg import Image
-from visualization_msgs.msg import Marker, MarkerArray
+from nodes import end_node
+from robot import Robot
+from visualization_msgs.msg import Marker
 
 from mlmem import MemoryElement, Settings, Write
 from mlmem.physics import CASE_II, find_walls
+from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.host.settings import PublishSettings
 from mlmem_ros.ros.views import (
     BLUE,
@@ -44,10 +42,10 @@ def with_wall(design, site):
 def idle_element(design, site):
     """Return what the views read of an unstrained element with a wall at a site."""
     cells = with_wall(design, site)
-    return SimpleNamespace(
-        design=design, chain=SimpleNamespace(configuration=cells, v=cells, V_N=0.0), ticks=0,
-        computed=0, settings=Settings(), procedure='', reading=None, unknown=None,
-    )  # fmt: skip
+    chain = SimpleNamespace(configuration=cells, v=cells, V_N=0.0)
+    counts = {'ticks': 0, 'computed': 0}
+    idle = {'procedure': '', 'reading': None, 'unknown': None}
+    return SimpleNamespace(design=design, chain=chain, settings=Settings(), **counts, **idle)
 
 
 def pixels(image):
@@ -69,33 +67,26 @@ def test_palette_runs_from_red_over_white_to_blue():
     assert colours[4, 2] > colours[4, 0]
 
 
-def test_last_column_of_the_image_is_the_configuration():
-    """Of the cells next to defects; those are darker."""
-    element = idle_element(CASE_II, 100)
-    contour = Contour(element, 'mlmem', columns=1, every=1)
-    contour.take()
-    (column,) = pixels(contour.message(NOW)).transpose(1, 0, 2)
-    cells = element.chain.configuration
-    expected = COLOUR_TABLE[Palette(CASE_II).colour_indices(cells)][::-1]
-    defects = [CASE_II.N - CASE_II.defect_site(n) for n in range(CASE_II.levels)]
-    others = np.setdiff1d(np.arange(CASE_II.N), defects)
-    assert (column[others] == expected[others]).all()
-    assert (column[defects].sum(axis=1) < expected[defects].sum(axis=1)).all()
-
-
-def test_image_columns_move_left_with_time():
+def test_image_columns_are_configurations_and_move_left():
+    """Cells next to no defect have the colour of the palette; defects are darker."""
     element = idle_element(CASE_II, 0)
     contour = Contour(element, 'mlmem', columns=50, every=1)
-    images = []
+    defects = [CASE_II.N - CASE_II.defect_site(n) for n in range(CASE_II.levels)]
+    others = np.setdiff1d(np.arange(CASE_II.N), defects)
+    before = None
     for tick in range(130):
         element.ticks = element.computed = tick
         element.chain.configuration = with_wall(CASE_II, tick)
         contour.take()
-        images.append(pixels(contour.message(NOW)))
-    assert images[0].shape == (225, 50, 3)
-    for before, after in pairwise(images):
-        assert (after[:, :-1] == before[:, 1:]).all()
-        assert not (after[:, -1] == before[:, -1]).all()
+        image = pixels(contour.message(NOW))
+        assert image.shape == (225, 50, 3)
+        colours = Palette(CASE_II).colour_indices(element.chain.configuration)
+        expected, column = COLOUR_TABLE[colours][::-1], image[:, -1]
+        assert (column[others] == expected[others]).all()
+        assert (column[defects].sum(axis=1) < expected[defects].sum(axis=1)).all()
+        if before is not None:
+            assert (image[:, :-1] == before[:, 1:]).all()
+        before = image
 
 
 def test_image_of_a_long_chain_stays_small():
@@ -163,45 +154,35 @@ def test_markers_of_a_long_chain_stay_few():
 # The running node
 
 
-def subscribe_to_views(robot):
-    """Subscribe as a tool does; return the messages by topic."""
-    received = {'image': [], 'markers': []}
-    for topic, kind in {'image': Image, 'markers': MarkerArray}.items():
-        name = robot.name(topic)
-        robot.node.create_subscription(kind, name, received[topic].append, SENSOR)
-    return received
+def receive_views(robot):
+    """Return the messages of both views, which grow while the robot waits."""
+    return {topic: robot.received(topic) for topic in ('image', 'markers')}
 
 
 def test_node_publishes_views(robot):
-    received = subscribe_to_views(robot)
+    received = receive_views(robot)
     robot.wait(lambda: all(len(messages) > 2 for messages in received.values()), 'both views')
     images, markers = received['image'], received['markers']
     assert pixels(images[-1]).shape == (225, IMAGE_COLUMNS, 3)
     assert len({str(image.header.stamp) for image in images}) > 2
     assert {marker.ns for marker in markers[-1].markers} >= {'cells', 'levels', 'wall'}
-    for topic in received:
-        (info,) = robot.node.get_publishers_info_by_topic(robot.name(topic))
-        assert info.qos_profile.reliability == ReliabilityPolicy.RELIABLE
-        assert info.qos_profile.durability == DurabilityPolicy.VOLATILE
 
 
 def test_views_are_not_recorded(start, tmp_path):
     bag = tmp_path / 'session'
     node = start({'record.path': str(bag)}, name='recorded')
     with Robot(node.element) as robot:
-        received = subscribe_to_views(robot)
+        received = receive_views(robot)
         robot.wait(lambda: all(received.values()), 'both views')
-        node.terminate()
-        assert node.exit_status() == 0
-    with AnyReader([bag]) as reader:
-        counts = {c.topic.rpartition('/')[2]: c.msgcount for c in reader.connections}
-    assert {'level', 'image', 'markers'} & set(counts) == {'level'}
+        end_node(node)
+    recorded = {topic.rpartition('/')[2] for topic in BagReader(bag).topics}
+    assert {'level', 'image', 'markers'} & recorded == {'level'}
 
 
 def test_views_can_be_turned_off(start):
     node = start({'publish.views_every': 0}, name='unseen')
     with Robot(node.element) as robot:
-        received = subscribe_to_views(robot)
+        received = receive_views(robot)
         walls = robot.received('wall')  # which are published as often
         robot.wait(lambda: len(walls) > 20, 'many walls')
         assert received == {'image': [], 'markers': []}
