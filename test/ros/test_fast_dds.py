@@ -26,8 +26,7 @@ print(node.create_publisher(Empty, 'topic', 1).get_subscription_count())
 """
 
 
-def test_node_uses_the_profile_unless_it_has_one(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_node_uses_the_profile_unless_it_has_one(tmp_path):
     environment = {}
     use_profile(environment)
     profile = ElementTree.parse(environment[find_profile_variable({})])

@@ -180,15 +180,6 @@ def test_launch_includes_share_no_argument(ros2, tmp_path):
         assert f'own {name} true' in output.read_text()
 
 
-def test_launch_takes_a_parameter_file(ros2, tmp_path):
-    file = tmp_path / 'params.yaml'
-    file.write_text('/**: {ros__parameters: {element: bits_4, write: {attempts: 9}}}')
-    arguments = ('node_name:=four', f'params_file:={file}', 'read.end:=both')
-    with launched(tmp_path, '/four', *arguments) as (robot, _):
-        names = ('element', 'write.attempts', 'read.end')
-        assert tuple(map(robot.get, names)) == ('bits_4', 9, 'both')
-
-
 def test_launch_shows_every_parameter_as_an_argument(ros2):
     told = ros2('launch', 'mlmem_ros', 'memory.launch.py', '--show-args')
     for name, _, description in declare_parameters():
@@ -206,11 +197,14 @@ def test_launch_warns_of_unknown_arguments(ros2, tmp_path):
     ]
 
 
-def test_launch_manages_the_life_cycle(ros2, tmp_path):
-    arguments = ('node_managed:=true', 'node_name:=managed', f'element:={ELEMENT}')
-    with launched(tmp_path, '/managed', *arguments) as (robot, _):
-        assert robot.get('autostart') is False
-        assert robot.write(1)['level'] == 1
+def test_launch_manages_a_node_with_a_parameter_file(ros2, tmp_path):
+    file = tmp_path / 'params.yaml'
+    file.write_text('/**: {ros__parameters: {element: bits_4, write: {attempts: 9}}}')
+    arguments = ('node_managed:=true', 'node_name:=four', f'params_file:={file}')
+    with launched(tmp_path, '/four', *arguments, 'read.end:=both') as (robot, _):
+        names = ('element', 'write.attempts', 'read.end', 'autostart')
+        assert tuple(map(robot.get, names)) == ('bits_4', 9, 'both', False)
+        assert robot.trigger('read')['level'] == -1
 
 
 def test_launch_bank_starts_two_elements(ros2, tmp_path):

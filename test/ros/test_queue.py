@@ -55,13 +55,6 @@ def under_way(memory, others, *levels):
     return replies
 
 
-def test_writes_of_several_clients_keep_their_order(memory, others):
-    replies = under_way(memory, others, 1, 2, 3)
-    memory.memory.pause(False).wait()
-    assert [reply.wait().details['level'] for reply in replies] == [1, 2, 3]
-    assert memory.memory.read().wait().level == 3  # the first began at once
-
-
 def test_second_request_of_one_node_is_rejected(memory, robot):
     """Its second request is refused over another service, too."""
     robot.trigger('read')

@@ -32,30 +32,22 @@ def parameters(**values):
         ('read', {'end': 'both'}, Read('both')),
         ('erase', {}, Erase()),
         ('abort', {}, Abort()),
-        (
-            'follow',
-            {'times': [1.0, 2.0], 'strains': [0.1, 0.0], 'rates': []},
-            FollowTrajectory((1.0, 2.0), (0.1, 0.0)),
-        ),
+        ('follow', {'times': [1.0], 'strains': [0.1]}, FollowTrajectory((1.0,), (0.1,))),
         ('record', {'on': True, 'path': 'session'}, Record(True, 'session')),
         ('record', {'on': False}, Record(False)),
     ],
+    ids=str,
 )
 def test_request_is_decoded_as_it_was_encoded(name, arguments, command):
     assert parse_request(build_request(name, **arguments).parameters) == command
 
 
 @pytest.mark.parametrize(
-    'message',
-    [
-        JointState(),
-        JointState(name=['elbow'], position=[0.1]),
-        JointState(name=['substrate'], velocity=[0.1]),
-    ],
+    'values', [{}, {'name': ['elbow'], 'position': [0.1]}, {'name': ['substrate']}], ids=str
 )
-def test_joint_command_without_a_position_is_rejected(message):
-    with pytest.raises(Refused, match="a position of the joint 'substrate'"):
-        TOPICS['joint_commands'].parse(message, Units())
+def test_joint_command_without_a_position_is_rejected(values):
+    with pytest.raises(Refused, match='position'):
+        TOPICS['joint_commands'].parse(JointState(**values), Units())
 
 
 def test_imu_becomes_a_disturbance_in_element_units():
@@ -67,25 +59,26 @@ def test_imu_becomes_a_disturbance_in_element_units():
 
 
 @pytest.mark.parametrize(
-    ('values', 'reason'),
+    ('values', 'field'),
     [
-        ({}, 'request must be one of write, read, erase, .*; got None'),
-        ({'request': 'wipe'}, "request must be one of .*; got 'wipe'"),
-        ({'request': 7}, "request must be one of .*; got ''"),
-        ({'level': 1}, 'request must be one of'),
+        ({}, 'request'),
+        ({'request': 'wipe'}, 'request'),
+        ({'request': 7}, 'request'),
+        ({'level': 1}, 'request'),
         ({'request': 'write'}, 'write must be given level'),
         ({'request': 'write', 'level': -1, 'word': -1}, 'write must be given level'),
-        ({'request': 'write', 'level': 5, 'word': 6}, 'level and word must be the same'),
-        ({'request': 'write', 'level': '5'}, r'level must be of type 2 \(integer\); got type 4'),
-        ({'request': 'write', 'level': True}, 'level must be of type 2'),
-        ({'request': 'write', 'level': 2, 'end': 'left'}, "write takes level, word; got 'end'"),
-        ({'request': 'erase', 'level': 2}, "erase takes no arguments; got 'level'"),
+        ({'request': 'write', 'level': 5, 'word': 6}, 'level and word'),
+        ({'request': 'write', 'level': '5'}, 'level'),
+        ({'request': 'write', 'level': True}, 'level'),
+        ({'request': 'write', 'level': 2, 'end': 'left'}, 'write takes level, word'),
+        ({'request': 'erase', 'level': 2}, 'erase takes no arguments'),
         ({'request': 'follow', 'times': [1.0]}, 'follow must be given strains'),
-        ({'request': 'record', 'on': 1}, r'on must be of type 1 \(bool\); got type 2'),
+        ({'request': 'record', 'on': 1}, 'on'),
     ],
+    ids=str,
 )
-def test_invalid_request_is_rejected(values, reason):
-    with pytest.raises(Refused, match=reason):
+def test_invalid_request_is_rejected(values, field):
+    with pytest.raises(Refused, match=f'^{field}'):
         parse_request(parameters(**values))
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 import rclpy
-from nodes import QUICK, program
+from nodes import QUICK, SOON, program
 from robot import Robot
 
 from mlmem_ros import MemoryClient, NoAnswer, standalone
@@ -22,15 +22,6 @@ from mlmem_ros.ros.node.run import CLIENT_ABSENCE_S, await_last_clients, end_nod
 from mlmem_ros.ros.node_process import build_node_arguments
 
 ROOT = Path(__file__).parents[2]
-SOON = 30.0
-
-
-def stop(*processes):
-    """Send SIGINT to all of them, as a terminal does, and again, as launch does."""
-    for _ in range(3):
-        for process in processes:
-            process(signal.SIGINT)
-        time.sleep(0.003)
 
 
 def test_robot_stopped_with_its_memory_writes_once_more(start, tmp_path):
@@ -49,7 +40,10 @@ def test_robot_stopped_with_its_memory_writes_once_more(start, tmp_path):
     robot = program(behaviour, stderr=subprocess.PIPE, text=True)
     wait_until(lambda: 'read succeeded' in node.output, 'the read of its constructor', SOON)
     time.sleep(0.2)  # until main has gone on to its loop
-    stop(node.signal, robot.send_signal)
+    for _ in range(3):  # as a terminal does, and again, as launch does
+        node.signal(signal.SIGINT)
+        robot.send_signal(signal.SIGINT)
+        time.sleep(0.003)
     assert (robot.wait(2 * SOON), robot.stderr.read()) == (0, '')
     assert node.exit_status(SOON) == 0  # it does not linger to the end
     assert state_file.load_snapshot(state)['reading']['level'] == 0

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import time
+from contextlib import contextmanager
 from types import SimpleNamespace
 
 import pytest
@@ -68,36 +69,32 @@ def test_sigterm_answers_all_waiting_requests(recording):
     assert all(answer['error'] for answer in answers)
 
 
-def test_ctrl_c_during_the_start_ends_the_node(start):
-    """Ctrl-C before it is ready, right after the first line of its log."""
-    node = start(apart=True)
-    with Robot() as robot:
-        robot.wait(lambda: 'preparing' in node.output, 'the first word')
-    node.signal(signal.SIGINT)
-    assert node.exit_status() == 0
-    assert 'Traceback' not in node.output
+@contextmanager
+def started(code, parameters, line, **environment):
+    """Run a program that starts a node until a line of its log; yield it."""
+    process = program(
+        '-c', code, *build_node_arguments('/mlmem', parameters), stderr=subprocess.PIPE,
+        text=True, env=os.environ | environment,
+    )  # fmt: skip
+    try:
+        assert any(line in each for each in process.stderr)
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
 
 
 def test_signal_ends_a_compilation(tmp_path):
     """Launch kills what goes on 15 s after SIGINT, as a compilation next to other work does."""
-    process = program(
-        '-c', COMPILES, *build_node_arguments('/compiles', QUICK), stderr=subprocess.PIPE,
-        text=True, env=os.environ | {'NUMBA_CACHE_DIR': str(tmp_path)},
-    )  # fmt: skip
-    try:
-        for line in process.stderr:
-            if 'compiling the kernels' in line:
-                break
+    folder = {'NUMBA_CACHE_DIR': str(tmp_path)}
+    with started(COMPILES, QUICK, 'compiling the kernels', **folder) as process:
         process.send_signal(signal.SIGINT)
         process.send_signal(signal.SIGINT)
-        said = process.stderr.read()
-        assert process.wait() == 0, said
-        assert 'compiled in' not in said
-        assert 'shut down' in said
-        assert 'Traceback' not in said
-    finally:
-        process.kill()
-        process.communicate()
+        output = process.stderr.read()
+        assert process.wait() == 0, output
+    assert 'compiled in' not in output
+    assert 'shut down' in output
+    assert 'Traceback' not in output
 
 
 def test_request_during_the_start_is_answered():
@@ -140,18 +137,9 @@ sys.exit(main.main())
 
 def test_middleware_that_hangs_at_the_end_is_cut_off():
     """With a traceback, and another status than one of a node that did not save: all is saved."""
-    arguments = build_node_arguments('/mlmem', QUICK)
-    process = program('-c', HANGS, *arguments, stderr=subprocess.PIPE, text=True)
-    try:
-        for line in process.stderr:
-            if 'ready' in line:
-                process.send_signal(signal.SIGTERM)
-            if 'shut down' in line:
-                break
-        said = process.stderr.read()
+    with started(HANGS, QUICK, 'ready') as process:
+        process.send_signal(signal.SIGTERM)
+        output = process.stderr.read()
         assert process.wait(30.0) == 1  # it hangs for 60 s
-        assert 'Timeout' in said
-        assert 'in end' in said
-    finally:
-        process.kill()
-        process.communicate()
+    assert 'Timeout' in output.partition('shut down')[2]
+    assert 'in end' in output

@@ -34,7 +34,7 @@ def energies(monkeypatch):
     return stream
 
 
-def test_a_new_stream_is_published_recorded_and_compared(energies, tmp_path):
+def test_new_stream_is_published_recorded_and_compared(energies, tmp_path):
     path = str(tmp_path / 'session')
     with memory_node(QUICK | {'record.path': path}, name='streams') as node:
         written = node.memory.write(1).wait()
@@ -57,7 +57,7 @@ def test_a_new_stream_is_published_recorded_and_compared(energies, tmp_path):
     assert not changed.passed
 
 
-def test_a_new_stream_is_in_the_page_and_the_policy(energies):
+def test_new_stream_is_in_the_page_and_the_policy(energies):
     assert '| `~/energies` | std_msgs/Float64MultiArray |' in reference.pages()['interfaces.md']
     assert '<topic>~/energies</topic>' in reference.policy()
     assert 'energies' not in reference.POLICY.read_text(encoding='utf-8')
