@@ -54,7 +54,7 @@ def test_element_without_kicks_asks_nothing():
 
 
 def test_force_contains_the_jump_at_the_end_of_a_late_kick():
-    """A unit mass at the end of 3 x^2 - 2 x^3 with x = (1 - l) s + l s^2 needs 6 D (1 + l)^2 / T^2.
+    """A unit mass at the end of 3 x^2 - 2 x^3, x = (1 - l) s + l s^2 needs 6 D (1 + l)^2 / T^2.
 
     The spring to the next cell changes that by at most k_r D.
     """
