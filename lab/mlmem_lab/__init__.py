@@ -3,7 +3,7 @@
 """The laboratory: studies around mlmem_ros, which it imports and which never imports it.
 
 - `study`: one runner for every count of presets and elements, by the functions below.
-- `reads`, `words`, `one_end`, `shaken`: proofs of reads, sound and with faults.
+- `reads`, `words`, `shaken`: proofs of reads, sound and with faults.
 - `robust_writes`, `robust_words`, `times`: writes. `validity`, `forecasts`: where the model ends.
 - `twins`: what fits of individual elements, and twins beside them, are worth.
 - `windows`: how far kicks may be off. `landscapes`: the energy of a wall, as in the paper.

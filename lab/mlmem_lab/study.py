@@ -43,11 +43,9 @@ Result = TypeVar('Result')
 STUDY_PLACES = {
     'astray': 'windows.astray:STUDY',
     'bad_cells': 'reads.bad_cells:STUDY',
-    'cells': 'reads.count:CELLS_STUDY',
     'curves': 'measured.study:CURVES_STUDY',
     'forecasts': 'forecasts:STUDY',
     'kicks': 'windows.kicks:STUDY',
-    'one_end': 'one_end:STUDY',
     'reads': 'reads.count:STUDY',
     'robust_words': 'words:ROBUST_STUDY',
     'robust_writes': 'robust_writes:STUDY',

@@ -195,7 +195,7 @@ def reads(result: Mapping[str, Any]) -> Rows:
         first, _, change = name.partition(', ')
         if first != 'all':
             first = 'designs of other sizes' if first.startswith('levels_') else 'presets'
-        kind = {'': first, 'scattered': 'presets with disorder'}.get(change, f'one cell {change}')
+        kind = 'presets with disorder' if change else first
         total = groups.setdefault(kind, dict.fromkeys(READ_COUNTS, 0))
         for key in READ_COUNTS:
             total[key] += found.get(key, 0)

@@ -11,7 +11,6 @@ from mlmem_lab.reads.count import (
     READS_PER_MOVE,
     Counts,
     add_counts,
-    bad_cells,
     count_rows,
     true_level,
 )
@@ -26,7 +25,7 @@ def lies(monkeypatch):
 @pytest.mark.parametrize('finer', [1, 2])
 def test_every_read_is_counted_after_every_kind_of_move(finer):
     counts = count_rows('bits_1', 4, seed=1, finer=finer)
-    assert counts.blocks == 4
+    assert counts.found['rows'] == 4
     assert counts.reads == counts.found['right'] == 4 * READS_PER_MOVE
     assert counts.found['written'] == 2  # the write, and that after the erase
     assert len(counts.ticks) == counts.reads
@@ -36,25 +35,17 @@ def test_every_read_is_counted_after_every_kind_of_move(finer):
 def test_a_device_that_lies_is_caught(lies):
     counts = count_rows('bits_1', 4, seed=1)
     assert counts.found['wrong'] == 4 * READS_PER_MOVE
-    assert counts.wrong_blocks == counts.blocks == 4
+    assert counts.found['wrong rows'] == counts.found['rows'] == 4
     assert counts.found['written wrong'] == 2
     assert any(reason.startswith('WRONG: ') for reason in counts.reasons)
     assert counts.as_dict()['wrong rows, at most (95 %)'] == 1.0
-
-
-def test_a_stuck_cell_before_the_wall_is_no_wall():
-    """It echoes as a wall does, from one end; from both it is refused."""
-    counts = bad_cells('bits_1', 'stuck', 30, write=True)
-    assert counts.blocks == counts.reads == 3  # blank and two levels
-    assert counts.found['wrong'] == counts.found['written wrong'] == 0
-    assert counts.found['undecodable'] > 0
 
 
 def test_counts_of_other_elements_are_kept():
     """What was known of this element is replaced, and the sum is that of all."""
 
     def counts(right):
-        return Counts(Counter(right=right), 1).as_dict()
+        return Counts(Counter(right=right, rows=1)).as_dict()
 
     kept = add_counts({}, 'bits_1', {'bits_1': counts(1), 'bits_1, scattered': counts(2)})
     kept = add_counts(kept, 'bits_2', {'bits_2': counts(4)})

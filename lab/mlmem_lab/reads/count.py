@@ -4,8 +4,8 @@
 
 Every element is moved at random (written, erased, strained by hand, aborted) and read ten times in
 a row after each move, from either end and both; also at half and a quarter of its step, and on
-scattered specimens. Or one cell is stuck, weak, strong, light or heavy. A read or a write is wrong
-if it succeeds and the wall is nearest to another level, or to none. Nothing is discarded.
+scattered specimens. A read or a write is wrong if it succeeds and the wall is nearest to another
+level, or to none. Nothing is discarded.
 """
 
 from __future__ import annotations
@@ -21,13 +21,11 @@ import numpy as np
 
 from mlmem import Abort, Erase, MemoryElement, Read, SetStrain, Settings, Write
 from mlmem.instrument.drivers import Simulation, steps_per_tick
-from mlmem.physics import INTEGRATORS, Chain, Design, Specimen, StateError, find_level, find_walls
-from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.physics import INTEGRATORS, Chain, Design, StateError, find_level, find_walls
 from mlmem.physics.specimen import Scatter, scattered
 from mlmem.presets import PRESETS
 from mlmem.readers.reading import UNDECODABLE
-from mlmem.readers.register import pin_walls
-from mlmem.readers.words import count_words, make_code
+from mlmem.readers.words import make_code
 
 from ..designer import propose_design
 from ..results import STRAINED_PRESETS
@@ -36,9 +34,6 @@ from ..study import Study, sum_counts
 
 DESIGN_PREFIX = 'levels_'
 """A design is named by this and its number of levels."""
-
-SETTLE_TIME = 3000.0
-"""Time in which a wall that a bad cell moves comes to rest."""
 
 
 @lru_cache(maxsize=2)
@@ -71,29 +66,6 @@ def build_device(name: str, finer: int = 1, specimen: int | None = None) -> Memo
     return element
 
 
-def build_faulty_device(name: str, level: int, site: int, kind: str) -> MemoryElement:
-    """Return a device with its wall at rest at a level, or -1 for blank, and one bad cell.
-
-    `kind` is 'stuck', or a factor on the cell's alpha or mass such as 'alpha 0.3' or 'mass 3'.
-    """
-    element = build_device(name)
-    design, chain = element.design, element.chain
-    blank = np.full(design.N, design.D_s1)
-    if element.reader.holds_words:
-        chain.place(pin_walls(Specimen(design), element.reader.list_walls(level)))
-    else:
-        chain.place(blank if level < 0 else find_pinned_wall(Specimen(design), level))
-    what, _, factor = kind.partition(' ')
-    factors = np.ones(design.N)
-    factors[site - 1] = float(factor or 1.0)
-    alpha, mass = (factors, 1.0) if what == 'alpha' else (1.0, factors)
-    stuck = () if factor else (site,)
-    chain.set_specimen(Specimen(design, alpha_factor=alpha, mass=mass, stuck=stuck))
-    chain.rest(math.ceil(SETTLE_TIME / chain.dt))
-    element.transducer.assume_equilibrium()
-    return element
-
-
 READ_ENDS = ('left', 'right', 'both')
 
 READ_OUTCOMES = ('right', 'wrong', 'undecodable', 'no level')
@@ -103,21 +75,21 @@ READS_PER_MOVE = 10
 """Reads after every move."""
 
 
+COUNTED_WRITES = ('written', 'written wrong', 'not written', 'second attempts', 'lost by hand')
+"""How writes may end, and walls that a strain by hand moved."""
+
+
 @dataclass
 class Counts:
     """How reads and writes of one element ended.
 
     Attributes:
-        found: Reads and writes by how they ended: `READ_OUTCOMES`; `written`, `written wrong`,
-            `not written`, `second attempts`; `lost by hand`.
-        blocks: Rows of reads; those of a row depend on each other and count as one.
-        wrong_blocks: Rows with a wrong read.
+        found: Reads and writes by how they ended: `READ_OUTCOMES` and `COUNTED_WRITES`; `rows` of
+            reads, of which those of a row depend on each other and count as one; `wrong rows`.
         reasons: Why reads were undecodable and writes failed, by text.
     """
 
     found: Counter[str] = field(default_factory=Counter)
-    blocks: int = 0
-    wrong_blocks: int = 0
     ticks: list[int] = field(default_factory=list)
     reasons: Counter[str] = field(default_factory=Counter)
 
@@ -129,33 +101,25 @@ class Counts:
     def add(self, other: Counts) -> None:
         """Add the counts of other rows."""
         self.found += other.found
-        self.blocks += other.blocks
-        self.wrong_blocks += other.wrong_blocks
         self.ticks += other.ticks
         self.reasons += other.reasons
 
     def as_dict(self) -> dict[str, Any]:
         """Return the counts for a result file."""
-        most = Rate(self.wrong_blocks, self.blocks).interval[1] if self.blocks else None
-        return {
-            'reads': self.reads,
-            **{name: self.found[name] for name in READ_OUTCOMES},
-            'rows': self.blocks,
-            'wrong rows': self.wrong_blocks,
-            'wrong rows, at most (95 %)': most,
-            **{
-                name: self.found[name]
-                for name in (
-                    'written',
-                    'written wrong',
-                    'not written',
-                    'second attempts',
-                    'lost by hand',
-                )
-            },
-            'median ticks': float(np.median(self.ticks)) if self.ticks else None,
-            'reasons': dict(self.reasons.most_common(5)),
+        names = (*READ_OUTCOMES, 'rows', 'wrong rows', *COUNTED_WRITES)
+        counts = {'reads': self.reads, **{name: self.found[name] for name in names}}
+        return summarise_rows(counts, self.reasons) | {
+            'median ticks': float(np.median(self.ticks)) if self.ticks else None
         }
+
+
+def summarise_rows(counts: Mapping[str, int], reasons: Counter[str]) -> dict[str, Any]:
+    """Return counts with the upper end of the share of wrong rows, and the commonest reasons."""
+    rows = counts['rows']
+    most = Rate(counts['wrong rows'], rows).interval[1] if rows else None
+    return {
+        **counts, 'wrong rows, at most (95 %)': most, 'reasons': dict(reasons.most_common(5)),
+    }  # fmt: skip
 
 
 def true_level(element: MemoryElement, near: float = math.inf) -> int:
@@ -188,7 +152,7 @@ def count_rows(
     # a read that is aborted while it listens
     move_kinds = ('write', 'erase', 'strain', 'abort')
     for row in range(count):
-        before = dict(counts.found)
+        before = counts.found['wrong']
         _move_wall(
             element,
             counts,
@@ -197,32 +161,8 @@ def count_rows(
         )
         for number in range(READS_PER_MOVE):
             _count_read(element, counts, READ_ENDS[int(random.integers(3))] if number else '')
-        counts.blocks += 1
-        counts.wrong_blocks += counts.found['wrong'] > before.get('wrong', 0)
-    return counts
-
-
-def bad_cells(
-    name: str, kind: str, site: int, write: bool = False, reach: float = math.inf
-) -> Counts:
-    """Read every level, and a blank element, with one bad cell; of many words a few for each site.
-
-    Args:
-        reach: Only levels so near the cell, in cells.
-    """
-    counts, design = Counts(), find_preset(name)[0]
-    words = count_words(*find_preset(name))
-    many, each = words > design.levels, words // design.levels
-    for level in range(site % each, words, each) if many else range(-1, words):
-        where = site if many else design.defect_site(level) if level >= 0 else design.N
-        if abs(site - where) <= reach:
-            element = build_faulty_device(name, level, site, kind)
-            before = counts.found['wrong']
-            _count_read(element, counts, '')
-            if write:
-                _write_level(element, counts, (level + 2) % words)
-            counts.blocks += 1
-            counts.wrong_blocks += counts.found['wrong'] > before
+        counts.found['rows'] += 1
+        counts.found['wrong rows'] += counts.found['wrong'] > before
     return counts
 
 
@@ -276,26 +216,14 @@ def _write_level(element: MemoryElement, counts: Counts, level: int) -> None:
 
 def sum_elements(found: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Return the sum of counts as `Counts.as_dict` gives them; it has no median."""
-    summed, reasons = sum_counts(found.values()), Counter[str]()
+    reasons = Counter[str]()
     for each in found.values():
         reasons.update(each['reasons'])
-    most = Rate(summed['wrong rows'], summed['rows']).interval[1] if summed['rows'] else None
-    return {
-        **Counts().as_dict(), **summed,
-        'wrong rows, at most (95 %)': most, 'reasons': dict(reasons.most_common(5)),
-    }  # fmt: skip
+    return summarise_rows(sum_counts(found.values()), reasons)
 
 
 ROWS, SPECIMENS, SPECIMEN_ROWS = 100, 20, 4
 """Rows of an element as designed, fewer at finer steps; scattered specimens, and rows of each."""
-
-
-BAD_CELL_SITES = {
-    'case_1': (14, math.inf), 'case_2': (12, math.inf), 'bits_1': (14, math.inf),
-    'bits_2': (14, math.inf), 'bits_4': (14, math.inf), 'byte': (4, math.inf),
-    'levels_24': (16, 20.0), 'levels_48': (16, 20.0),
-}  # fmt: skip
-"""Distance of the sites of the bad cell, and how far from it the walls are that are read."""
 
 
 def count_element(name: str) -> dict[str, Any]:
@@ -308,19 +236,6 @@ def count_element(name: str) -> dict[str, Any]:
     for number in range(SPECIMENS):
         scatter.add(count_rows(name, SPECIMEN_ROWS, SEED, 1, number))
     return {name: whole.as_dict(), f'{name}, scattered': scatter.as_dict()}
-
-
-def count_bad_cells(name: str) -> dict[str, Any]:
-    """Return the counts of an element with one bad cell, by what is wrong with it."""
-    every, reach = BAD_CELL_SITES[name]
-    found = {}
-    bad_cell_kinds = ('stuck', 'alpha 0.3', 'alpha 3', 'mass 0.3', 'mass 3')
-    for kind in bad_cell_kinds:
-        counts = Counts()
-        for site in range(2, find_preset(name)[0].N, every):
-            counts.add(bad_cells(name, kind, site, site % (7 * every) == 2, reach))
-        found[f'{name}, {kind}'] = counts.as_dict()
-    return found
 
 
 def add_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
@@ -339,15 +254,6 @@ STUDY = Study(
     'reads',
     count_element,
     ('case_1', *STRAINED_PRESETS, 'byte', *(f'{DESIGN_PREFIX}{n}' for n in range(2, 65))),
-    ('lab/mlmem_lab/reads/count.py',),
-    SEED,
-    add_counts,
-)
-
-CELLS_STUDY = Study(
-    'cells',
-    count_bad_cells,
-    tuple(BAD_CELL_SITES),
     ('lab/mlmem_lab/reads/count.py',),
     SEED,
     add_counts,
