@@ -46,6 +46,7 @@ STUDY_PLACES = {
     'curves': 'measured.study:CURVES_STUDY',
     'forecasts': 'forecasts:STUDY',
     'kicks': 'windows.kicks:STUDY',
+    'proofs': 'studies.proof:STUDY',
     'reads': 'reads.count:STUDY',
     'robust_words': 'words:ROBUST_STUDY',
     'robust_writes': 'robust_writes:STUDY',

@@ -109,21 +109,9 @@ def try_preset(name: str) -> list[Trial]:
 
 
 def merge_trials(kept: Mapping[str, Any], name: str, found: Sequence[Trial]) -> dict[str, Any]:
-    """Return the trials of all presets, and how many of these bear which friction, by strain and
-    by kicks.
-    """
+    """Return the trials of all presets."""
     others = [each for each in kept.get('trials', ()) if each['preset'] != name]
-    rows = [*others, *(asdict(each) for each in found)]
-    result: dict[str, Any] = {'trials': rows}
-    for told, by_kicks in (('presets', False), ('kicked presets', True)):
-        some = [each for each in rows if is_kicked(each['preset']) == by_kicks]
-        rubbed = [each for each in some if each['way'] == 'friction']
-        bear = [each['amount'] for each in rubbed if each['read'] == each['writes']]
-        result[told] = len({each['preset'] for each in some})
-        result[f'{told} that bear friction'] = {
-            f'{x:g}': bear.count(x) for x in TRIED_AMOUNTS['friction']
-        }
-    return result
+    return {'trials': [*others, *(asdict(each) for each in found)]}
 
 
 STUDY = Study(

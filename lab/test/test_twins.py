@@ -48,9 +48,8 @@ def test_a_fit_that_lies_is_counted():
         'seed': 1, 'shots': 9, 'time': 1.0, 'seconds': 2.0, 'chi2': 1.0, 'in band': 1.1,
         'added': [], 'inside': 0.9, 'error': 1e-3, 'stated': 9e-4,
     }  # fmt: skip
-    lying = row | {'error': 3e-3, 'added': ['latency', 'springs'], 'inside own': 0.5}
+    lying = row | {'error': 3e-3, 'added': ['latency', 'springs']}
     found = surveyed.summarise_fits([row, lying, {'seed': 3, 'refused': 'why'}])
     assert [found[name] for name in ('elements', 'fitted', 'lies')] == [3, 2, 1]
     assert found['added'] == {'nothing': 1, 'latency, springs': 1}
     assert found['refused'] == ['why']
-    assert found['inside own'] == 50.0

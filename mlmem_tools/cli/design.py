@@ -46,7 +46,6 @@ PROOF_OPTIONS = (
         '--sample', type=int, metavar='N',
         help='downward writes to try; default: all of up to 16 levels, else as many as levels',
     ),
-    declare_option('--folder', type=Path, default=Path('proofs'), help='folder for the ledgers'),
     JOBS_OPTION,
 )  # fmt: skip
 """The options of a proof."""
@@ -89,13 +88,10 @@ def check(arguments: argparse.Namespace) -> int:
     declare_option(
         'sources', metavar='ELEMENT', nargs='+', help='shipped elements, or element files'
     ),
-    declare_option('--markdown', type=Path, metavar='FILE', help='also write the table there'),
-    declare_option('--output', type=Path, metavar='FILE', help='result file to write'),
     ELEMENT_OPTION,
     *PROOF_OPTIONS,
     JSON_OPTION,
-    text='Write and read back every level, write lower ones, and erase every level.\n'
-    'Results are kept, so the same command continues after a kill.',
+    text='Write and read back every level, write lower ones, and erase every level.',
 )
 def prove(arguments: argparse.Namespace) -> int:
     """Simulate designs."""

@@ -20,10 +20,8 @@ from mlmem.instrument.end import End
 from mlmem.physics import PEFRL, Design, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.waves import fastest_speed, group_velocity, pass_band
-from mlmem.readers.decoding import primary_end
 from mlmem.readers.echo import blanking_time, detection_threshold
 from mlmem.settings import ProbeSettings
-from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.echoes import forecast_echo
 
 ENVELOPE_LENGTHS = (12.0, 16.0, 20.0, 24.0, 30.0, 40.0, 50.0)
@@ -122,17 +120,6 @@ def _fit_threshold(design: Design, probe: ProbeSettings) -> tuple[ProbeSettings,
     early = probe.sigma * math.sqrt(2.0 * math.log(signal / v_th))
     room = 0.5 * speed * (blanking_time(probe) - 6.0 * probe.sigma + early)
     return replace(probe, v_th=v_th), math.ceil(room / design.J) * design.J
-
-
-def dynamic_range(subject: Subject) -> float:
-    """Return the amplitude of the pulse over the v_c of the faintest echo that is read, in dB."""
-    design, settings = subject.design, subject.settings
-    end = primary_end(settings.read)
-    probe = end.probe(settings)
-    v = find_pinned_wall(Specimen(design), design.levels - 1 if end is End.LEFT else 0)
-    echo = forecast_echo(design, v, probe, end, PEFRL.accurate_step, PEFRL)
-    heard = echo.t > (blanking_time(probe) if echo.delay is None else echo.delay)
-    return 20.0 * math.log10(probe.A / float(echo.v_c[heard].max()))
 
 
 def greatest_damping(design: Design) -> float:

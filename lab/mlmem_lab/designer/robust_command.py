@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem design --scatter`: searches an element, and shows it beside those that ship."""
+"""`mlmem design --scatter`: searches an element, and describes it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import argparse
 import math
 from typing import TYPE_CHECKING
 
-from mlmem import preset
 from mlmem.element_file import as_designed, text_of
 from mlmem.errors import SettingsError
 from mlmem.physics import Specimen
@@ -36,11 +35,8 @@ if TYPE_CHECKING:
     from mlmem.physics import Design
     from mlmem.physics.potential import Array
 
-COMPARED = {'paper': 'case_2', 'nine cells': 'kick_2', 'shipped robust': 'robust_3'}
-"""Shipped elements beside which the found one is shown."""
-
 COUNTED_ELEMENTS = 20
-"""Scattered elements in which the kicks of every column are counted."""
+"""Scattered elements in which kicks are counted."""
 
 
 def find_robust(arguments: argparse.Namespace) -> int:
@@ -52,17 +48,11 @@ def find_robust(arguments: argparse.Namespace) -> int:
     console = create_console(aside=arguments.json)
     request = Request(arguments.levels, arguments.scatter, arguments.friction)
     design, settings = search_element(console, request, arguments.jobs, arguments.trials)
-    shown: dict[str, tuple[Design, Settings]] = {
-        name: preset(source) for name, source in COMPARED.items()
-    }
-    shown['found'] = design, settings
-    columns = map_calls(
-        console, arguments.jobs or count_cores(), 'comparing', describe_element,
-        *zip(*((*each, request.scatter) for each in shown.values()), strict=True),
-    )  # fmt: skip
-    table = create_table('', '', *(f'>{name}' for name in shown))
-    for key in columns[-1]:
-        table.add_row(key, *(column[key] for column in columns))
+    with console.status('counting kicks'):
+        described = describe_element(design, settings, request.scatter)
+    table = create_table('', '', '>found')
+    for heading, value in described.items():
+        table.add_row(heading, value)
     console.print(table)
     how = (
         f'mlmem design --levels {request.levels} --scatter {request.scatter:g} '
@@ -72,7 +62,7 @@ def find_robust(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json({
             'design': design, 'settings': settings, 'file': arguments.output,
-            'compared': dict(zip(shown, columns, strict=True)),
+            'found': described,
         })  # fmt: skip
     if arguments.output is None:
         print(text, end='', file=console.file)
@@ -100,7 +90,7 @@ def search_element(
 
 
 def describe_element(design: Design, settings: Settings, scatter: float) -> dict[str, str]:
-    """Return what the comparison says of an element, by heading."""
+    """Return what is printed of an element, by heading."""
     counted = count_astray(design, settings, scatter, COUNTED_ELEMENTS)
     chain, kick = build_chain(Specimen(design), settings), settings.kick
     levels = range(design.levels)

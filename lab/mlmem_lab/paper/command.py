@@ -141,7 +141,7 @@ def figures(arguments: argparse.Namespace) -> int:
     for name, files in made.items():
         shown = '  '.join(str(file) for file in files if file.suffix != '.npz')
         console.print(f'{name:<10}{shown}', highlight=False, soft_wrap=True)
-    claims = _print_claims(console, figures, arguments.output)
+    claims = _print_claims(console, load_all(arguments.output, figures))
     if len(figures) == len(ALL_FIGURES):
         for folder in (arguments.output, *([RESULT_FOLDER] if arguments.pages else ())):
             found = save_verdicts(arguments.output, quality, folder)
@@ -155,27 +155,16 @@ def figures(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _print_claims(console: Console, figures: list[Figure], output: Path) -> list[dict[str, str]]:
-    """Print and return the verdict on every claim for which these figures have all the data."""
-    from rich.text import Text
-
-    data = load_all(output, figures)
-    colors = {
-        Judgement.HOLDS: 'green',
-        Judgement.REPLACED: 'yellow',
-        Judgement.IN_PART: 'yellow',
-        Judgement.FAILS: 'red',
-    }
+def _print_claims(console: Console, data: Mapping[str, Data]) -> list[dict[str, str]]:
+    """Print and return the verdict on every claim for which there are all the data."""
+    claims = [
+        _summarise_claim(claim, data)
+        for claim in ALL_CLAIMS
+        if all(n in data for n in claim.needs)
+    ]
     table = create_table("the paper's claims", 'verdict', 'the paper says', 'we find')
-    claims = []
-    for claim in ALL_CLAIMS:
-        if all(name in data for name in claim.needs):
-            judgement, numbers = claim.judge_data(data)
-            text = Text(judgement.value, colors[judgement])
-            table.add_row(text, claim.sentence, numbers)
-            claims.append(
-                {'verdict': judgement.value, 'paper': claim.sentence, 'finding': numbers}
-            )
-    if table.row_count:
+    for claim in claims:
+        table.add_row(claim['verdict'], claim['paper'], claim['finding'])
+    if claims:
         console.print(table)
     return claims

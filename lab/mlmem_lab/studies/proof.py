@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Calibration, Erase, MemoryElement, Outcome, Read, Settings, Write
+from mlmem import Calibration, Erase, MemoryElement, Outcome, Read, Settings, Write, preset
 from mlmem.element_file import Element
 from mlmem.parsing import decode_value, encode_value
 from mlmem.physics import Design
@@ -32,7 +32,10 @@ from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.reading import BLANK
 from mlmem.readers.register import pin_walls
 from mlmem.readers.words import make_code
+from mlmem_tools.checks.concern import Subject
+from mlmem_tools.checks.schedule import compute_cycle_time
 
+from ..study import Study
 from .bench import Bench
 
 Values = Mapping[str, Any]
@@ -223,3 +226,41 @@ class Tally:
                 if not row['passed']
             ),
         )
+
+
+def describe_proof(design: Design, settings: Settings, tally: Tally) -> dict[str, str]:
+    """Return what the table says of a design, by heading."""
+    step = compute_cycle_time(Subject(design, settings), settings.write)
+    unit = settings.scale.time
+    return {
+        'levels': f'{design.levels}',
+        'cells': f'{design.N}',
+        'written and read back': '{} of {}'.format(*tally.upward),
+        'written downward': '{} of {}'.format(*tally.down),
+        'erased': '{} of {}'.format(*tally.erase),
+        'read in a row': '{} of {}'.format(*tally.read),
+        'least level margin': f'{tally.level_margin:.2f}',
+        'time per level, s': f'{step * unit:.2g}',
+        'longest erase, s': f'{tally.erase_time * unit:.3g}',
+    }
+
+
+def prove_preset(name: str) -> dict[str, str]:
+    """Return the proof of a preset."""
+    chosen = preset(name)
+    proof = Proof(*chosen, sample=MAX_STUDY_DOWNWARD_WRITES.get(name))
+    shared = proof.prepare_bench()
+    return describe_proof(
+        *chosen, Tally.of(evaluate_run(shared, point) for point in proof.points())
+    )
+
+
+MAX_STUDY_DOWNWARD_WRITES = {'bits_4': 8}
+"""Downward writes of the study, where all would take long."""
+
+STUDY = Study(
+    'proofs',
+    prove_preset,
+    ('case_2', 'bits_1', 'bits_2', 'bits_4'),
+    ('lab/mlmem_lab/studies/proof.py',),
+)

@@ -99,27 +99,16 @@ def survey_element(
     made = truth.specimen
     strength = made.alpha * made.design.d / chosen.design.d
     alpha, deviation = (each[fitted.unknowns.alpha] for each in (fitted.x, fitted.deviations))
-    own = {'mass': ('mass', made.masses), 'k_r': ('k_r', made.k_r)}
-    inside = {}
     interval_deviations = 1.959964  # standard deviations to either side of a 95 % interval
-    for name, (cells, values) in own.items():
-        where = getattr(fitted.unknowns, cells)
-        if HIDDEN_KINDS[kind].get(name) and where.stop > where.start:
-            off = np.abs(fitted.x[where] - values) < interval_deviations * fitted.deviations[where]
-            inside = {'inside own': float(np.mean(off))}
-    return (
-        found
-        | inside
-        | {
-            'seconds': time.process_time() - begun,
-            'chi2': fitted.chi2,
-            'in band': fitted.in_band,
-            'added': [term for term in ADDED_TERMS if has_term(fitted.misfit, term)],
-            'inside': float(np.mean(np.abs(alpha - strength) < interval_deviations * deviation)),
-            'error': float(np.sqrt(np.mean((alpha / strength - 1.0) ** 2))),
-            'stated': float(np.sqrt(np.mean((deviation / strength) ** 2))),
-        }
-    )
+    return found | {
+        'seconds': time.process_time() - begun,
+        'chi2': fitted.chi2,
+        'in band': fitted.in_band,
+        'added': [term for term in ADDED_TERMS if has_term(fitted.misfit, term)],
+        'inside': float(np.mean(np.abs(alpha - strength) < interval_deviations * deviation)),
+        'error': float(np.sqrt(np.mean((alpha / strength - 1.0) ** 2))),
+        'stated': float(np.sqrt(np.mean((deviation / strength) ** 2))),
+    }
 
 
 def survey_shots(
@@ -167,21 +156,15 @@ def summarise_fits(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }  # fmt: skip
     if not fits:
         return told
-    every = {
-        name: np.array([row[name] for row in fits if name in row])
-        for name in dict.fromkeys(name for row in fits for name in row if name != 'added')
-    }
-    if 'inside own' in every:
-        told['inside own'] = 100.0 * np.mean(every['inside own'])
+    error, stated, inside, chi2 = (
+        np.array([row[name] for row in fits]) for name in ('error', 'stated', 'inside', 'chi2')
+    )
     min_lie_ratio = 3.0  # error over what a fit states from which it lies
     return told | {
-        'lies': int(np.sum(every['error'] > min_lie_ratio * every['stated'])),
-        'most off': np.max(every['error'] / every['stated']),
+        'lies': int(np.sum(error > min_lie_ratio * stated)),
+        'most off': np.max(error / stated),
         'added': dict(Counter(', '.join(row['added']) or 'nothing' for row in fits)),
-        'inside': 100.0 * np.mean(every['inside']), 'least inside': 100.0 * every['inside'].min(),
-        'error': 100.0 * np.median(every['error']), 'most error': 100.0 * every['error'].max(),
-        'least chi2': every['chi2'].min(), 'most chi2': every['chi2'].max(),
-        'most in band': every['in band'].max(),
-        'seconds': np.median(every['seconds']), 'most seconds': every['seconds'].max(),
-        'shots': [every['shots'].min(), every['shots'].max()], 'time': np.median(every['time']),
+        'inside': 100.0 * np.mean(inside), 'least inside': 100.0 * inside.min(),
+        'error': 100.0 * np.median(error), 'most error': 100.0 * error.max(),
+        'most chi2': chi2.max(), 'seconds': np.median([row['seconds'] for row in fits]),
     }  # fmt: skip

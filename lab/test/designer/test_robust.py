@@ -100,4 +100,4 @@ def test_design_command_writes_an_element_that_kicks_write(tmp_path, capsys):
     assert found.design.levels == 2
     counted = count_astray(found.design, found.settings, 0.03, elements=10)
     assert counted['astray'] == 0
-    assert 'shipped robust' in capsys.readouterr().out
+    assert 'astray at 0.03' in capsys.readouterr().out

@@ -3,6 +3,7 @@
 """Proofs by simulation: shipped and found designs do what their table says."""
 
 import dataclasses
+import re
 
 import pytest
 
@@ -70,28 +71,16 @@ def test_a_design_that_does_not_work_fails_its_proof():
 
 def test_a_design_is_found_written_and_proven(tmp_path, capsys):
     file = tmp_path / 'two.yaml'
-    options = ['--output', str(file), '--prove', '--jobs', '1', '--folder', str(tmp_path)]
+    options = ['--output', str(file), '--prove', '--jobs', '1']
     assert main(['design', '--levels', '2', *options]) == 0
     assert load_preset(str(file)).design == preset('bits_1').design
-    said = dict(
-        line.split('  ', 1) for line in capsys.readouterr().out.splitlines() if ' of ' in line
-    )
-    found = {name: value.strip() for name, value in said.items()}
+    found = dict(re.findall(r'^([a-z ]+?) +(\d+ of \d+)', capsys.readouterr().out, re.MULTILINE))
     assert found == {
         'written and read back': '2 of 2',
         'written downward': '1 of 1',
         'erased': '2 of 2',
         'read in a row': '20 of 20',
     }
-    # What is done is kept: the same command has nothing left to do.
-    assert main(['design', '--levels', '2', *options]) == 0
-    table = tmp_path / 'table.md'
-    options = ['--markdown', str(table), '--jobs', '1', '--folder', str(tmp_path)]
-    assert main(['design', 'prove', str(file), *options]) == 0
-    heading, _, row = (line.split(' | ') for line in table.read_text().splitlines())
-    proof = dict(zip(heading, row, strict=True))
-    assert proof['written and read back'] == proof['erased'] == '2 of 2'
-    assert proof['written downward'] == '1 of 1'
 
 
 def test_what_is_wrong_is_said(capsys):
