@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How long procedures take, and what reads do to the wall.
 
-Every preset makes random writes in a row, erases from random levels, reads, a self-test, and a
-thousand reads, which may move the wall. Times are in time units.
+Every preset makes random writes in a row, and a thousand reads of a level, which may move the
+wall. Times are in time units.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Erase, MemoryElement, Read, SelfTest, Write, preset
+from mlmem import MemoryElement, Read, Write, preset
 from mlmem.physics import find_level, find_walls
 
 from .results import STRAINED_PRESETS
@@ -32,24 +32,15 @@ def measure_times(name: str) -> dict[str, Any]:
     result = {
         **_time_writes(element, random),
         'auto': _time_writes(MemoryElement(design, automatic), random),
-        'self test': _time_command(element, SelfTest()),
     }
     reads, shift = [], 0.0
     read_count = 1000
     for level in range(0, design.levels, max(1, design.levels // 8)):
         element.perform(Write(level))
         before = _settle_wall(element)
-        reads += [_time_command(element, Read()) for _ in range(read_count)]
+        reads += [_time_read(element) for _ in range(read_count)]
         shift = max(shift, abs(_settle_wall(element) - before))
-    erased = []
-    for level in random.integers(design.levels, size=10):
-        element.perform(Write(int(level)))
-        erased.append(_time_command(element, Erase()))
-    return result | {
-        'read': _summarise_times(reads),
-        'erase': _summarise_times(erased),
-        'read disturb': shift,
-    }
+    return result | {'read': _summarise_times(reads), 'read disturb': shift}
 
 
 def _time_writes(element: MemoryElement, random: np.random.Generator) -> dict[str, Any]:
@@ -75,10 +66,10 @@ def _time_writes(element: MemoryElement, random: np.random.Generator) -> dict[st
     return counts | {way: _summarise_times(some) for way, some in every.items()}
 
 
-def _time_command(element: MemoryElement, command: Read | Erase | SelfTest) -> float:
-    outcome = element.perform(command)
+def _time_read(element: MemoryElement) -> float:
+    outcome = element.perform(Read())
     if not outcome.success:
-        raise RuntimeError(f'{command} failed: {outcome.error}')
+        raise RuntimeError(f'a read failed: {outcome.error}')
     return (outcome.end_tick - outcome.start_tick) * element.tick
 
 
@@ -95,10 +86,7 @@ def _summarise_times(times: Iterable[float]) -> dict[str, float]:
     some = np.fromiter(times, float)
     seconds = 1e-4  # of a time unit at the default scale
     return {
-        'mean': float(some.mean()),
         'median': float(np.median(some)),
-        'least': float(some.min()),
-        'most': float(some.max()),
         'least s': float(some.min()) * seconds,
         'most s': float(some.max()) * seconds,
     }

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -54,16 +54,12 @@ class Trouble(NamedTuple):
 Drawing = Callable[[Rng], Trouble]
 
 
-def define_troubles(
-    cells: int, pulse: float, scatters: Sequence[float], noises: Sequence[float]
-) -> dict[str, Drawing]:
+def define_troubles(cells: int, pulse: float) -> dict[str, Drawing]:
     """Return troubles by name: each draws one.
 
     Args:
         cells: How many the element has.
         pulse: Amplitude of the pulse of a read, in cells.
-        scatters: Sizes of the scatter of alpha.
-        noises: Amplitudes of noise, relative to the pulse.
     """
 
     def draw_cell(random: Rng) -> int:
@@ -85,8 +81,8 @@ def define_troubles(
             Faults(weak_cell=draw_cell(random), weak_factor=float(random.uniform(0.01, 1.0)))
         ),
         'a stuck cell': lambda random: Trouble(Faults(stuck_cell=draw_cell(random))),
-        **{f'alpha scattered by {size:g}': scatter_trouble(size) for size in scatters},
-        **{f'noise of {size:g} of the pulse': noise_trouble(size) for size in noises},
+        **{f'alpha scattered by {size:g}': scatter_trouble(size) for size in (1e-3, 3e-3, 1e-2)},
+        **{f'noise of {size:g} of the pulse': noise_trouble(size) for size in (1e-3, 1e-2)},
         'noise of any size that begins during a read': lambda random: Trouble(
             then=Faults(
                 sensor_noise=float(10.0 ** random.uniform(-3.0, 0.0)) * pulse,
@@ -119,25 +115,20 @@ def draw_word(random: Rng, words: int) -> int:
 
 
 def count_reads(
-    element: MemoryElement, drawing: Callable[[Rng], Trouble], random: Rng, count: int,
-    row: int = READS_PER_MOVE, among: Sequence[int] = (),
-) -> dict[str, int]:  # fmt: skip
-    """Read random words at rest, each so often in a row; return how many ended how.
-
-    Args:
-        among: Words to choose from; empty for all.
-    """
+    element: MemoryElement, drawing: Drawing, random: Rng, count: int
+) -> dict[str, int]:
+    """Read random words at rest, each ten times in a row; return how many ended how."""
     found = Counter[str]()
     code = make_code(element.design, element.settings)
     assert code is not None
     while found.total() < count:
-        word = among[int(random.integers(len(among)))] if among else draw_word(random, code.words)
+        word = draw_word(random, code.words)
         trouble = drawing(random)
         element.set_faults(Faults())
         element.chain.place(pin_walls(Specimen(element.design), code.walls(word)))
         element.transducer.assume_equilibrium()
         element.set_faults(trouble.faults)
-        for _ in range(min(row, count - found.total())):
+        for _ in range(min(READS_PER_MOVE, count - found.total())):
             read = _read_word(element, trouble, random)
             found['undecodable' if read is None else 'right' if read == word else 'wrong'] += 1
         element.apply(Disturb(0.0))
@@ -226,9 +217,7 @@ def count_preset(name: str) -> dict[str, Any]:
     """Return the counts of a preset, by fault and by scatter."""
     random = np.random.Generator(np.random.PCG64(SEED))
     element, finer = MemoryElement(preset(name)), build_device(name, 2)
-    kinds = define_troubles(
-        element.design.N, element.settings.register.A, (1e-3, 3e-3, 1e-2), (1e-3, 1e-2)
-    )
+    kinds = define_troubles(element.design.N, element.settings.register.A)
     # reads of every kind but the healthy ones, and writes as designed, where each takes long
     reduced_counts = {'register_5': (500, 600)}
     few, written = reduced_counts.get(name, (READS, WRITES))

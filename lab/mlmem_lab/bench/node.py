@@ -22,8 +22,6 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, NamedTuple
 
-from mlmem_ros.contract.services import load_action_types
-
 from ..results import load_kept, save_result
 from .measure import LoadMeter, ResultTable, describe_processor, format_number
 
@@ -68,8 +66,6 @@ FIGURES = {
     'latency': Figure('read latency beyond the physics, p50, ms', 'at most 1'),
     'ready': Figure('start-up time, warm cache, s', 'at most 1'),
     'memory': Figure('memory, MB'),
-    'bank': Figure('processor, 100 elements at rest, % of a core', 'at most 15'),
-    'bank_memory': Figure('memory of 100 elements, MB', 'at most 1000'),
 }
 
 
@@ -80,8 +76,8 @@ def run(repeats: int) -> ResultTable:
     count = max(3, repeats // 2)
     with NodeProcess():  # fills the cache of compiled loops
         pass
-    found = [measure_bank(), *(measure_node() for _ in range(count))]
-    rows = [build_row(key, [each[key] for each in found if key in each]) for key in FIGURES]
+    found = [measure_node() for _ in range(count)]
+    rows = [build_row(key, [each[key] for each in found]) for key in FIGURES]
     caption = f'{count} nodes; others: share of a core that others took meanwhile, in percent'
     return ResultTable('The node at its defaults', caption, rows)
 
@@ -94,14 +90,6 @@ def build_row(key: str, samples: Sequence[tuple[float, float]]) -> dict[str, str
         'figure': FIGURES[key].name, 'goal': FIGURES[key].goal, 'value': format_number(value),
         'verdict': FIGURES[key].judge_value(value, others), 'others': format_number(others),
     }  # fmt: skip
-
-
-def measure_bank() -> dict[str, tuple[float, float]]:
-    """Return the figures of a bank at rest, each with the share of others; it takes a minute."""
-    with NodeProcess(100) as bank:
-        report = bank.watch_node()
-    others = report['others']
-    return {'bank': (report['share'], others), 'bank_memory': (report['memory'], others)}
 
 
 def measure_node() -> dict[str, tuple[float, float]]:
@@ -129,20 +117,19 @@ def measure_node() -> dict[str, tuple[float, float]]:
 
 
 class NodeProcess:
-    """A `node_probe` of one node or several, for the duration of a `with`.
+    """A `node_probe`, for the duration of a `with`.
 
     Attributes:
         ready_time_s: Seconds from the start of the process until it was ready.
         others: Share of a core that others took meanwhile, in percent.
     """
 
-    def __init__(self, number: int = 1) -> None:
+    def __init__(self) -> None:
         command = [
             sys.executable,
             '-m',
             f'{__package__}.node_probe',
             str(time.time()),
-            str(number),
         ]
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
@@ -217,16 +204,10 @@ def subscribe_streams(memory: MemoryClient) -> None:
 
 
 def keep_column(rows: Sequence[Mapping[str, str]], file: Path) -> None:
-    """Write the figures of this processor to a result file, beside those of others that it has;
-    whether the nodes serve actions says much about a bank.
-    """
+    """Write the figures of this processor to a result file, beside those of others."""
     processor = f'{describe_processor()}, {os.cpu_count()} cores'
     kept = {row['figure']: row for row in load_kept(file).get('rows', ())}
-    actions = 'yes' if load_action_types() else 'no'
-    found = [
-        {'figure': 'date', 'goal': '', processor: date.today().isoformat()},
-        {'figure': 'actions', 'goal': '', processor: actions},
-    ]
+    found = [{'figure': 'date', 'goal': '', processor: date.today().isoformat()}]
     for row in rows:
         busy = ' (busy)' if float(row['others']) > MAX_OTHER_LOAD_PERCENT else ''
         value = row['value'] + busy

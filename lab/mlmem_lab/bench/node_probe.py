@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Memory nodes that measure themselves: the process that the benchmark `node` starts.
+"""A memory node that measures itself: the process that the benchmark `node` starts.
 
 It prints one JSON line when it is ready. For every line that it reads, seconds and a speed, it
 measures itself and prints the result as another line. It serves requests all the time, until its
@@ -21,7 +21,6 @@ from pathlib import Path
 import numpy as np
 
 from mlmem.loop.timetable import LoopStatistics
-from mlmem_ros.ros.main import parse_bank_arguments
 from mlmem_ros.ros.node.node import MemoryNode
 from mlmem_ros.ros.node.run import SINGLE_ELEMENT, GuardedExecutor, end_nodes, start_nodes
 from mlmem_ros.ros.process import use_profile
@@ -48,19 +47,14 @@ class LatenessRecord(LoopStatistics):
         return 1e3 * float(late[order][np.searchsorted(done, 0.99 * done[-1])])
 
 
-def main(begun: float, number: int) -> None:
-    """Run nodes, print, serve.
+def main(begun: float) -> None:
+    """Run a node, print, serve.
 
     Args:
         begun: When the process was started, in seconds since the epoch.
     """
     use_profile(os.environ)
-    arguments, bank = parse_bank_arguments(['memory_bank', f'--elements={number}'])
-    nodes, executor = (
-        start_nodes(arguments, elements=bank)
-        if number > 1
-        else start_nodes([], elements=SINGLE_ELEMENT)
-    )
+    nodes, executor = start_nodes([], elements=SINGLE_ELEMENT)
     gc.freeze()
     _print_values({'ready': time.time() - begun})
     while True:
@@ -76,7 +70,7 @@ def main(begun: float, number: int) -> None:
 def _watch_node(
     node: MemoryNode, executor: GuardedExecutor, seconds: float, speed: float
 ) -> dict[str, float]:
-    """Return measurements of the process, and of the ticks of its first node."""
+    """Return measurements of the process, and of the ticks of its node."""
     loop = node.host.open_loop()
     statistics, own = LatenessRecord(), loop.statistics
     node.host.set_speed(speed)
@@ -118,4 +112,4 @@ def _read_resident_mb() -> float:
 
 
 if __name__ == '__main__':
-    main(float(sys.argv[1]), int(sys.argv[2]))
+    main(float(sys.argv[1]))

@@ -67,17 +67,15 @@ def keep_figure_picture(figure: Figure, output: Path) -> None:
 
 
 def judge_claims(data: Mapping[str, Data]) -> dict[str, Any]:
-    """Return claims, their counts, and what figures keep, from all data."""
+    """Return claims and their counts from all data."""
     claims = {claim.key: _summarise_claim(claim, data) for claim in ALL_CLAIMS}
     count = Counter(claim['verdict'] for claim in claims.values())
-    kept = [figure for figure in ALL_FIGURES if figure.summary is not None]
     return {
         'counts': {
             'claims': len(claims),
             **{judgement.value: count[judgement.value] for judgement in Judgement},
         },
         'claims': claims,
-        **{figure.name: figure.summary(data[figure.name]) for figure in kept if figure.summary},
     }
 
 

@@ -109,7 +109,6 @@ class Figure:
     Attributes:
         name: What a person types, as '2a'.
         seconds: Rough cost at full quality: the long ones begin first.
-        summary: Makes of the data what a result file keeps.
         modules: What it measures or draws, beside its own file: paths of the checkout.
     """
 
@@ -118,7 +117,6 @@ class Figure:
     seconds: float
     modules: tuple[str, ...] = DEVICE_MODULES
     claims: list[Claim] = field(default_factory=list)
-    summary: Callable[[Data], Mapping[str, Any]] | None = None
     draw: Callable[[Data], Any] | None = None
 
     def register_data(self, compute: Callable[[Quality], Data]) -> Callable[[Quality], Data]:
@@ -135,10 +133,6 @@ class Figure:
         """Take what draws the data and returns a Matplotlib figure."""
         self.draw = draw
         return draw
-
-    def register_summary(self, summary: Callable[[Data], Mapping[str, Any]]) -> None:
-        """Take what makes of the data what the result file keeps, for the pages."""
-        self.summary = summary
 
     def register_claim(
         self,

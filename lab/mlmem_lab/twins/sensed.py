@@ -18,9 +18,8 @@ from mlmem.physics import HeldCell, Scatter, Specimen, scattered
 from mlmem.physics.potential import Array
 from mlmem.presets import PRESETS
 from mlmem.procedure_table import Procedures
-from mlmem_ros.rig.link import Tcp
 from mlmem_tools.identification.plan import plan_pulses
-from mlmem_tools.rig.emulated import EmulatedRig, Sensors
+from mlmem_tools.rig.emulated import Sensors
 
 from ..rk4 import Rk4Element
 
@@ -127,28 +126,6 @@ class HiddenElement(Driver):
         """Return the gains of both ends over those of the sensors, shape (2, n)."""
         turns = times / self._period + np.array([[0.0], [0.25]])
         return np.asarray(1.0 + self._drift * np.sin(2.0 * np.pi * turns))
-
-
-class AtOnce(Tcp):
-    """A line to an emulated rig in the same thread, whose answers are immediate."""
-
-    def __init__(self, rig: EmulatedRig) -> None:
-        self._rig, self._come = rig, bytearray()
-        rig.begin(self._come.extend)
-
-    def send(self, data: bytes) -> None:
-        """Let the rig play what it is sent."""
-        self._rig.take(data)
-        self._rig.pass_time(0.0)
-
-    def receive(self, seconds: float) -> bytes:
-        """Return what the rig has sent."""
-        come = bytes(self._come)
-        self._come.clear()
-        return come
-
-    def close(self) -> None:
-        """Do nothing: nobody else waits for the rig."""
 
 
 def make_specimen(name: str, scatter: float, seed: int) -> Specimen:

@@ -21,13 +21,12 @@ from mlmem import MemoryElement, Shot, Survey, factory_calibration
 from mlmem.element_file import Element
 from mlmem.physics import Design, Scatter, scattered
 from mlmem.presets import PRESETS
-from mlmem_ros.rig import Rig
 from mlmem_tools.identification.fit import Misfitting, fit_element
 from mlmem_tools.identification.fitted import ADDED_TERMS, has_term
-from mlmem_tools.rig.emulated import EmulatedRig, Sensors
+from mlmem_tools.rig.emulated import Sensors
 
 from ..rk4 import Rk4Element
-from .sensed import AtOnce, HiddenElement, perform_command
+from .sensed import HiddenElement, perform_command
 
 TRANSDUCER_NOISE_CELLS = 1e-5
 """Of the transducers, in cells."""
@@ -137,9 +136,7 @@ def survey_shots(
     )
     late_samples = int(late[0]), int(late[1])
     driver = HiddenElement(element, sensors, late_samples, amount.get('drift', 0.0))
-    rig = EmulatedRig(design, settings, driver, at_once=True)
-    there = Rig(design, settings, 'tcp://here:1', AtOnce(rig))
-    device = MemoryElement(design, settings, factory_calibration(design, settings), there)
+    device = MemoryElement(design, settings, factory_calibration(design, settings), driver)
     outcome, events = perform_command(device, Survey())
     if not outcome.success:
         raise Misfitting(f'the survey failed: {outcome.error}')

@@ -18,7 +18,7 @@ import pytest
 
 from mlmem_lab.paper.command import judge_claims
 from mlmem_lab.paper.figure import Judgement
-from mlmem_lab.paper.gallery import ALL_CLAIMS, ALL_FIGURES
+from mlmem_lab.paper.gallery import ALL_CLAIMS
 from mlmem_lab.results import RESULT_FOLDER, load_result
 from mlmem_tools.cli.output import to_json_value
 
@@ -107,15 +107,10 @@ def test_doctored_data_do_not_pass(key, small):
 # --- the result file: made of the data, whole ------------------------------------------------
 
 
-def complete(computed):
-    """What claims and the result file take."""
-    kept = {figure.name for figure in ALL_FIGURES if figure.summary}
-    return {name: computed[name] for name in kept.union(*(claim.needs for claim in ALL_CLAIMS))}
-
-
 @pytest.fixture(scope='module')
 def result(small):
-    return json.loads(json.dumps(to_json_value(judge_claims(complete(small)))))
+    needed = {name: small[name] for claim in ALL_CLAIMS for name in claim.needs}
+    return json.loads(json.dumps(to_json_value(judge_claims(needed))))
 
 
 def test_every_claim_is_in_the_result(result):

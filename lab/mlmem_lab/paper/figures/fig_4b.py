@@ -97,12 +97,6 @@ def draw_figure(data: Data) -> Any:
     return figure
 
 
-@FIGURE.register_summary
-def delays_by_reader(data: Data) -> dict[str, list[float]]:
-    """Return the delays of all levels by reader."""
-    return {name: [round(float(t), 1) for t in data[f'delay_{name}']] for name in DELAY_READERS}
-
-
 @FIGURE.register_claim(
     'At the domain wall the wave is reflected back toward the source as an echo',
     page=5,

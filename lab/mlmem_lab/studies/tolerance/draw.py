@@ -29,24 +29,10 @@ TRIAL_LABELS = {
     'left': 'read from the left', 'right': 'read from the right',
 }  # fmt: skip
 
-KIND_COLOURS = dict(
-    zip(
-        ALL_KINDS,
-        (
-            ACTIVE_COLOUR,
-            '#e69f00',
-            INK_COLOUR,
-            '#56b4e9',
-            INACTIVE_COLOUR,
-            '#d55e00',
-            '#009e73',
-            '#cc79a7',
-            '#999999',
-            '#7f4f24',
-        ),
-        strict=True,
-    )
-)
+KIND_COLOURS = dict(zip(ALL_KINDS, (
+    ACTIVE_COLOUR, '#e69f00', INK_COLOUR, '#56b4e9', INACTIVE_COLOUR,
+    '#d55e00', '#009e73', '#cc79a7', '#999999', '#7f4f24',
+), strict=True))  # fmt: skip
 
 MAX_UNSEEN_RATE = 1e-2
 """A count without a failure is shown if its interval ends below this."""
