@@ -73,18 +73,16 @@ def _greatest_amount(amounts: Sequence[float]) -> str:
     return f'{max(amounts):g}' if amounts else 'none'
 
 
-def paper_disagreements(result: Mapping[str, Any]) -> Rows:
-    """Return what is printed where our simulation shows something else."""
-    rows: Rows = [['verdict', 'the paper says', 'we find']]
-    some = [claim for claim in result['claims'].values() if claim['printed']]
-    return [
-        *rows,
-        *([c['verdict'], _escape_cell(c['paper']), _escape_cell(c['finding'])] for c in some),
-    ]
-
-
-def _escape_cell(text: str) -> str:
-    return text.replace('|', r'\|')
+def robust_writes(result: Mapping[str, Any]) -> Rows:
+    """Return failed and wrong writes by element and scatter of all parts."""
+    rows: Rows = [['element', *(f'{float(key):.0%}' for key in result['presets']['robust_3'])]]
+    for name, by_scatter in result['presets'].items():
+        cells = []
+        for found in by_scatter.values():
+            wrong = f', {found["wrong"]} wrong' if found['wrong'] else ''
+            cells.append(f'{found["failed"]} of {found["writes"]}{wrong}')
+        rows.append([f'`{name}`', *cells])
+    return rows
 
 
 def node_missed(result: Mapping[str, Any]) -> Rows:
@@ -135,7 +133,7 @@ def _tolerance_rows(result: Mapping[str, Any], heading: str, labels: Mapping[str
     rows: Rows = [[heading, *(f'`{name}`{labels[tried]}' for name, tried in columns)]]
     for what in dict.fromkeys(each for found in designs.values() for each in found):
         cells = (designs[name].get(what, {}).get(tried, {}) for name, tried in columns)
-        rows.append([what, *(cell.get('text', '') for cell in cells)])
+        rows.append([what, *(cell.get('text', '').partition(' (')[0] for cell in cells)])
     return rows
 
 

@@ -122,6 +122,4 @@ class _Formatter(argparse.RawDescriptionHelpFormatter, argparse.ArgumentDefaults
     """Keeps the line breaks of a description and shows defaults that say something."""
 
     def _get_help_string(self, action: argparse.Action) -> str | None:
-        default = action.default
-        silent = default is None or default is False or default in ('', ())
-        return action.help if silent else super()._get_help_string(action)
+        return super()._get_help_string(action) if action.default else action.help

@@ -40,12 +40,14 @@ def _declare_deviation(name: str, of: str, unit: str = 'relative') -> Option:
     'run an emulated rig, for a node to drive over TCP',
     declare_option('--element', default='case_2', metavar='NAME|FILE', help='element of the rig'),
     declare_option('--host', default='127.0.0.1', help='address to listen on'),
-    declare_option('--port', type=int, default=0, help='port to listen on; 0: any free one'),
+    declare_option(
+        '--port', type=int, default=0, help='port to listen on; by default any free one'
+    ),
     _declare_number('--latency', 'delay of every frame', 'S'),
     _declare_number('--jitter', 'additional random delay', 'S'),
     _declare_number('--loss', 'probability that a frame is lost', 'P'),
     _declare_number('--drift', 'relative error of its clock; positive: fast'),
-    _declare_number('--restart', 'disconnect after this time; 0: never', 'S'),
+    _declare_number('--restart', 'disconnect after this time', 'S'),
     declare_option(
         '--at-once',
         action='store_true',

@@ -11,7 +11,7 @@ from mlmem_ros.ros import main
 from mlmem_tools.cli import laboratory
 from mlmem_tools.cli.commands import SUBCOMMAND_NAMES, build_parser
 
-from .table import table
+from .table import listing
 
 MIN_COMMON_COMMANDS = 2
 """An option that so many commands take with the same meaning is described once."""
@@ -25,9 +25,9 @@ def generate_commands() -> dict[str, str]:
     every = [command for top, _ in own + others + nodes for command in _walk(top)]
     counts = Counter(row for command in every for row in _options(command))
     common = {row for row, count in counts.items() if count >= MIN_COMMON_COMMANDS}
-    rows = [list(row) for row in counts if row in common]
+
     return {
-        'common options': table(['option', 'meaning'], rows),
+        'common options': listing(row for row in counts if row in common),
         'commands': ''.join(_command(each, text, common) for each, text in nodes + own),
         'laboratory': ''.join(_command(each, text, common, 3) for each, text in others),
     }
@@ -64,13 +64,13 @@ def _command(
     common: Collection[tuple[str, str]],
     depth: int = 2,
 ) -> str:
-    rows = [list(row) for row in _options(command) if row not in common]
+    rows = [row for row in _options(command) if row not in common]
     shared = ', '.join(row[0].split()[0].strip('`') for row in _options(command) if row in common)
     about = (command.description or f'{summary}.').strip().removeprefix(f'`{command.prog}`: ')
     parts = [
         f'{"#" * depth} `{command.prog}`',
         about[:1].upper() + about[1:],
-        table(['option', 'meaning'], rows) if rows else '',
+        listing(rows),
         f'Also `{shared}`.' if shared else '',
         command.epilog or '',
     ]

@@ -11,40 +11,34 @@ from typing import Any
 
 from mlmem import MemoryElement, Read, element_file, preset, snapshot
 from mlmem.moves import corrections
-from mlmem.parsing import encode_value
 from mlmem.physics import Specimen
 from mlmem_ros.bag import jazzy
 from mlmem_ros.host import state_file
 from mlmem_ros.session import records
 
 from . import keys
-from .table import table
+from .table import listing
 
 
 def generate_files() -> dict[str, str]:
     """Return the keys of all formats, whose keys are compared with those of an element's files."""
     element = MemoryElement(preset('bits_1'))
-    taken, corrected = (
-        snapshot.take_snapshot(element),
-        corrections.PulseCorrections((corrections.PulseCorrection(),) * 2, '', (1.0,) * 2),
-    )
-    calibrated = encode_value(
-        dataclasses.replace(element.calibration, pulse_corrections=corrected)
-    )
+    taken = snapshot.take_snapshot(element)
+    plan = corrections.PulseCorrections((corrections.PulseCorrection(),) * 2, '', (1.0,) * 2)
     made = Specimen(element.design, k_r_factor=1.01, offset=0.01)
     known = element_file.Element(
         dataclasses.replace(made, mass=2.0, stuck=(9,)), made.alpha, 1.01,
-        {'left': (0.0, 1.0)}, data=1, plan=corrected,
+        {'left': (0.0, 1.0)}, data=1, plan=plan,
     )  # fmt: skip
     element.made, element.forecast, element.twin = made, element.calibration, made
     header = _content(records.build_header(element, '/mlmem', {}))
     hashed = _content(records.build_state_hash(element))
     command = _content(records.build_command(0, Read()))
     arguments = ['...'] if command.keys() - {'tick', 'kind'} else []
-    own = [[f'`~/{name}`', meaning] for name, meaning in keys.TOPICS.items()]
+
     session = keys.SESSION
     return {
-        'session topics': table(['topic', 'messages'], own),
+        'session topics': listing((f'`~/{name}`', text) for name, text in keys.TOPICS.items()),
         'session': _keys(session[records.HEADER_TOPIC], header),
         'command': _keys(session[records.COMMAND_TOPIC], ['tick', 'kind', *arguments]),
         'state hash': _keys(session[records.STATE_HASH_TOPIC], hashed),
@@ -52,18 +46,15 @@ def generate_files() -> dict[str, str]:
         'calibrations': _keys(
             keys.CALIBRATIONS, _written(state_file.save_calibration, '', element.calibration)
         ),
-        'calibration': _keys(keys.CALIBRATION, calibrated),
-        'delay table': _keys(keys.TABLE, calibrated['right']),
-        'pulse corrections': _keys(keys.PULSE_CORRECTIONS, calibrated['pulse_corrections']),
         'element': _keys(keys.ELEMENT, known.as_dict()),
     }
 
 
 def _keys(meanings: Mapping[str, str], found: Iterable[str]) -> str:
-    """Return a table of keys; raise `ValueError` unless they are those in a file."""
+    """Return a list of keys; raise `ValueError` unless they are those in a file."""
     if wrong := set(meanings) ^ set(found):
         raise ValueError(f'keys and their descriptions must agree; got {sorted(wrong)}')
-    return table(['key', 'meaning'], ([f'`{key}`', text] for key, text in meanings.items()))
+    return listing((f'`{key}`', text) for key, text in meanings.items())
 
 
 def _written(save: Callable[..., None], *content: Any) -> Any:

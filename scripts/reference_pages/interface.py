@@ -27,7 +27,7 @@ from mlmem_ros.ros.node.diagnostics import Pace
 from mlmem_tools.identification.watcher import Watcher
 from mlmem_tools.identification.watching import Change, Comparison
 
-from .table import table
+from .table import listing, table
 
 INTERFACES = Path(__file__).resolve().parents[2] / 'mlmem_interfaces' / 'action'
 
@@ -36,19 +36,20 @@ def generate_interfaces() -> dict[str, str]:
     """Return the tables of topics, services, actions, answers and diagnostics."""
     published = (*STREAMS.values(), DIAGNOSTICS_TOPIC)
     requests = [
-        [f'`{name}`', ', '.join(f'`{key}` ({kind.name})' for key, kind in takes.items()) or '-']
+        (f'`{name}`', ', '.join(f'`{key}` ({kind.name})' for key, kind in takes.items()))
         for name, takes in services.REQUEST_ARGUMENTS.items()
+        if takes
     ]
     return {
         'subscribed': _topics(COMMAND_TOPICS),
         'published': _topics(published),
         'services': _services(services.NODE_SERVICES),
         'simulator': _services(services.SIMULATOR_SERVICES),
-        'requests': table(['procedure', 'arguments'], requests),
+        'requests': listing(requests),
         'answers': table(['value', 'answer of', 'meaning'], _list_values()),
         'actions': table(['action', 'what it does', 'goal', 'result'], _list_actions()),
-        'goals': table(['field', 'meaning'], _describe_section(0)),
-        'feedback': table(['field', 'meaning'], _describe_section(2)),
+        'goals': listing(_describe_section(0)),
+        'feedback': listing(_describe_section(2)),
         'diagnostics': _list_diagnostics(),
     }
 
@@ -114,12 +115,12 @@ def _read_fields(kind: str) -> list[dict[str, str]]:
     ]
 
 
-def _describe_section(section: int) -> list[list[str]]:
-    """Return a row for every field that the goals (0), results (1) or feedback (2) have."""
+def _describe_section(section: int) -> list[tuple[str, str]]:
+    """Return every field that the goals (0), results (1) or feedback (2) have."""
     fields: dict[str, str] = {}
     for kind in ACTION_TYPE_NAMES.values():
         fields |= _read_fields(kind)[section]
-    return [[f'`{name}`', meaning] for name, meaning in fields.items()]
+    return [(f'`{name}`', meaning) for name, meaning in fields.items()]
 
 
 def _list_actions() -> Iterator[list[str]]:

@@ -61,29 +61,6 @@ CALIBRATIONS = {
 }
 """A calibration file."""
 
-CALIBRATION = {
-    'left': 'delay table of the left end, or null if it is not read from',
-    'right': 'delay table of the right end',
-    'pulse_corrections': 'corrections of the steps; null if all pulses are as in the settings',
-}
-"""A calibration."""
-
-TABLE = {
-    'delays': 'echo delay of every level, in time units',
-    'blank': 'echo delay of a blank element in time units, or null if it gives no echo',
-    'shapes': 'for every level the times at which its echo crosses 0.8 and 1.25 of the threshold, '
-    'null where it does not, and its greatest v_c over the threshold; empty if not '
-    'known',
-}
-"""A delay table."""
-
-PULSE_CORRECTIONS = {
-    'steps': 'by level: factors on the strains, the times and the launch speed of the pulse',
-    'schedule': 'hash of the settings that shape the pulses; with others these are ignored',
-    'kinks': 'by level: factors on the speed of a kink; empty for one wall',
-}
-"""Pulse corrections."""
-
 ELEMENT = {
     'format': f'version of the format: {element_file.FORMAT_VERSION}',
     'design': 'the design, by parameter, with the fitted potential, damping and substrate',

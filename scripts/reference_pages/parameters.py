@@ -11,8 +11,6 @@ from mlmem_ros.host.settings import declare_parameters
 
 from .table import table
 
-HEAD = ['default', 'range', 'meaning']
-
 
 def generate_parameters() -> dict[str, str]:
     """Return every parameter of the node."""
@@ -25,26 +23,31 @@ def generate_parameters() -> dict[str, str]:
         ]
         for name, default, description in declare_parameters()
     ]
-    return {'parameters': table(['parameter', *HEAD], rows)}
+    return {'parameters': table(['parameter', 'default', 'range', 'meaning'], rows)}
 
 
 def list_settings() -> str:
     """Return every value of an element file that is not one of the individual element.
 
-    Keys of the same name, range and meaning in several groups share a row.
+    Keys of the same name and meaning in several groups share a row.
     """
     shared: dict[tuple[str, ...], dict[str, str]] = {}
     for group, owner in {'design': CASE_II, **Settings().groups()}.items():
         for field, description in find_descriptions(owner):
             defaults = shared.setdefault(
-                (field.name, description.unit, _range(description), description.text), {}
+                (field.name, description.unit, ', '.join(description.choices), description.text),
+                {},
             )
             defaults[f'`{group}.{field.name}`'] = _default(getattr(owner, field.name), description)
     rows = [
-        [', '.join(defaults), ', '.join(dict.fromkeys(defaults.values())), legal, text]
-        for (_, _, legal, text), defaults in shared.items()
+        [
+            ', '.join(defaults),
+            ', '.join(dict.fromkeys(defaults.values())),
+            f'{text} ({choices})' if choices else text,
+        ]
+        for (_, _, choices, text), defaults in shared.items()
     ]
-    return table(['key', *HEAD], rows)
+    return table(['key', 'default', 'meaning'], rows)
 
 
 def _default(value: Any, description: Description) -> str:

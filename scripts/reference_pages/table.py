@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tables in Markdown."""
+"""Tables and lists in Markdown."""
 
 from collections.abc import Iterable
 
@@ -11,3 +11,8 @@ def table(head: list[str], rows: Iterable[list[str]]) -> str:
     return '\n'.join(
         '| ' + ' | '.join(cell.replace('|', '&#124;') for cell in line) + ' |' for line in lines
     )
+
+
+def listing(rows: Iterable[tuple[str, str]]) -> str:
+    """Return a list in Markdown: names, and what each means."""
+    return '\n'.join(f'- {name}: {text}' for name, text in rows)
