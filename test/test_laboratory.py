@@ -3,12 +3,15 @@
 """The laboratory is a package of its own: it imports this one, and adds commands to `mlmem`."""
 
 from importlib.metadata import EntryPoints
+from pathlib import Path
 
 import pytest
 
 from mlmem_ros import packages
 from mlmem_tools.cli import laboratory
 from mlmem_tools.cli import main as cli
+
+ROOT = Path(__file__).parent.parent
 
 
 def test_command_without_the_laboratory_says_what_to_install(monkeypatch, capsys):
@@ -25,6 +28,7 @@ def test_command_without_the_laboratory_says_what_to_install(monkeypatch, capsys
     [
         ['design', '--levels', '2'],
         ['design', 'prove', 'bits_1'],
+        ['inspect', str(ROOT / 'test/data/life'), '--plot', 'session.png'],
     ],
     ids=' '.join,
 )

@@ -17,6 +17,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mlmem_ros.packages import find_entry_points
+
+from . import laboratory
 from .command import JSON_OPTION, declare_command, declare_option
 from .interrupts import note_outcome
 from .output import create_console, create_table, print_json, show_progress
@@ -48,7 +51,9 @@ class Written:
 
 @declare_command(
     'write every level up and some down through ROS 2, read each back, show it',
-    declare_option('--output', type=Path, default=Path('sessions'), help='folder for the session'),
+    declare_option(
+        '--output', type=Path, default=Path('sessions'), help='folder for session and picture'
+    ),
     JSON_OPTION,
     text=__doc__,
 )
@@ -58,6 +63,7 @@ def demo(arguments: argparse.Namespace) -> int:
         return _demonstrate_without_ros(arguments)
     from mlmem_ros.contract.calls import RequestError
     from mlmem_ros.ros.node_process import build_node_arguments, run_node_process
+    from mlmem_ros.session.data import load_session
 
     console = create_console(aside=arguments.json)
     folder: Path = arguments.output / time.strftime('demo-%Y%m%d-%H%M%S')
@@ -79,8 +85,14 @@ def demo(arguments: argparse.Namespace) -> int:
     note_outcome()
     _print_table(console, rows, 'written through ROS 2 and read back by echo')
     console.print(f'session  {session}')
+    picture = None
+    if laboratory.PICTURE_PART in find_entry_points(laboratory.PARTS_GROUP):
+        picture = laboratory.load_part(laboratory.PICTURE_PART)(
+            load_session(session), folder / 'session.png'
+        )
+        console.print(f'picture  {picture}')
     if arguments.json:
-        print_json({'levels': rows, 'session': session})
+        print_json({'levels': rows, 'session': session, 'picture': picture})
     return _exit_status(rows)
 
 

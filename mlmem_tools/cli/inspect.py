@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from mlmem.procedure_table import describe_content
 from mlmem.schema import make_printable
 
+from . import laboratory
 from .command import JSON_OPTION, declare_command, declare_option
 from .output import create_console, create_table, print_bag_failure, print_json
 
@@ -29,9 +30,10 @@ if TYPE_CHECKING:
 
 
 @declare_command(
-    'list a session bag, or repair it',
+    'list a session bag, plot or repair it',
     declare_option('bag', type=Path, help='bag directory or file'),
     declare_option('--node', default='', help='which node of the bag, if there are several'),
+    declare_option('--plot', type=Path, metavar='FILE', help='draw the session (.png, .svg)'),
     declare_option(
         '--repair', type=Path, metavar='NEW', help='write an intact bag of everything readable'
     ),
@@ -111,7 +113,7 @@ def _inspect_session(
     from mlmem_ros.session.data import load_session
     from mlmem_ros.session.records import command_to_dict
 
-    session = load_session(reader, arguments.node, motion=False)
+    session = load_session(reader, arguments.node, motion=bool(arguments.plot))
     if session.header is None:
         console.print(
             f'{make_printable(session.node)}: written by another recorder, no session header'
@@ -126,6 +128,10 @@ def _inspect_session(
     _list_procedures(console, session)
     _list_unknown(console, session)
     echoes = _list_echoes(console, session)
+    picture = None
+    if arguments.plot:
+        picture = laboratory.load_part(laboratory.PICTURE_PART)(session, arguments.plot)
+        console.print(f'picture  {picture}')
     return {
         'node': session.node,
         'versions': session.header.versions if session.header else None,
@@ -136,6 +142,7 @@ def _inspect_session(
             {'time': time, **values} for time, _, values in session.contents if 'since' in values
         ],
         'echoes': echoes,
+        'picture': picture,
     }
 
 

@@ -14,6 +14,9 @@ COMMANDS_GROUP = 'mlmem.commands'
 PARTS_GROUP = 'mlmem.parts'
 """Entry points of what our own commands do only with the laboratory; each is a function."""
 
+PICTURE_PART = 'session_figure'
+"""Draws a session to a file: `draw(session, path)`."""
+
 LABORATORY_COMMANDS = ('bench', 'figures', 'study', 'tolerance')
 """Its commands, so that we can say what to install."""
 

@@ -8,7 +8,8 @@ import pytest
 from closed_bag import check_closed
 from sampled import sampled
 
-from mlmem_tools.cli import demo
+from mlmem_ros.packages import find_entry_points
+from mlmem_tools.cli import demo, laboratory
 from mlmem_tools.cli.main import main
 
 
@@ -31,3 +32,8 @@ def test_demo_writes_its_levels_and_records(monkeypatch, tmp_path, capfd, levels
     messages = check_closed(folder / 'session')
     told = [message.data for topic, _, message in messages if topic.endswith('/level')]
     assert [level for level in dict.fromkeys(told) if level >= 0] == [*dict.fromkeys(levels)]
+    picture = folder / 'session.png'
+    assert picture.exists() == (
+        laboratory.PICTURE_PART in find_entry_points(laboratory.PARTS_GROUP)
+    )
+    assert not picture.exists() or picture.read_bytes().startswith(b'\x89PNG')

@@ -22,7 +22,7 @@ from .measure import ResultTable
 
 
 @declare_command(
-    'measure kernel and node, beside their peers',
+    'measure kernel, recorder and node, beside their peers',
     declare_option('names', nargs='*', metavar='NAME',
         help=f'which of {", ".join(BENCHMARK_NAMES)}; all by default'),
     declare_option('--repeats', type=int, default=7, help='rounds per comparison'),
@@ -58,7 +58,7 @@ def bench(arguments: argparse.Namespace) -> int:
         if rows:
             kept = load_kept(file)
             tables = {'tables': kept.get('tables', {}) | rows}
-            modules = [*DEVICE_MODULES, 'lab/mlmem_lab/bench']
+            modules = [*DEVICE_MODULES, 'mlmem_ros/bag', 'lab/mlmem_lab/bench']
             save_result(file, tables, 'mlmem bench --result FILE', modules, rows, kept=kept)
     return 0
 

@@ -59,8 +59,8 @@ def save_verdicts(output: Path, quality: Quality, folder: Path) -> Path:
 
 def keep_figure_picture(figure: Figure, output: Path) -> None:
     """Put the picture of a figure that was made among those of the pages, if it has one."""
-    if figure.draw is not None:
-        picture = CHECKOUT_ROOT / PICTURE_FOLDERS[0] / f'{figure.stem}.png'
+    if figure.ending:
+        picture = CHECKOUT_ROOT / PICTURE_FOLDERS[0] / f'{figure.stem}.{figure.ending}'
         shutil.copyfile(output / OUTPUT_FOLDER / picture.name, picture)
         own_file = f'lab/mlmem_lab/paper/figures/{figure.stem}.py'
         keep_picture(picture, f'mlmem figures {figure.name} --pages', [*figure.modules, own_file])

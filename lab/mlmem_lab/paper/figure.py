@@ -61,6 +61,7 @@ def judge_numbers(
 
 
 Judge = Callable[..., Judged]
+Save = Callable[[Data, Path], list[Path]]
 
 
 @dataclass(frozen=True)
@@ -103,13 +104,14 @@ class Figure:
     """One figure of the paper, or one of ours beside it.
 
     The file that makes it gives it its functions by the decorators `register_data` and
-    `register_drawing`, and `register_claim` for every sentence that its data judge. Where only
-    the claims matter there is no drawing.
+    `register_drawing`, and `register_claim` for every sentence that its data judge. A film has
+    `register_film` instead; where only the claims matter there is neither.
 
     Attributes:
         name: What a person types, as '2a'.
         seconds: Rough cost at full quality: the long ones begin first.
         modules: What it measures or draws, beside its own file: paths of the checkout.
+        ending: Of the picture on a page; empty if there is none.
     """
 
     name: str
@@ -118,6 +120,8 @@ class Figure:
     modules: tuple[str, ...] = DEVICE_MODULES
     claims: list[Claim] = field(default_factory=list)
     draw: Callable[[Data], Any] | None = None
+    ending: str = ''
+    _save: Save = lambda data, stem: []
 
     def register_data(self, compute: Callable[[Quality], Data]) -> Callable[[Quality], Data]:
         """Take what computes the data, arrays or what becomes arrays."""
@@ -131,8 +135,15 @@ class Figure:
 
     def register_drawing(self, draw: Callable[[Data], Any]) -> Callable[[Data], Any]:
         """Take what draws the data and returns a Matplotlib figure."""
-        self.draw = draw
+        self._save = lambda data, stem: save_figure(draw(data), stem)
+        self.draw, self.ending = draw, 'png'
         return draw
+
+    def register_film(self, save: Save) -> Save:
+        """Take what saves the data as a GIF of a stem, and returns the files."""
+        self._save = save
+        self.ending = 'gif'
+        return save
 
     def register_claim(
         self,
@@ -165,16 +176,14 @@ class Figure:
         return self.compute.__module__.rpartition('.')[2]
 
     def save(self, data: Data, folder: Path) -> list[Path]:
-        """Write the data as .npz, and a drawing as .png and .svg; return the files.
+        """Write the data as .npz, and a drawing as .png and .svg or a film; return the files.
 
         The folder must exist.
         """
         stem = folder / self.stem
         np.savez_compressed(stem.with_suffix('.npz'), **data, allow_pickle=False)
-        if self.draw is None:
-            return [stem.with_suffix('.npz')]
         with style_context():
-            return [stem.with_suffix('.npz'), *save_figure(self.draw(data), stem)]
+            return [stem.with_suffix('.npz'), *self._save(data, stem)]
 
 
 def load_data(path: Path) -> Data:

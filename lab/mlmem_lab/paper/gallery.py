@@ -12,7 +12,7 @@ from .figure import Claim, Figure, Quality
 
 FIGURE_FILES = (
     'fig_1c', 'fig_2a', 'fig_2b', 'fig_2c', 'fig_3a', 'fig_3b', 'fig_4a', 'fig_4b', 'fig_5',
-    'gradient', 'carriers', 'peaks', 'launches', 'rigidity', 'design',
+    'mov_s1', 'gradient', 'carriers', 'peaks', 'launches', 'rigidity', 'design',
     'kicked', 'byte',
 )  # fmt: skip
 """Those of the folder `figures`, each with a `FIGURE`."""
@@ -45,7 +45,7 @@ def select_figures(names: Iterable[str]) -> list[Figure]:
     """
     wanted = []
     for name in names:
-        key = name.lower().removeprefix('fig').lstrip('._ ')
+        key = name.lower().removeprefix('fig').lstrip('._ ').removeprefix('mov_')
         if key not in FIGURES_BY_NAME:
             raise KeyError(f'figure must be one of {", ".join(FIGURES_BY_NAME)}; got {name!r}')
         wanted.append(key)

@@ -40,10 +40,10 @@ def test_tables_are_kept_beside_others(tmp_path, monkeypatch):
     ours = SimpleNamespace(TITLE='K', run=lambda repeats: found)
     monkeypatch.setattr(command.importlib, 'import_module', lambda name, package: ours)
     file = tmp_path / 'bench.json'
-    file.write_text(json.dumps({'tables': {'other': []}}))
-    assert main(['bench', 'kernel', '--result', str(file)]) == 0
+    for name in ('recorder', 'kernel'):
+        assert main(['bench', name, '--result', str(file)]) == 0
     tables = json.loads(file.read_text(encoding='utf-8'))['tables']
-    assert tables == {'other': [], 'kernel': found.rows}
+    assert tables == {'recorder': found.rows, 'kernel': found.rows}
 
 
 def test_benchmarks_are_found_by_name():

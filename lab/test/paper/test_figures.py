@@ -13,7 +13,7 @@ from mlmem_lab.paper.figure import load_data
 from mlmem_lab.paper.gallery import ALL_FIGURES, FIGURES_BY_NAME
 from mlmem_lab.studies import style
 
-STILL = [figure.name for figure in ALL_FIGURES if figure.draw is not None]
+STILL = [figure.name for figure in ALL_FIGURES if figure.ending == 'png']
 
 
 @pytest.mark.parametrize('name', STILL)
@@ -42,9 +42,22 @@ def test_a_figure_is_written_as_png_svg_and_data_and_the_same_from_the_same(smal
         assert one == other
 
 
+def test_the_film_moves_and_shows_what_has_succeeded(small, tmp_path):
+    assert small['s1']['success'].all()
+    files = {file.suffix: file for file in FIGURES_BY_NAME['s1'].save(small['s1'], tmp_path)}
+    with Image.open(files['.gif']) as film:
+        assert 1 < film.n_frames <= len(small['s1']['t'])  # equal neighbours are joined
+        pictures = []
+        for frame in (0, film.n_frames // 2, film.n_frames - 1):
+            film.seek(frame)
+            pictures.append(np.asarray(film.convert('L')))
+    assert np.any(pictures[0] != pictures[1])
+    assert np.any(pictures[1] != pictures[2])
+
+
 def test_every_file_of_the_folder_is_registered():
     folder = Path(__file__).parents[2] / 'mlmem_lab' / 'paper' / 'figures'
     files = {file.stem for file in folder.glob('*.py')} - {'__init__'}
     assert files == {figure.stem for figure in ALL_FIGURES}
     names = {figure.name for figure in ALL_FIGURES}
-    assert {'1c', '2a', '2b', '2c', '3a', '3b', '4a', '4b', '5'} <= names
+    assert {'1c', '2a', '2b', '2c', '3a', '3b', '4a', '4b', '5', 's1'} <= names

@@ -1,0 +1,123 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The picture of a session: configuration over time, strain, echoes, delays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mlmem.instrument.end import End
+from mlmem.instrument.instrument import Units
+from mlmem.physics.potential import Array
+from mlmem.readers.echo import detection_threshold
+from mlmem_ros.session.data import SessionData
+
+from ..results import keep_picture
+from . import style
+
+
+def draw(session: SessionData, path: str | Path) -> Path:
+    """Draw a session and save it.
+
+    Above, as Fig. 4a, the x-t contour of the configuration over the strain; below, as Figs. 3b
+    and 4b, the last echo of every level that was read, or verified after a write, with its
+    threshold, and the delays by level.
+
+    The file's suffix selects the format.
+
+    Returns:
+        The path.
+    """
+    with style.style_context():
+        build_figure(session).savefig(path)
+    modules = ['lab/mlmem_lab/studies/session_figure.py']
+    keep_picture(Path(path), f'mlmem inspect SESSION --plot {path}', modules)
+    return Path(path)
+
+
+def build_figure(session: SessionData) -> Any:
+    """Return the picture of a session; see `draw`."""
+    end = End.RIGHT if session.settings.read.end == End.RIGHT else End.LEFT
+    heard = session.reads(end, ('read', 'write'))
+    last = {int(values['level']): (echo, float(values['delay'])) for echo, values in heard}
+    reads = {level: last[level] for level in sorted(last) if level >= 0}
+    max_echo_rows = 8  # most echoes that are shown; of more levels every second, third ..
+    chosen = list(reads)[:: -(-len(reads) // max_echo_rows) or 1]
+    height = 0.8 + 0.45 * max(3, len(chosen))
+    figure = style.new_figure(4.2 + height)
+    upper, lower = figure.subfigures(2, 1, height_ratios=(4.2, height))
+    _draw_history(upper, session)
+    left, right = lower.subfigures(1, 2, width_ratios=(1.5, 1.0))
+    axes = style.axes_grid(left)[0, 0]
+    style.label_panel(
+        axes, 'b', f'{"last echoes" if reads else "no echo gave a level"}, {end} end'
+    )
+    probe = end.probe(session.settings)
+    for row, level in enumerate(chosen):
+        echo, delay = reads[level]
+        _draw_echo(axes, row, echo.t, echo.v_c / detection_threshold(probe, echo.t), delay)
+    axes.set(xlabel='time since the pulse (time units)', ylabel='level')
+    axes.set_yticks(range(len(chosen)), [session.design.code(level) for level in chosen])
+    left.legend(*axes.get_legend_handles_labels(), loc='outside lower center', ncols=3)
+    _draw_delays(
+        style.axes_grid(right)[0, 0], session, {level: d for level, (_, d) in reads.items()}
+    )
+    return figure
+
+
+def _draw_history(figure: Any, session: SessionData) -> None:
+    design = session.design
+    upper, lower = style.stacked_axes(figure)[:, 0]
+    if session.configuration:
+        field = np.array(session.configuration)
+        mesh = style.draw_contour(upper, np.array(session.field_time), design.sites, field)
+        style.mark_defects(upper, design)
+        upper.set_ylabel('site $j$, level')
+        style.phase_bar(figure, mesh, upper, (design.D_s1, design.D_s2))
+    else:  # of a real element
+        upper.set_axis_off()
+    what = 'configuration' if session.configuration else 'configuration not recorded'
+    style.label_panel(
+        upper, 'a', f'{session.node}, {design.levels} levels, {design.N} cells: {what}'
+    )
+    length = Units(design, session.settings.scale).elongation
+    style.draw_schedule(
+        lower, np.array(session.strain_time), np.array(session.end_displacement) / length
+    )
+    lower.set_xlabel('time (s)')
+
+
+def _draw_echo(axes: Any, row: int, t: Array, ratio: Array, delay: float) -> None:
+    """Draw v_c over its threshold, on a logarithmic scale about a row."""
+    shown_amplitudes = (0.05, 20.0)  # range of v_c over the threshold that is shown
+    decade_height_rows = 0.35  # height of a factor of ten, in rows
+    height = row + decade_height_rows * np.log10(np.clip(ratio, *shown_amplitudes))
+    first = row == 0
+    axes.axhline(row, color=style.MARK_COLOUR, ls='--', label='threshold' if first else None)
+    axes.plot(t, height, color=style.ACTIVE_COLOUR, label='$v_c$, logarithmic' if first else None)
+    axes.fill_between(
+        t, row, height, where=height > row, color=style.ACTIVE_COLOUR, alpha=0.25, lw=0.0
+    )
+    axes.plot(
+        [delay] * 2,
+        [row - 0.4, row + 0.4],
+        color=style.INK_COLOUR,
+        label='delay' if first else None,
+    )
+
+
+def _draw_delays(axes: Any, session: SessionData, delays: dict[int, float]) -> None:
+    calibration = session.require_header().calibration
+    calibrated = calibration.table(calibration.ends[0]).delays
+    axes.plot(
+        range(len(calibrated)), calibrated, '+', color=style.INK_COLOUR, ms=10, label='calibrated'
+    )
+    axes.plot(
+        list(delays), list(delays.values()), 'o', color=style.ACTIVE_COLOUR, ms=5, label='measured'
+    )
+    axes.set(xlabel='level', ylabel=r'echo delay $\Delta t$ (time units)')
+    axes.legend()
+    style.label_panel(axes, 'c', 'delay of every level')
