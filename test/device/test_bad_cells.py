@@ -126,14 +126,24 @@ def test_wrong_knowledge_never_gives_wrong_level(name, cells, faults, end):
     assert wrong == []
 
 
-@pytest.mark.parametrize('walls', [(0, 1), (1, 2), (0, 1, 2)], ids=str)
-def test_more_walls_are_not_taken_for_one_or_none(walls):
-    """Two walls have the phases of a blank element, three those of one."""
-    element = element_with('case_2', str(STUCK_CELL), Faults(stuck_cell=STUCK_CELL))
+@pytest.mark.parametrize(
+    ('cell', 'walls', 'reason'),
+    [
+        # Two walls have the phases of a blank element, three those of one.
+        *((STUCK_CELL, walls, f'there are {len(walls)} walls') for walls in (
+            (0, 1), (1, 2), (0, 1, 2),
+        )),
+        # The left end hears nothing of them: it read the element as blank.
+        *((62, walls, 'nothing is known beyond cell 62: the right end hears 2 walls')
+          for walls in ((2, 3), (3, 4), (2, 4), (0, 2, 3))),
+    ],
+)  # fmt: skip
+def test_more_walls_are_not_taken_for_one_or_none(cell, walls, reason):
+    element = element_with('case_2', str(cell), Faults(stuck_cell=cell))
     place(element, *walls)
     read = element.perform(Read())
-    assert not read.success
-    assert read.error == f'there are {len(walls)} walls'
+    assert (read.success, read.reading.level) == (False, UNDECODABLE)
+    assert read.error == reason
 
 
 @pytest.fixture(scope='module')
@@ -161,16 +171,6 @@ def test_locate_names_stuck_cell_of_blank_element(name, site):
     """To the right end cell 104 sounds like a wall at cell 111; the waveform tells which it is."""
     element = element_with(name, '', Faults(stuck_cell=site))
     assert element.perform(Locate()).found == {'walls': 0, 'stuck_cell': site}
-
-
-@pytest.mark.parametrize('walls', [(2, 3), (3, 4), (2, 4), (0, 2, 3)])
-def test_walls_behind_stuck_cell_are_no_content(walls):
-    """The left end hears nothing of them: it read the element as blank, with a margin of 0.994."""
-    element = element_with('case_2', '62', Faults(stuck_cell=62))
-    place(element, *walls)
-    outcome = element.perform(Read())
-    assert (outcome.success, outcome.reading.level) == (False, UNDECODABLE)
-    assert outcome.error == 'nothing is known beyond cell 62: the right end hears 2 walls'
 
 
 def test_procedures_go_through_levels_that_are_left():

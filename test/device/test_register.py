@@ -248,26 +248,22 @@ def test_late_end_changes_no_word(decoded_shots, end, late):
         assert reading.level == UNDECODABLE
 
 
-@pytest.mark.parametrize('cell', [33, 58, 109, 180])
-def test_wall_pinned_between_two_levels_is_no_word(byte, cell):
-    """Weak cells pull it for 10 to 15 cells; beyond, the lattice alone holds it."""
-    byte.chain.place(find_pinned_walls(Specimen(byte.design), [cell, 150.3]))
-    read = byte.perform(Read())
-    assert (read.success, read.reading.level) == (False, UNDECODABLE)
-    found = find_walls(byte.design, byte.chain.configuration)
-    assert sorted(wall.position for wall in found)[cell > 150] == pytest.approx(cell, abs=1.0)
-
-
-@pytest.mark.parametrize('cells', [(58, 100), (30.9, 75, 100), (50, 75, 89.7)])
-def test_limits_of_few_words_exclude_walls_between_levels(cells):
-    """They are far from one another: at 0.3 of that distance, of the first four levels of a byte,
-    these walls were read as words.
-    """
-    element = MemoryElement(NIBBLE)
-    element.chain.place(find_pinned_walls(Specimen(NIBBLE.design), cells))
-    assert find_wall_levels(NIBBLE.design, element.chain.configuration) is None
+@pytest.mark.parametrize(
+    ('kind', 'cells'),
+    [
+        # Weak cells pull a wall for 10 to 15 cells; beyond, the lattice alone holds it.
+        *((BYTE, (cell, 150.3)) for cell in (33, 58, 109, 180)),
+        # Few words are far from one another: at 0.3 of that distance these were read as words.
+        *((NIBBLE, cells) for cells in ((58, 100), (30.9, 75, 100), (50, 75, 89.7))),
+    ],
+)
+def test_walls_between_levels_are_no_word_and_stay(kind, cells):
+    element = rig.settle(MemoryElement(kind), find_pinned_walls(Specimen(kind.design), cells))
+    assert find_wall_levels(kind.design, element.chain.configuration) is None
     read = element.perform(Read())
     assert (read.success, read.reading.level) == (False, UNDECODABLE)
+    found = find_walls(kind.design, element.chain.configuration)
+    assert sorted(wall.position for wall in found) == pytest.approx(sorted(cells), abs=1.0)
 
 
 def test_shaken_element_is_not_read(byte):
