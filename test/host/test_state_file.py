@@ -64,6 +64,8 @@ def test_calibration_is_loaded_to_the_bit_by_its_key(path):
     assert state_file.load_calibration(path, 'a', 2) == THIRDS
     assert state_file.load_calibration(path, 'b', 2) == OTHER
     assert state_file.load_calibration(path, 'c', 2) is None
+    with pytest.raises(StateError, match='damaged'):
+        state_file.load_calibration(path, 'a', 3)  # levels
     state_file.save_calibration(path, 'a', OTHER)
     assert state_file.load_calibration(path, 'a', 2) == OTHER
 

@@ -25,17 +25,11 @@ def test_imu_is_decoded_as_by_the_middleware(length):
         assert found.linear_acceleration_covariance[0] == -1.0
 
 
-@pytest.mark.parametrize(
-    'damage',
-    [
-        lambda cdr: cdr[:200],
-        lambda cdr: cdr[:3],
-        lambda cdr: cdr[:12] + struct.pack('<I', 2**32 - 1) + cdr[16:],
-    ],
-    ids=['cut', 'no header', 'long name'],
-)
-def test_malformed_imu_fails_as_in_the_middleware(damage):
-    bad, found = damage(serialize_message(Imu())), []
+@pytest.mark.parametrize('kept', [200, 3, None], ids=['cut', 'no header', 'long name'])
+def test_malformed_imu_fails_as_in_the_middleware(kept):
+    cdr = serialize_message(Imu())
+    bad = cdr[:kept] if kept else cdr[:12] + struct.pack('<I', 2**32 - 1) + cdr[16:]
+    found = []
     for decode in (decode_imu, lambda cdr: deserialize_message(cdr, Imu)):
         try:
             found.append(repr(decode(bad)))

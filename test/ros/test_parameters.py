@@ -5,21 +5,11 @@
 from dataclasses import replace
 
 import pytest
-import rclpy
-from rclpy.context import Context
 from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.parameter import Parameter
 
 from mlmem import PRESETS, Settings, SettingsError, element_file, preset
 from mlmem_ros.host.settings import declare_parameters
-
-
-@pytest.fixture(scope='module')
-def context():
-    context = Context()
-    rclpy.init(context=context)
-    yield context
-    rclpy.try_shutdown(context=context)
 
 
 def set_all(node, values):
@@ -66,11 +56,9 @@ def test_overrides_of_an_element_file_default_to_it(declared):
 def test_double_as_text_of_ros2_param_load_is_accepted(declared):
     """`ros2 param dump` writes 5.0e-05, and `load` reads that as the text 5e-05."""
     node, given = declared()
-    assert set_all(node, {'faults.sensor_noise': '5e-05'}).successful
-    assert given.values().faults.sensor_noise == 5e-5
-    for wrong in ('fast', 'nan', '-1e300'):
-        assert not set_all(node, {'faults.sensor_noise': wrong}).successful
-    assert given.values().faults.sensor_noise == 5e-5
+    for text, accepted in (('5e-05', True), ('fast', False), ('nan', False), ('-1e300', False)):
+        assert set_all(node, {'faults.sensor_noise': text}).successful == accepted
+        assert given.values().faults.sensor_noise == 5e-5
 
 
 @pytest.mark.parametrize(
@@ -113,8 +101,9 @@ def test_unknown_parameter_is_named_with_a_suggestion(declared):
 def test_text_that_is_no_choice_is_rejected(declared, name):
     node, _ = declared()
     refused = set_all(node, {name: 'euler'})
-    assert refused.reason.startswith(f'{name} must be one of ')
-    with pytest.raises(SettingsError, match=f"parameter {name} must be one of .*; got 'euler'"):
+    assert not refused.successful
+    assert name in refused.reason
+    with pytest.raises(SettingsError, match=name):
         declared({name: 'euler'})
 
 
@@ -150,22 +139,21 @@ def test_dump_of_a_register_keeps_its_word(declared):
     assert (saved['target_level'], saved['target_word']) == (-1, 0xA8)
     again, _ = declared(saved)
     assert dump(again) == saved
-    for name, value in saved.items():
-        assert set_all(again, {name: value}).successful
-    assert set_all(again, saved).successful
-    assert dump(again) == saved
+    for values in (*({name: value} for name, value in saved.items()), saved):
+        assert set_all(again, values).successful
+        assert dump(again) == saved
 
 
 @pytest.mark.parametrize(
-    ('name', 'unfit', 'fit'),
+    ('element', 'unfit', 'fit'),
     [('byte', 'target_level', 'target_word'), ('case_2', 'target_word', 'target_level')],
 )
-def test_target_of_the_other_kind_is_rejected(declared, name, unfit, fit):
-    node, _ = declared({'element': name, fit: 5})
-    assert f'{unfit} must be -1 (not set)' in set_all(node, {unfit: 5}).reason
+def test_target_of_the_other_kind_is_rejected(declared, element, unfit, fit):
+    node, _ = declared({'element': element, fit: 5})
+    assert not set_all(node, {unfit: 5}).successful
     assert (node.get_parameter(unfit).value, node.get_parameter(fit).value) == (-1, 5)
-    with pytest.raises(SettingsError, match=f'^{unfit} must be -1'):
-        declared({'element': name, unfit: 0})
+    with pytest.raises(SettingsError, match=f'^{unfit}'):
+        declared({'element': element, unfit: 0})
 
 
 def test_element_of_the_other_kind_unsets_the_target(declared):
@@ -179,26 +167,22 @@ def test_element_of_the_other_kind_unsets_the_target(declared):
 
 
 def test_parameters_have_unique_names_and_descriptions():
-    found = list(declare_parameters())
-    names = [name for name, _, _ in found]
+    """Few of them override a value of the element."""
+    names, _, descriptions = zip(*declare_parameters(), strict=True)
     assert len(set(names)) == len(names)
-    assert {'target_level', 'element', 'faults.seed'} <= set(names)
     groups = tuple(f'{group}.' for group in Settings().groups())
-    of_an_element = {name for name in names if name.startswith(groups)}
-    assert of_an_element == {
-        'write.method', 'write.attempts', 'actuator.present', 'read.end', 'time.speed',
-    }  # fmt: skip
-    assert all(description.text for _, _, description in found)
+    overrides = {'write.method', 'write.attempts', 'actuator.present', 'read.end', 'time.speed'}
+    assert {name for name in names if name.startswith(groups)} == overrides
+    assert all(description.text for description in descriptions)
 
 
 def test_actuator_absent_with_method_strain_is_rejected(declared):
     node, given = declared({'element': 'case_2'})
     assert set_all(node, {'actuator.present': False}).successful
-    with pytest.raises(SettingsError, match=r'write\.method must be kick or auto'):
+    with pytest.raises(SettingsError, match=r'write\.method'):
         given.values()  # as configure does
     assert set_all(node, {'write.method': 'auto'}).successful
     assert not given.values().settings.actuator.present
     given.lock(8)  # as a configured node does
-    refused = set_all(node, {'write.method': 'strain'})
-    assert 'write.method must be kick or auto' in refused.reason
+    assert not set_all(node, {'write.method': 'strain'}).successful
     assert set_all(node, {'write.method': 'kick'}).successful
