@@ -28,13 +28,12 @@ from ..identification import csv_shots
 from ..identification.fit import Misfitting, fit_element
 from ..identification.fitted import (
     ADDED_TERMS,
-    SCATTER_UNKNOWNS,
     TERM_DESCRIPTIONS,
     Fit,
     has_term,
 )
 from ..identification.misfit import Prior
-from ..identification.unknowns import SHARED_UNKNOWNS
+from ..identification.unknowns import CELL_TERMS, SHARED_UNKNOWNS
 from .command import JSON_OPTION, declare_command, declare_option
 from .output import ProgressBar, create_console, print_failure, print_json
 
@@ -140,9 +139,9 @@ def _as_dict(found: Fit) -> dict[str, Any]:
         'scatter': dict(found.misfit.scatter),
         'untold': list(found.untold),
     }
-    for name, cells in SCATTER_UNKNOWNS.items():
-        where = getattr(unknowns, cells)
-        if where.stop > where.start:
+    for term, where in unknowns.cells.items():
+        if term in unknowns.terms:
+            name = CELL_TERMS[term]
             told |= {name: found.x[where], f'{name}_std': deviations[where]}
     return told
 

@@ -344,7 +344,7 @@ def _descend_stages(
 
 
 def _describe_unknowns(unknowns: Unknowns) -> str:
-    added = [term for term in ADDED_TERMS if getattr(unknowns, term, False)]
+    added = [term for term in ADDED_TERMS if term in unknowns.terms]
     return ', '.join(('every cell', *added))
 
 

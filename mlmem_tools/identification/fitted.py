@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +19,7 @@ from mlmem.physics import Specimen
 from mlmem.physics.potential import Array
 
 from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, ZERO_DRIFT_CELLS, Misfit, Normal, Slopes
-from .unknowns import SHARED_UNKNOWNS, Unknowns
-
-SCATTER_UNKNOWNS = {'mass': 'mass', 'offset': 'offset', 'k_r': 'k_r', 'damping': 'damped'}
-"""Standard deviations of a `Prior` that the data tell better, and the unknowns that have them."""
-
+from .unknowns import CELL_TERMS, SHARED_UNKNOWNS, Unknowns
 
 MIN_DIVISOR = 1e-300
 """Keeps quotients finite."""
@@ -117,8 +113,9 @@ def rescale_scatter(misfit: Misfit, x: Array, slopes: Slopes | None) -> Misfit:
     itself; at most what is expected, as if they tell few.
     """
     unknowns, prior = misfit.unknowns, misfit.prior
-    own = {name: where for name, cells in SCATTER_UNKNOWNS.items()
-           if (where := getattr(unknowns, cells)).stop > where.start}  # fmt: skip
+    own = {
+        CELL_TERMS[term]: where for term, where in unknowns.cells.items() if term in unknowns.terms
+    }
     if not own:
         return misfit
     normal, off = misfit.normal(x, WHOLE_WINDOW, slopes=slopes), x - unknowns.mean
@@ -225,7 +222,7 @@ MIN_EVIDENCE_GAIN = 10.0
 
 def has_term(misfit: Misfit, term: str) -> bool:
     """Return whether a term, a key of `TERM_DESCRIPTIONS`, is part of a model."""
-    return misfit.gain_drift > 0.0 if term == 'drift' else bool(getattr(misfit.unknowns, term))
+    return misfit.gain_drift > 0.0 if term == 'drift' else term in misfit.unknowns.terms
 
 
 def with_term(misfit: Misfit, term: str) -> Misfit:
@@ -234,8 +231,8 @@ def with_term(misfit: Misfit, term: str) -> Misfit:
     gain_drift = 0.005
     if term == 'drift':
         return replace(misfit, gain_drift=gain_drift, drift=ZERO_DRIFT_CELLS)
-    added: dict[str, Any] = {term: True}
-    return replace(misfit, unknowns=replace(misfit.unknowns, **added))
+    unknowns = replace(misfit.unknowns, terms=misfit.unknowns.terms | {term})
+    return replace(misfit, unknowns=unknowns)
 
 
 class Missing(NamedTuple):
@@ -308,8 +305,7 @@ def _evidence_gains(
         fuller = with_term(fuller, term)
     full = fuller.unknowns
     places = {
-        'masses': full.mass, 'offsets': full.offset, 'springs': full.k_r,
-        'damping': full.damped, 'friction': slice(full.size - 1, None),
+        **full.cells, 'friction': slice(full.size - 1, None),
         'latency': slice(full.shared('late_left'), full.shared('lag_right') + 1),
     }  # fmt: skip
     known = np.ones(full.size, bool)
@@ -354,7 +350,7 @@ def widen_unknowns(found: Fit, unknowns: Unknowns) -> Array:
 def _locate_unknowns(some: Unknowns, more: Unknowns) -> NDArray[np.int64]:
     """Return where some unknowns are among more, shape (size of some,)."""
     places = [np.arange(more.shared_end)]
-    for cells in SCATTER_UNKNOWNS.values():
-        own, all_of_them = getattr(some, cells), getattr(more, cells)
-        places.append(np.arange(all_of_them.start, all_of_them.start + own.stop - own.start))
+    for term, own in some.cells.items():
+        start = more.cells[term].start
+        places.append(np.arange(start, start + own.stop - own.start))
     return np.concatenate(places)

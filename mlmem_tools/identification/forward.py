@@ -159,7 +159,7 @@ class Forward:
         if dt not in self._chains:
             chain = Chain(self.specimen.design, dt, integrator)
             chain.set_specimen(self.specimen)
-            if self.unknowns.damping:
+            if 'damping' in self.unknowns.terms:
                 chain.set_damping(self._damping_ratios)
             self._chains[dt] = chain
         return self._chains[dt]
@@ -217,10 +217,7 @@ class Forward:
             unit * eta * self._damping_ratios,
         )  # fmt: skip
         if patterns is None:
-            material = material._replace(
-                masses=unknowns.masses, offsets=unknowns.offsets, springs=unknowns.springs,
-                damping=unknowns.damping,
-            )  # fmt: skip
+            material = material._replace(terms=unknowns.terms)
         else:
             material = material._replace(patterns=patterns)
         before = design.N if patterns is None else len(patterns)
@@ -257,7 +254,7 @@ class Forward:
             strict=True,
         ):
             J[end.row, :, find_column(f'gain_{end}')] = (predicted[end.row] - zero) / gain
-        if unknowns.latency:
+        if 'latency' in unknowns.terms:
             half, at = np.array(((0.5,), (0.5,))), np.arange(samples + 1)
             later = sample_waveforms(predicted, at - half) - sample_waveforms(predicted, at + half)
             later /= interval
@@ -285,11 +282,10 @@ class Forward:
             J[..., :patterns] = d * raw[..., common:]
         else:
             J[..., unknowns.alpha] = d * raw[..., : material.height_count]
-            J[..., unknowns.mass] = raw[..., material.mass_columns]
-            J[..., unknowns.offset] = raw[..., material.offset_columns]
-            J[..., unknowns.k_r] = raw[..., material.spring_columns]
-        if material.damping:
-            J[..., unknowns.damped] = raw[..., material.damping_columns] / self._damping_ratios
+            for term, where in unknowns.cells.items():
+                J[..., where] = raw[..., material.columns[term]]
+        if 'damping' in material.terms:
+            J[..., unknowns.cells['damping']] /= self._damping_ratios
         *of_law, forces, damping, friction, drive = np.moveaxis(
             raw[..., first + q : common], -1, 0
         )
@@ -304,7 +300,7 @@ class Forward:
         for k, name in enumerate(('substrate_ratio', 'j_0')[: q - 1]):
             J[..., place(name)] = raw[..., first + 1 + k]
         J[..., place(f'drive_{shot.end}')] = drive
-        if unknowns.friction and not patterns:
+        if 'friction' in unknowns.terms and not patterns:
             J[..., -1] = friction
         J *= unknowns.end_values(self.x, 'gain').astype(np.float32)[:, None, None]
         for end in End:
@@ -322,9 +318,8 @@ class Forward:
     @property
     def _damping_ratios(self) -> Array:
         """Damping of every cell over eta, shape (N,)."""
-        if not self.unknowns.damping:
-            return np.ones(self.specimen.design.N)
-        return self.x[self.unknowns.damped]
+        known = np.ones(self.specimen.design.N)
+        return np.asarray(self.unknowns.cell_values(self.x, 'damping', known))
 
     def _unknown_value(self, name: str) -> float:
         return float(self.x[self.unknowns.shared(name)])

@@ -24,7 +24,7 @@ from mlmem.physics.potential import Array
 from .forward import Clock, Forward
 from .noise import estimate_noise, remove_lines, whiten_waveforms
 from .tangent import Single
-from .unknowns import SHARED_UNKNOWNS, Unknowns
+from .unknowns import CELL_TERMS, SHARED_UNKNOWNS, Unknowns
 
 EQUILIBRIUM_UNKNOWNS = ('D_s1', 'D_s2', 'zero_left', 'zero_right', 'gain_left', 'gain_right')
 """Unknowns that the displacements at rest show."""
@@ -92,11 +92,11 @@ class Prior:
             self.eta * max(design.eta, 1e-4), self.time_unit,
             self.substrate_ratio * design.s_max / design.s_min, self.j_0,
             *(self.zero,) * 2, *(self.gain,) * 4,
-            *(self.late if unknowns.latency else known_deviation,) * 4,
+            *(self.late if 'latency' in unknowns.terms else known_deviation,) * 4,
         )  # fmt: skip
-        deviations[unknowns.mass], deviations[unknowns.offset] = self.mass, self.offset
-        deviations[unknowns.k_r], deviations[unknowns.damped] = self.k_r, self.damping
-        if unknowns.friction:
+        for term, scatter in CELL_TERMS.items():
+            deviations[unknowns.cells[term]] = getattr(self, scatter)
+        if 'friction' in unknowns.terms:
             deviations[-1] = self.friction
         full = np.diag(np.append(np.zeros(design.N), deviations[design.N :] ** -2))
         full[unknowns.alpha, unknowns.alpha] = np.linalg.inv(spread)

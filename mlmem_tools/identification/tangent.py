@@ -22,6 +22,8 @@ from mlmem.physics.jit import compile_kernel, inline_function
 from mlmem.physics.methods.pefrl import DRIFT_FRACTIONS, KICK_FRACTIONS
 from mlmem.physics.potential import Array
 
+from .unknowns import lay_out_cells
+
 Single = NDArray[np.float32]
 
 COMMON_DERIVATIVES = ('first', 'second', 'forces', 'eta', 'friction', 'drive')
@@ -107,7 +109,7 @@ class Material(NamedTuple):
         potential: The law.
         forces: Factor on all forces: the square of the time unit.
         eta: Damping of every cell, shape (N,).
-        damping: Whether to take derivatives by the damping of every cell, over its own.
+        terms: Of `unknowns.CELL_TERMS`: what derivatives are taken by; damping over its own.
         patterns: Heights that change together, shape (k, N): if there are any, their derivatives,
             which come last, replace those by every height.
     """
@@ -120,10 +122,7 @@ class Material(NamedTuple):
     potential: Phases | Spline
     forces: float
     eta: Array
-    masses: bool = False
-    offsets: bool = False
-    springs: bool = False
-    damping: bool = False
+    terms: frozenset[str] = frozenset()
     patterns: Array = np.empty((0, 0))
 
     @property
@@ -132,32 +131,14 @@ class Material(NamedTuple):
         return 0 if len(self.patterns) else len(self.height)
 
     @property
-    def mass_columns(self) -> slice:
-        """Columns of the derivatives by masses."""
-        return slice(self.height_count, self.height_count + len(self.height) * self.masses)
-
-    @property
-    def offset_columns(self) -> slice:
-        """Columns of those by origins."""
-        start = self.mass_columns.stop
-        return slice(start, start + len(self.height) * self.offsets)
-
-    @property
-    def spring_columns(self) -> slice:
-        """Columns of those by k_r."""
-        start = self.offset_columns.stop
-        return slice(start, start + len(self.k_r) * self.springs)
-
-    @property
-    def damping_columns(self) -> slice:
-        """Columns of those by the damping of a cell."""
-        start = self.spring_columns.stop
-        return slice(start, start + len(self.height) * self.damping)
+    def columns(self) -> dict[str, slice]:
+        """Columns of the derivatives by the values of cells and springs, by term."""
+        return lay_out_cells(self.terms, len(self.height), self.height_count)
 
     @property
     def first_shared_column(self) -> int:
         """Column of the first derivative that is not by one cell or spring."""
-        return int(self.damping_columns.stop)
+        return int(self.columns['damping'].stop)
 
     @property
     def column_count(self) -> int:
@@ -205,10 +186,9 @@ def run_tangent(material: Material, v: Array, source: Source, dt: float, steps: 
     springs = np.concatenate(([0.0], material.k_r, [0.0]))
     cells = material.height, material.origin, material.mass, springs, material.eta
     constants = material.potential, material.forces
-    masses = material.mass_columns.start if material.masses else -1
-    offsets = material.offset_columns.start if material.offsets else -1
-    pulls = material.spring_columns.start if material.springs else -1
-    drags = material.damping_columns.start if material.damping else -1
+    masses, offsets, pulls, drags = (
+        where.start if term in material.terms else -1 for term, where in material.columns.items()
+    )
     patterns = np.reshape(material.patterns, (-1, n)).astype(np.float32)
     _run_steps(
         dt, (v.copy(), np.zeros(n)), (U, U.copy(), np.zeros_like(U)), cells, constants,
@@ -229,11 +209,11 @@ def solve_equilibrium_derivatives(material: Material, v: Array) -> Array:
         pushes[:n] = -np.diag(force)
     else:
         pushes[-len(material.patterns) :] = -force * material.patterns
-    if material.offsets:
-        pushes[material.offset_columns] = np.diag(stiffness)
-    if material.springs:
+    if 'offsets' in material.terms:
+        pushes[material.columns['offsets']] = np.diag(stiffness)
+    if 'springs' in material.terms:
         stretch, spring = np.diff(v), np.arange(n - 1)
-        at = material.spring_columns.start + spring
+        at = material.columns['springs'].start + spring
         pushes[at, spring], pushes[at, spring + 1] = stretch, -stretch
     pushes[first : first + q] = stiffness * material.origins
     pushes[first + q] = -material.height * by_first

@@ -37,10 +37,7 @@ def list_doubts(found: Fit) -> list[str]:
     max_prior_misfit = 2.5
     # largest correlation of neighbouring cells, in standard deviations
     max_neighbour_correlation = 5.0
-    # unknowns of every cell, as `Unknowns` names them
-    cell_unknowns = ('alpha', 'mass', 'offset', 'k_r', 'damped')
-    for name in cell_unknowns:
-        where = getattr(unknowns, name, slice(0, 0))
+    for name, where in {'alpha': unknowns.alpha, **unknowns.cells}.items():
         if where.stop == where.start:
             continue
         prior = precision[where, where]

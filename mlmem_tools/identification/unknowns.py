@@ -10,7 +10,9 @@ the cells, and the stiffness of the springs between them.
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -31,31 +33,49 @@ zero, gain as a sensor, gain as a driver, and by how much time units of the inst
 as a sensor and as a driver."""
 
 
+CELL_TERMS = {'masses': 'mass', 'offsets': 'offset', 'springs': 'k_r', 'damping': 'damping'}
+"""Terms of a model that have a value for every cell, or spring between two, in the order of the
+vector; and the field of `Prior` with their standard deviation."""
+
+
+def lay_out_cells(terms: Collection[str], cells: int, start: int) -> dict[str, slice]:
+    """Return where the values of each of `CELL_TERMS` are in a vector, from a start on; those of a
+    term that is not sought are nowhere.
+    """
+    found = {}
+    for term in CELL_TERMS:
+        stop = start + (cells - (term == 'springs')) * (term in terms)
+        found[term] = slice(start, stop)
+        start = stop
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class Unknowns:
     """The vector of unknowns of a design.
 
     Attributes:
-        latency: Whether a transducer may be late; otherwise it is known to be in time.
-        friction: Whether to take the derivative by dry friction, which the model does not have.
+        terms: What is sought beside alpha and the shared values: of `CELL_TERMS`; 'latency', by
+            which a transducer is late; 'friction', the derivative by which is taken, though the
+            model has none.
     """
 
     design: Design
-    masses: bool = False
-    offsets: bool = False
-    springs: bool = False
-    damping: bool = False
-    latency: bool = False
-    friction: bool = False
+    terms: frozenset[str] = frozenset()
+
+    @cached_property
+    def cells(self) -> dict[str, slice]:
+        """Where the values of the cells are, by `CELL_TERMS`."""
+        return lay_out_cells(self.terms, self.design.N, self.shared_end)
+
+    def cell_values(self, x: Array, term: str, known: Array | float) -> Array | float:
+        """Return the values of the cells in a vector, or what is known if they are not sought."""
+        return x[self.cells[term]] if term in self.terms else known
 
     @property
     def size(self) -> int:
         """Number of unknowns."""
-        cells = (
-            self.design.N * (1 + self.masses + self.offsets + self.damping)
-            + (self.design.N - 1) * self.springs
-        )
-        return cells + len(SHARED_UNKNOWNS) + self.friction
+        return int(self.cells['damping'].stop) + ('friction' in self.terms)
 
     @property
     def alpha(self) -> slice:
@@ -72,27 +92,6 @@ class Unknowns:
         return self.design.N + len(SHARED_UNKNOWNS)
 
     @property
-    def mass(self) -> slice:
-        """Where the masses are."""
-        first = self.shared_end
-        return slice(first, first + self.design.N * self.masses)
-
-    @property
-    def offset(self) -> slice:
-        """Where the offsets are."""
-        return slice(self.mass.stop, self.mass.stop + self.design.N * self.offsets)
-
-    @property
-    def k_r(self) -> slice:
-        """Where the stiffnesses of the springs are."""
-        return slice(self.offset.stop, self.offset.stop + (self.design.N - 1) * self.springs)
-
-    @property
-    def damped(self) -> slice:
-        """Where the dampings of the cells are, over eta."""
-        return slice(self.k_r.stop, self.k_r.stop + self.design.N * self.damping)
-
-    @property
     def mean(self) -> Array:
         """The design's values, shape (size,)."""
         design = self.design
@@ -103,7 +102,8 @@ class Unknowns:
         )  # fmt: skip
         mean = np.zeros(self.size)
         mean[: self.shared_end] = np.concatenate((design.alpha, shared))
-        mean[self.mass] = mean[self.k_r] = mean[self.damped] = 1.0
+        for term in ('masses', 'springs', 'damping'):
+            mean[self.cells[term]] = 1.0
         return mean
 
     def specimen(self, x: Array) -> Specimen:
@@ -126,9 +126,9 @@ class Unknowns:
         return Specimen(
             design,
             alpha_factor=x[self.alpha] / design.alpha,
-            mass=x[self.mass] if self.masses else 1.0,
-            offset=x[self.offset] if self.offsets else 0.0,
-            k_r_factor=x[self.k_r] if self.springs else 1.0,
+            mass=self.cell_values(x, 'masses', 1.0),
+            offset=self.cell_values(x, 'offsets', 0.0),
+            k_r_factor=self.cell_values(x, 'springs', 1.0),
         )
 
     def law_rates(self, x: Array) -> Array:

@@ -166,16 +166,14 @@ class Forecasts:
 def build_forward(element: Element, integrator: Integrator | None) -> Forward:
     """Return the forward model of an element in a file."""
     made = element.specimen
-    unknowns = Unknowns(
-        made.design, masses=bool((made.masses != 1.0).any()), offsets=bool(made.offsets.any()),
-        springs=bool(made.springs),
-    )  # fmt: skip
+    values = {'masses': made.masses, 'offsets': made.offsets, 'springs': made.k_r}
+    nominal = {'masses': 1.0, 'offsets': 0.0, 'springs': 1.0}
+    uneven = frozenset(term for term in values if (values[term] != nominal[term]).any())
+    unknowns = Unknowns(made.design, uneven)
     x = unknowns.mean
     x[unknowns.alpha] = made.alpha
-    for where, values in (
-        (unknowns.mass, made.masses), (unknowns.offset, made.offsets), (unknowns.k_r, made.k_r),
-    ):  # fmt: skip
-        x[where] = values[: where.stop - where.start]
+    for term in uneven:
+        x[unknowns.cells[term]] = values[term]
     x[unknowns.shared('time_unit')] = element.time_unit
     for name, ends in element.transducers.items():
         for end, value in zip(('left', 'right'), ends, strict=True):

@@ -12,7 +12,7 @@ from mlmem.instrument.end import End, Shot
 from mlmem.physics import CASE_II, Scatter, scattered
 from mlmem.physics.curve import Curve
 from mlmem_tools.identification.forward import Forward
-from mlmem_tools.identification.unknowns import Unknowns, stretch_law
+from mlmem_tools.identification.unknowns import CELL_TERMS, Unknowns, stretch_law
 
 SMALL = dataclasses.replace(CASE_II, N=60)
 SHOT = Shot(
@@ -29,13 +29,16 @@ OF_A_LAW = dataclasses.replace(
 
 def element(x=None):
     """Return the model of a scattered element in which everything is unknown."""
-    unknowns = Unknowns(SMALL, masses=True, offsets=True, springs=True, damping=True, latency=True)
+    unknowns = Unknowns(SMALL, frozenset({*CELL_TERMS, 'latency'}))
     if x is None:
         made = scattered(SMALL, Scatter(alpha=0.01, k_r=0.02, mass=0.01, offset=0.002), 3)
         x = unknowns.mean
-        x[unknowns.alpha], x[unknowns.mass] = made.alpha, made.masses
-        x[unknowns.offset], x[unknowns.k_r] = made.offsets, made.k_r
-        x[unknowns.damped] = 1.0 + 0.2 * np.random.default_rng(3).standard_normal(SMALL.N)
+        uneven = 1.0 + 0.2 * np.random.default_rng(3).standard_normal(SMALL.N)
+        x[unknowns.alpha] = made.alpha
+        for term, values in zip(
+            CELL_TERMS, (made.masses, made.offsets, made.k_r, uneven), strict=True
+        ):
+            x[unknowns.cells[term]] = values
         x[unknowns.shared('late_left')] = 0.17
     return Forward(unknowns, x)
 
@@ -55,14 +58,15 @@ def derivatives():
 
 
 @pytest.mark.parametrize(
-    ('what', 'sites'), [('alpha', (0, 25, 59)), ('mass', (0, 25, 59)), ('offset', (2, 25)),
-                        ('k_r', (0, 24, 25, 26, 58)), ('damped', (1, 25, 58))],
+    ('what', 'sites'), [('alpha', (0, 25, 59)), ('masses', (0, 25, 59)), ('offsets', (2, 25)),
+                        ('springs', (0, 24, 25, 26, 58)), ('damping', (1, 25, 58))],
 )  # fmt: skip
 def test_derivatives_are_difference_quotients(what, sites):
     """By central differences; the run is single precision, and short steps barely damp: 2e-3."""
     model, J, h = element(), derivatives(), 1e-5
     for site in sites:
-        at = getattr(model.unknowns, what).start + site
+        where = {'alpha': model.unknowns.alpha, **model.unknowns.cells}[what]
+        at = where.start + site
         up, down = model.x.copy(), model.x.copy()
         up[at] += h
         down[at] -= h
