@@ -34,6 +34,12 @@ FAINT_COLOUR = '#b0b0b0'
 MARK_COLOUR = '#e69f00'
 """Thresholds and other settings."""
 
+PRINTED_COLOUR = '#7b1fa2'
+"""Numbers that the paper prints: violet, which nothing else has."""
+
+PRINTED_LABEL = 'printed in the paper'
+"""Their name in every legend."""
+
 PHASE_COLOURS = LinearSegmentedColormap.from_list(
     'phases',
     [
@@ -171,6 +177,15 @@ def draw_driven(
     draw_schedule(lower, t, strain)
     lower.set(xlim=(t[0], t[-1]), xlabel=TIME_LABEL)
     return upper, lower
+
+
+def mark_printed_walls(axes: Any, walls: Sequence[tuple[float, float]]) -> None:
+    """Draw the times and places of a wall that the paper prints."""
+    t, places = zip(*walls, strict=True)
+    axes.plot(
+        t, places, 'D', color=PRINTED_COLOUR, mec='w', ms=8, clip_on=False, zorder=6,
+        label=PRINTED_LABEL,
+    )  # fmt: skip
 
 
 def phase_bar(figure: Any, mesh: Any, axes: Any, states: Sequence[float]) -> None:

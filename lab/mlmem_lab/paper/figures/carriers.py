@@ -132,15 +132,15 @@ def draw_figure(data: Data) -> Any:
     right.plot([], [], color=style.INK_COLOUR, ls=':', label='ring-down')
     right.plot([], [], color=style.INACTIVE_COLOUR, label='echo: pale level 0, dark 7')
     right.legend(loc='lower left')
-    for probe, text, shift in (
-        (PAPER_PROBE, 'our reading', -45),
-        (PRINTED_PROBE, 'as printed', 0),
+    for probe, text, shift, tint in (
+        (PAPER_PROBE, 'minimal repair', -45, style.MARK_COLOUR),
+        (PRINTED_PROBE, style.PRINTED_LABEL, 0, style.PRINTED_COLOUR),
     ):
         lower.plot(
             probe.omega_c,
             probe.v_th,
             'o',
-            color=style.MARK_COLOUR,
+            color=tint,
             mec=style.INK_COLOUR,
             ms=7,
             zorder=5,

@@ -63,11 +63,15 @@ def draw_figure(data: Data) -> Any:
         right.axvspan(
             3.25 + 0.12 * number, 3.33 + 0.12 * number, low / 2.6, high / 2.6, color=color
         )
-    names = (('our reading of the paper', '-'), ('this device', ':'), ('as printed', '--'))
+    names = (
+        ('minimal repair', '-', style.MARK_COLOUR),
+        ('this device', ':', style.MARK_COLOUR),
+        (style.PRINTED_LABEL, '--', style.PRINTED_COLOUR),
+    )
     shifts = (-11, 3, 3)
-    for at, (text, dashes), shift in zip(data['carriers'], names, shifts, strict=True):
+    for at, (text, dashes, tint), shift in zip(data['carriers'], names, shifts, strict=True):
         for axes in (left, right):
-            axes.axhline(at, color=style.MARK_COLOUR, lw=1.0, ls=dashes)
+            axes.axhline(at, color=tint, lw=1.0, ls=dashes)
         style.annotate_place(right, f'carrier {at:g}: {text}', (0.05, at), (0, shift))
     left.invert_xaxis()
     left.set(

@@ -76,19 +76,28 @@ def draw_figure(data: Data) -> Any:
             label='$v_m$',
         )
         axes.semilogy(t, np.maximum(v_c, 1e-8), color=style.ACTIVE_COLOUR, label='$v_c$')
-        axes.axhline(limit, color=style.MARK_COLOUR, ls='--', label='threshold $v_{th}$')
+        if name == 'ours':
+            axes.axhline(limit, color=style.MARK_COLOUR, ls='--', label='threshold $v_{th}$')
+        printed = float(data['v_th_printed'])
+        axes.axhline(printed, color=style.PRINTED_COLOUR, ls='--', label=style.PRINTED_LABEL)
         if np.isfinite(delay):
             axes.plot(
-                [0.0, delay, delay], [3e-2, 3e-2, limit], color=style.INK_COLOUR, lw=1.0, ls=':'
+                [0.0, delay, delay],
+                [2.5e-2, 2.5e-2, limit],
+                color=style.INK_COLOUR,
+                lw=1.0,
+                ls=':',
             )
             style.annotate_place(
-                axes, rf'delay $\Delta t={delay:.1f}$', (delay, 3e-2), (4, -3), va='top'
+                axes, rf'delay $\Delta t={delay:.1f}$', (delay, 2.5e-2), (4, -1), va='center'
             )
         axes.set(ylim=(1e-6, 5e-2), xlim=(0, 900), ylabel='$|v_1 - v_{s2}|$')
         axes.set_yticks([1e-6, 1e-4, 1e-2])
-        style.label_panel(axes, letter, rf'wall at $j={data[f"wall_{number}"]:.0f}${text}')
+        wall = data[f'wall_{number}']
+        style.label_panel(axes, letter, rf'wall at $j={wall:.0f}$ (printed: {wall + 1:.0f}){text}')
     grid[2].set_xlabel('time $t$ since the pulse began (time units)')
-    grid[0].legend(loc='upper right', ncols=3)
+    handles, _ = grid[1].get_legend_handles_labels()
+    grid[2].legend(handles=handles, loc='center right', ncols=2)
     return figure
 
 

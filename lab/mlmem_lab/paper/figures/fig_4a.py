@@ -66,6 +66,8 @@ def draw_figure(data: Data) -> Any:
     t = data['t'] / 1e3
     upper, lower = style.draw_driven(left, t, CASE_II, data['field'], data['strain'])
     upper.plot(t, data['wall'] - style.MIDDLE_SITE, color=style.INK_COLOUR, lw=0.8)
+    style.mark_printed_walls(upper, [(t[0], -75.0), (t[-1], 100.0)])
+    upper.legend(loc='lower right', labelcolor='w')
     style.label_panel(upper, 'a.i', r'configuration $\Delta_j$')
     style.label_panel(lower, 'a.ii', 'strain: compression below 0')
     _draw_detail(right, data)
@@ -86,6 +88,7 @@ def _draw_detail(figure: Any, data: Data) -> None:
     upper.plot(t, wall, color=style.INK_COLOUR, lw=1.0)
     for y in (home, home + 25.0):
         upper.axhline(y, color=style.INK_COLOUR, lw=0.8, ls=':')
+    style.mark_printed_walls(upper, [(t[0], home), (t[-1], home + 25.0)])
     upper.set(ylim=(home - 8.0, home + 33.0), ylabel='$x$ (cells)')
     for number, (when, where) in enumerate(_find_events(t, wall, home), 1):
         box = {'boxstyle': 'circle,pad=0.15', 'fc': 'w', 'lw': 0.8}
