@@ -98,25 +98,11 @@ class Tones(NamedTuple):
 
     @classmethod
     def of(cls, made: Specimen, omega: Complex, method: Integrator, dt: float) -> Tones:
-        """Return frequencies of an element that a method advances by steps of dt.
-
-        A step multiplies a wave of stiffness K by an eigenvalue of its matrix. That which is
-        exp(i omega dt) belongs to K = omega^2 - i eta omega up to an error of the method's order,
-        which Newton's method finds.
+        """Return frequencies of an element that a method advances by steps of dt; see
+        `Integrator.squared_frequency`.
         """
         exact = omega * omega - 1j * made.eta * omega
-        z, K, h = np.exp(1j * omega * dt), exact, 1e-5
-
-        def characteristic_polynomial(K: Complex) -> Complex:
-            S = method.step_matrix(K, made.eta, dt)
-            trace = S[:, 0, 0] + S[:, 1, 1]
-            return z * z - trace * z + S[:, 0, 0] * S[:, 1, 1] - S[:, 0, 1] * S[:, 1, 0]
-
-        for _ in range(6):
-            slope = (characteristic_polynomial(K + h) - characteristic_polynomial(K - h)) / (
-                2.0 * h
-            )
-            K = K - characteristic_polynomial(K) / slope
+        K = method.squared_frequency(omega, made.eta, dt)
         return cls(omega, -omega * omega - (K - exact), 1j * made.eta * omega)
 
 

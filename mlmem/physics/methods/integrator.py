@@ -178,7 +178,7 @@ class Integrator(ABC):
         """Number of times in a step at which the prescribed motion is needed."""
         return len(self.nodes)
 
-    def squared_frequency(self, omega: Array, eta: float, dt: float) -> Complex:
+    def squared_frequency(self, omega: Array | Complex, eta: float, dt: float) -> Complex:
         """Return the effective stiffness (unit mass) of this scheme for a wave of a frequency.
 
         A harmonic motion exp(i omega t) solves u'' + eta u' + w u = 0 for
@@ -194,7 +194,7 @@ class Integrator(ABC):
         Returns:
             w, shape (m,).
         """
-        exact: Complex = omega**2 - 1j * eta * omega
+        exact = np.asarray(omega**2 - 1j * eta * omega, dtype=np.complex128)
         if dt == 0.0:
             return exact
         turn = np.exp(1j * omega * dt)
