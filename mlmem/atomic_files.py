@@ -206,19 +206,15 @@ class Claim:
         claimants are told the owner.
 
         Raises:
-            Claimed: Another claim is on it, or may be, for it has another name (a hard link).
+            Claimed: Another claim is on it.
             OSError: The lock cannot be made.
         """
-        self._lock = path.with_name(f'.{path.name}.lock')
-        with suppress(FileNotFoundError):
-            found = _stat_file(path)
-            if stat.S_ISDIR(found.st_mode):
-                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-            if found.st_nlink > 1:
-                raise Claimed(f'{path} is a hard link: a lock under another name would not hold')
+        if os.path.isdir(path):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
         from fcntl import LOCK_EX, LOCK_NB, flock  # POSIX only, as is a claim
 
-        self._descriptor = os.open(self._lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        lock = path.with_name(f'.{path.name}.lock')
+        self._descriptor = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         try:
             flock(self._descriptor, LOCK_EX | LOCK_NB)
             os.write(self._descriptor, f'{owner}\n'.encode())
@@ -230,33 +226,10 @@ class Claim:
             self.release()
             raise
 
-    def check(self) -> None:
-        """Make sure that the lock is still where another claimant would look for it.
-
-        Raises:
-            Claimed: It was moved or removed, perhaps with its folder: the file may have another
-                owner by now.
-            OSError: That cannot be found out.
-        """
-        ours = os.fstat(self._descriptor)
-        with suppress(FileNotFoundError, NotADirectoryError):
-            found = _stat_file(self._lock)
-            if (found.st_dev, found.st_ino) == (ours.st_dev, ours.st_ino):
-                return
-        raise Claimed(f'its lock {self._lock} was moved or removed, so it may have another owner')
-
     def release(self) -> None:
         """Release the file."""
         with suppress(OSError):
             os.close(self._descriptor)
-
-
-def _stat_file(path: Path) -> os.stat_result:
-    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
-    try:
-        return os.fstat(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def path_exists(path: Path) -> bool:

@@ -192,14 +192,6 @@ class Store:
                 self.keep(element)
 
     def _save_state(self, taken: dict[str, Any]) -> None:
-        if self._claim is not None:
-            try:
-                self._claim.check()
-            except OSError as error:
-                raise StateError(
-                    f'the state cannot be saved in {self.path}: '
-                    f'{atomic_files.describe_error(error)}'
-                ) from error
         state_file.save_snapshot(self.path, taken)
         learnt = taken['calibration_key'], decode_value(Calibration, taken['calibration'])
         if learnt != self._calibrated:

@@ -77,29 +77,6 @@ def test_states_are_saved_in_order(file, monkeypatch, kept):
     assert state_file.load_snapshot(file)['ticks'] == element.ticks == 1
 
 
-def test_save_without_ownership_of_the_file_fails(tmp_path, kept):
-    """Its folder was moved: another node would take the path, and both would acknowledge."""
-    folder, element = tmp_path / 'folder', MemoryElement(CASE_II)
-    store = kept(folder / 'element.json')
-    store.new_element(CASE_II, Settings())
-    store.keep(element).result(20.0)
-    folder.rename(tmp_path / 'moved')
-    with pytest.raises(StateError, match='was moved or removed, so it may have another owner'):
-        store.keep(element).result(20.0)
-    assert not folder.exists()
-    _store(folder / 'element.json').new_element(CASE_II, Settings())  # by a second node
-    with pytest.raises(StateError, match='may have another owner'):
-        store.keep(element).result(20.0)
-
-
-def test_hard_link_to_a_state_file_is_rejected(file, kept, tmp_path):
-    store = kept(file)
-    store.keep(store.new_element(CASE_II, Settings())).result(20.0)
-    (tmp_path / 'link.json').hardlink_to(file)
-    with pytest.raises(StateError, match='is a hard link'):
-        _store(tmp_path / 'link.json').new_element(CASE_II, Settings())
-
-
 # --- calibrations -----------------------------------------------------------------------------
 
 
