@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The declared parameters of a node: their errors in words, and what rclpy does not check."""
+"""A node whose parameters are described: their errors in words, and what rclpy does not check."""
 
 from __future__ import annotations
 
@@ -30,48 +30,43 @@ PARAMETER_TYPE_NAMES = {bool: 'a bool', int: 'an integer', float: 'a double', st
 """The types of parameters, for messages."""
 
 
-class DeclaredParameters:
-    """The parameters of a node.
+class CheckedParameters(Node):
+    """A node whose parameters are described, checked by name and choice, some of them computed;
+    rclpy's services of parameters call these methods.
 
     Attributes:
-        given: Those that the node was started with.
-        choices: The words that may be set, of those for which not every text may.
-        computed: What returns the value of those that nobody sets, by name.
+        parameter_choices: The words that may be set, of those for which not every text may.
+        computed_parameters: What returns the value of those that nobody sets, by name.
     """
 
-    def __init__(self, node: Node) -> None:
-        """Declare none yet."""
-        self._node = node
-        self.given: dict[str, Parameter] = node._parameter_overrides  # no public way to ask
-        self.choices: dict[str, tuple[str, ...]] = {}
-        self.computed: dict[str, Callable[[], Any]] = {}
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        """Create the node, with none of them."""
+        self.parameter_choices: dict[str, tuple[str, ...]] = {}
+        self.computed_parameters: dict[str, Callable[[], Any]] = {}
+        super().__init__(*arguments, **options)
 
-    def declare_all(self, declarations: Iterable[tuple[str, Any, Description]]) -> None:
+    def declare_described(self, declarations: Iterable[tuple[str, Any, Description]]) -> None:
         """Declare parameters that are not declared yet; warn of given ones that there are not.
 
         Raises:
             SettingsError: A given one has the wrong type or is out of range.
         """
         for name, default, description in declarations:
-            if not self._node.has_parameter(name):
-                self.declare(name, default, description)
-        for name in sorted(self.given):
-            if not (self._node.has_parameter(name) or name.startswith('qos_overrides.')):
+            if not self.has_parameter(name):
+                self._declare_one(name, default, description)
+        for name in sorted(self._parameter_overrides):
+            if not (self.has_parameter(name) or name.startswith('qos_overrides.')):
                 hint = self._suggest_name(name)
-                self._node.get_logger().warning(
-                    f'there is no parameter {name}: it is ignored{hint}'
-                )
+                self.get_logger().warning(f'there is no parameter {name}: it is ignored{hint}')
 
-    def declare(self, name: str, default: Any, description: Description) -> Any:
-        """Declare a parameter, and return its value.
+    def _declare_one(self, name: str, default: Any, description: Description) -> None:
+        """Declare a parameter.
 
         Raises:
             SettingsError: The given one has the wrong type or is out of range.
         """
         try:
-            value = self._node.declare_parameter(
-                name, default, build_descriptor(description, default)
-            )
+            value = self.declare_parameter(name, default, build_descriptor(description, default))
         except InvalidParameterTypeException as error:
             hint = ' (a number with a decimal point)' if isinstance(default, float) else ''
             raise SettingsError(
@@ -84,35 +79,42 @@ class DeclaredParameters:
                 f'got {self._format_given(name)}'
             ) from error
         if description.choices:
-            self.choices[name] = description.choices
+            self.parameter_choices[name] = description.choices
             if why := self.not_a_choice(name, value.value):
                 raise SettingsError(f'parameter {why}')
-        return value.value
 
     def _format_given(self, name: str) -> str:
-        return repr(self.given[name].value) if name in self.given else 'something else'
+        given = self._parameter_overrides.get(name)
+        return 'something else' if given is None else repr(given.value)
 
-    def value(self, name: str) -> Any:
-        """Return the present value."""
-        return self._node.get_parameter(name).value
+    def get_value(self, name: str) -> Any:
+        """Return the present value of a parameter."""
+        return self.get_parameter(name).value
 
     def not_a_choice(self, name: str, value: Any) -> str:
         """Return why a value is none of the words that may be set; empty if it may."""
-        choices = self.choices.get(name)
+        choices = self.parameter_choices.get(name)
         if choices is None or value in choices:
             return ''
         return f'{name} must be one of {", ".join(choices)}; got {short_repr(value)}'
 
-    def check_names(self, names: list[str]) -> None:
-        """Raise `ParameterNotDeclaredException` for the first that is of no parameter."""
-        for name in names:
-            if name and not self._node.has_parameter(name):  # an empty one is refused when checked
-                raise ParameterNotDeclaredException(short_repr(name) + self._suggest_name(name))
-
     def _suggest_name(self, name: str) -> str:
         """Return which parameter has a name like this one."""
-        alike = difflib.get_close_matches(name, sorted(self._node.get_parameters_by_prefix('')), 1)
+        alike = difflib.get_close_matches(name, sorted(self.get_parameters_by_prefix('')), 1)
         return f'; did you mean {alike[0]}?' if alike else ''
+
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
+        """Set parameters, all or none; an unknown one is refused by its name."""
+        for name in (parameter.name for parameter in parameter_list):
+            if name and not self.has_parameter(name):  # an empty one is refused when checked
+                raise ParameterNotDeclaredException(short_repr(name) + self._suggest_name(name))
+        return super().set_parameters_atomically(parameter_list)
+
+    def get_parameter(self, name: str) -> Any:
+        """Return a parameter, computed now if it is one of those."""
+        if (compute := self.computed_parameters.get(name)) is not None:
+            return Parameter(name, value=compute())
+        return super().get_parameter(name)
 
 
 def build_descriptor(description: Description, default: Any) -> ParameterDescriptor:
@@ -134,23 +136,3 @@ def build_descriptor(description: Description, default: Any) -> ParameterDescrip
     else:
         result.integer_range = [IntegerRange(**ends, step=1)]
     return result
-
-
-class CheckedParameters(Node):
-    """A node whose parameters are checked by name, some of them computed; rclpy's services of
-    parameters call these methods.
-    """
-
-    known: DeclaredParameters | None = None
-
-    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
-        """Set parameters, all or none; an unknown one is refused by its name."""
-        if self.known is not None:
-            self.known.check_names([parameter.name for parameter in parameter_list])
-        return super().set_parameters_atomically(parameter_list)
-
-    def get_parameter(self, name: str) -> Any:
-        """Return a parameter, computed now if it is one of those."""
-        if self.known is not None and (compute := self.known.computed.get(name)) is not None:
-            return Parameter(name, value=compute())
-        return super().get_parameter(name)

@@ -41,7 +41,7 @@ from ...host.settings import (
     declare_parameters,
     with_overrides,
 )
-from .declared_parameters import CheckedParameters, DeclaredParameters, build_descriptor
+from .declared_parameters import CheckedParameters, build_descriptor
 
 FAULTS_PREFIX = 'faults.'
 """Prefix of the device's faults, which take effect at once."""
@@ -72,25 +72,22 @@ class ParameterSet:
         """
         self._node = node
         self._host = host
-        self._known = known = DeclaredParameters(node)
-        self._asked = set[str]()  # by name, in the request under way
         self.locked = False
         own = {'publish.frame_id': node.get_fully_qualified_name()[1:]}
-        known.declare_all(
+        node.declare_described(
             (name, own.get(name, default), description)
             for name, default, description in declare_parameters()
         )
-        self._element = self._checked = self._load(known.value(ELEMENT))
-        known.computed[DESCRIPTION] = self.description
-        started = known.value('device.driver')  # no client can import other classes
+        self._element = self._checked = self._load(node.get_value(ELEMENT))
+        node.computed_parameters[DESCRIPTION] = self.description
+        started = node.get_value('device.driver')  # no client can import other classes
         allowed = dict.fromkeys((drivers.SIMULATION_NAME, *drivers.SHIPPED_DRIVERS, started))
-        known.choices['device.driver'] = tuple(allowed)
-        if known.value('files.root'):  # nor use other places
-            known.choices['device.address'] = ('', known.value('device.address'))
-        check_speed(known.value('time.speed'))
+        node.parameter_choices['device.driver'] = tuple(allowed)
+        if node.get_value('files.root'):  # nor use other places
+            node.parameter_choices['device.address'] = ('', node.get_value('device.address'))
+        check_speed(node.get_value('time.speed'))
         self._limit_content(count_words(self._element.design, self.values().settings))
         self._compare_description()
-        node.known = known
         node.add_pre_set_parameters_callback(self._completed)
         node.add_on_set_parameters_callback(self._check_changes)
         node.add_post_set_parameters_callback(self._apply_changes)
@@ -105,11 +102,11 @@ class ParameterSet:
         ideal = element.specimen.is_ideal and element.time_unit == 1.0
         return Parameters(
             design=element.design,
-            check=self._known.value('design.check'),
+            check=self._node.get_value('design.check'),
             settings=self._overridden(element),
             specimen=None if ideal else element.timed_specimen,
-            initial_content=self._known.value(INITIAL_CONTENT),
-            twin=self._known.value(TWIN),
+            initial_content=self._node.get_value(INITIAL_CONTENT),
+            twin=self._node.get_value(TWIN),
             **{prefix: self._read_group(prefix) for prefix in GROUPS},
         )
 
@@ -124,7 +121,7 @@ class ParameterSet:
             SettingsError: They contradict each other.
         """
         overrides = (METHOD, ATTEMPTS, ACTUATOR, READ_END)  # of the element file's values
-        given = {name: self._known.value(name) for name in overrides} | changed
+        given = {name: self._node.get_value(name) for name in overrides} | changed
         try:
             return with_overrides(element.settings, given)
         except SettingsError as error:
@@ -153,7 +150,7 @@ class ParameterSet:
 
     def _compare_description(self) -> None:
         """Warn if the element is not the one whose parameters were saved, as by a dump."""
-        given = self._known.given.get(DESCRIPTION)
+        given = self._node._parameter_overrides.get(DESCRIPTION)
         if given is not None and given.value not in ('', self.description()):
             self._node.get_logger().warning(
                 f'the element is not the one whose parameters were saved: {DESCRIPTION} follows '
@@ -168,7 +165,7 @@ class ParameterSet:
         """
         defaults = GROUPS[prefix]
         values = {
-            field.name: self._known.value(f'{prefix}.{field.name}')
+            field.name: self._node.get_value(f'{prefix}.{field.name}')
             for field, _ in find_descriptions(defaults)
         }
         try:
@@ -186,13 +183,13 @@ class ParameterSet:
             default, description = LIVE_PARAMETERS[name]
             if is_fitting_target(name, self._element):
                 description = dataclasses.replace(description, high=max(0, words - 1))
-                present = self._known.value(name)
+                present = self._node.get_value(name)
                 if not UNSET_CONTENT <= present < max(1, words):
                     raise SettingsError(
                         f'parameter {name} must be from 0 to {words - 1}; got {present}'
                     )
             else:
-                _check_target(name, self._known.value(name), self._element)
+                _check_target(name, self._node.get_value(name), self._element)
             described = build_descriptor(description, default)
             described.type = ParameterType.PARAMETER_INTEGER
             self._node.set_descriptor(name, described)
@@ -218,7 +215,7 @@ class ParameterSet:
         An integer is meant; so is the text 5e-05, as `ros2 param load` reads what `dump` wrote.
         """
         known = self._node.has_parameter(parameter.name)
-        meant = known and isinstance(self._node.get_parameter(parameter.name).value, float)
+        meant = known and isinstance(self._node.get_value(parameter.name), float)
         if meant and parameter.type_ == Parameter.Type.INTEGER:
             return Parameter(parameter.name, value=float(parameter.value))
         if meant and parameter.type_ == Parameter.Type.STRING:
@@ -255,15 +252,15 @@ class ParameterSet:
             raise SettingsError(f'there is no parameter {short_repr(name)}')
         live = name in (*LIVE_PARAMETERS, METHOD) or name.split('.')[0] in LIVE_GROUPS
         if name == 'use_sim_time':
-            if self._host.loop is not None and value != self._node.get_parameter(name).value:
+            if self._host.loop is not None and value != self._node.get_value(name):
                 raise SettingsError(f'{name} may be set only while the node is not active')
         elif (
             self.locked
             and (not live or name == 'record.hash_every')  # the running loop counts on it
-            and value != self._known.value(name)
+            and value != self._node.get_value(name)
         ):
             raise SettingsError(f'{name} may be set only while the node is unconfigured')
-        if name == 'files.root' and value != self._known.value(name):
+        if name == 'files.root' and value != self._node.get_value(name):
             raise SettingsError(f'{name} may be set only at the start of the node')
         if name == 'time.speed':
             check_speed(value)
@@ -274,7 +271,7 @@ class ParameterSet:
                 self._read_group('files').confine_path(value)
             except SettingsError as error:
                 raise SettingsError(f'{name}: {error}') from error
-        if why := self._known.not_a_choice(name, value):
+        if why := self._node.not_a_choice(name, value):
             hint = {
                 'device.driver': '; a class may be named only at the start',
                 'device.address': '; with files.root it may be named only at the start',
@@ -304,7 +301,7 @@ class ParameterSet:
         """Publish what our services are asked and answer, as far as the parameter says."""
         state = getattr(
             ServiceIntrospectionState,
-            INTROSPECTION_STATES[self._known.value(INTROSPECTION_PARAMETER)],
+            INTROSPECTION_STATES[self._node.get_value(INTROSPECTION_PARAMETER)],
         )
         own = {
             service.name for service in NODE_SERVICES
