@@ -16,22 +16,14 @@ from ..physics import Design
 from ..readers.echo import pulse_duration
 from ..settings import Settings
 from .ends import bring_ends_back
-from .move import MIN_MARGIN, Drive, blank_content
+from .move import Drive, Move, blank_content
 
 
 @dataclass(frozen=True)
-class ClearingPulse:
+class ClearingPulse(Move):
     """A strong pulse of an end, after which the walls leave and its waves decay; see `Move`."""
 
-    start: int
-    target: int
-    duration: float
-
     name: ClassVar[str] = 'clearing pulse'
-    ringing: ClassVar[float] = 0.0
-    margin: ClassVar[float] = MIN_MARGIN
-    needs_actuator: ClassVar[bool] = False
-    listens: ClassVar[bool] = False
 
     def drive(self, element: Memory, how: Drive) -> Procedure[None]:
         """Bring back ends that strayed, fire the pulse, and let its waves decay."""

@@ -10,7 +10,7 @@ already; so a word is filled from the right. See docs/strainless.md.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from ..commands import PHASE_LAUNCHING
@@ -24,7 +24,7 @@ from ..readers.reading import BLANK, UNDECODABLE, Reading
 from ..readers.words import Code
 from ..settings import Settings
 from .ends import bring_ends_back
-from .move import MIN_MARGIN, Drive
+from .move import Drive, Move
 from .strain_cycle import ringing_time
 
 KICK_OUT_SLOWER = 0.85
@@ -33,23 +33,16 @@ Factors from 0.85 to 1 erased all words of robust cells at 3 % of scatter."""
 
 
 @dataclass(frozen=True)
-class Kick:
+class Kick(Move):
     """A kick of a wall from the left end of a blank element to a level; see `Move`.
 
     Attributes:
         speed: Mean speed of the end, without corrections.
     """
 
-    start: int
-    target: int
-    duration: float
-    ringing: float
-    margin: float
-    speed: float
+    speed: float = field(kw_only=True)
 
     name: ClassVar[str] = 'kick'
-    needs_actuator: ClassVar[bool] = False
-    listens: ClassVar[bool] = False
 
     def drive(self, element: Memory, how: Drive) -> Procedure[None]:
         """Send the wall; it comes to rest at the level."""
@@ -58,18 +51,10 @@ class Kick:
 
 
 @dataclass(frozen=True)
-class KickOut:
+class KickOut(Move):
     """A kick of a kink that takes the wall away; see `Move`."""
 
-    start: int
-    target: int
-    duration: float
-    ringing: float
-
     name: ClassVar[str] = 'kick out'
-    margin: ClassVar[float] = MIN_MARGIN
-    needs_actuator: ClassVar[bool] = False
-    listens: ClassVar[bool] = False
 
     def drive(self, element: Memory, how: Drive) -> Procedure[None]:
         """Send the kink to the wall."""
@@ -77,23 +62,17 @@ class KickOut:
 
 
 @dataclass(frozen=True)
-class WordKick:
+class WordKick(Move):
     """A kick of the next wall or kink into a register; see `Move`.
 
     Attributes:
         speed: Mean speed of the end.
     """
 
-    start: int
-    target: int
-    duration: float
-    speed: float
+    speed: float = field(kw_only=True)
+    margin: float = 1.0
 
     name: ClassVar[str] = 'kick'
-    ringing: ClassVar[float] = 0.0
-    margin: ClassVar[float] = 1.0
-    needs_actuator: ClassVar[bool] = False
-    listens: ClassVar[bool] = False
 
     def drive(self, element: Memory, how: Drive) -> Procedure[None]:
         """Send a wall, or a kink if the left end is active."""
@@ -101,21 +80,16 @@ class WordKick:
 
 
 @dataclass(frozen=True)
-class WordKickOut:
+class WordKickOut(Move):
     """Kicks that take the walls of a register away, the nearest to the left end first; see `Move`.
 
     Each sends the opposite wall to the level below the nearest one. Neighbours attract and
     annihilate.
     """
 
-    start: int
-    target: int
-    duration: float
+    margin: float = 1.0
 
     name: ClassVar[str] = 'kick out'
-    ringing: ClassVar[float] = 0.0
-    margin: ClassVar[float] = 1.0
-    needs_actuator: ClassVar[bool] = False
     listens: ClassVar[bool] = True
 
     def drive(self, element: Memory, how: Drive) -> Procedure[Reading]:
@@ -179,7 +153,7 @@ def kick_into(design: Design, settings: Settings, level: int) -> Kick:
     if not speed:
         raise IndexError(f'kick.speeds has no kick to level {level}')
     duration = _kick_duration(design, shape, speed, shape.settle)
-    return Kick(BLANK, level, duration, ringing_time(design), shape.room(level), speed)
+    return Kick(BLANK, level, duration, ringing_time(design), shape.room(level), speed=speed)
 
 
 def kick_out_of(design: Design, settings: Settings, level: int) -> KickOut:
@@ -208,7 +182,7 @@ def _word_kicks(design: Design, settings: Settings, start: int, target: int) -> 
     level = needed[missing - 1]
     speed = (shape.wall_speeds, shape.kink_speeds)[len(resting) % 2][level]
     duration = _kick_duration(design, shape, speed, shape.settle)
-    yield WordKick(start, code.word(needed[missing - 1 :]), duration, speed)
+    yield WordKick(start, code.word(needed[missing - 1 :]), duration, speed=speed)
 
 
 def kick_speed(design: Design, settings: Settings, level: int) -> float:

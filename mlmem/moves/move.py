@@ -10,13 +10,14 @@ leads away from the target.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, ClassVar
 
 from ..instrument.blocks import Procedure
 from ..memory import Memory
-from ..readers.reading import BLANK, Reading
+from ..readers.reading import BLANK
 from ..settings import Settings
 from .corrections import PulseCorrection
 
@@ -43,48 +44,36 @@ class Drive:
     attempt: int = 1
 
 
-class Move(Protocol):
+@dataclass(frozen=True)
+class Move(ABC):
     """One way to take an element from one content to another.
 
     A content is a level or `BLANK`; of a register it is a word.
+
+    Attributes:
+        name: The kind of move in words, for messages.
+        start: Content at which it begins; `UNDECODABLE` if any will do.
+        target: Content at which it ends.
+        duration: Time units that it takes; approximate if it listens.
+        ringing: Time units for which it leaves the element ringing, until it can be read.
+        margin: Relative change that its quantities tolerate.
+        needs_actuator: Whether it strains the substrate.
+        listens: Whether it listens on its way until it has succeeded. It is as fast as it says
+            only from a content that was read, so it begins a route.
     """
 
-    @property
-    def name(self) -> str:
-        """The kind of move in words, for messages."""
+    start: int
+    target: int
+    duration: float
+    ringing: float = 0.0
+    margin: float = MIN_MARGIN
 
-    @property
-    def start(self) -> int:
-        """Content at which it begins; `UNDECODABLE` if any will do."""
+    name: ClassVar[str]
+    needs_actuator: ClassVar[bool] = False
+    listens: ClassVar[bool] = False
 
-    @property
-    def target(self) -> int:
-        """Content at which it ends."""
-
-    @property
-    def duration(self) -> float:
-        """Time units that it takes; approximate if it listens."""
-
-    @property
-    def ringing(self) -> float:
-        """Time units for which it leaves the element ringing, until it can be read."""
-
-    @property
-    def margin(self) -> float:
-        """Relative change that its quantities tolerate."""
-
-    @property
-    def needs_actuator(self) -> bool:
-        """Whether it strains the substrate."""
-
-    @property
-    def listens(self) -> bool:
-        """Whether it listens on its way until it has succeeded.
-
-        It is as fast as it says only from a content that was read, so it begins a route.
-        """
-
-    def drive(self, element: Memory, how: Drive) -> Procedure[Reading | None]:
+    @abstractmethod
+    def drive(self, element: Memory, how: Drive) -> Procedure[Any]:
         """Make the move; return what it read last if it listens.
 
         Raises:

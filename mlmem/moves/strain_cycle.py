@@ -24,23 +24,17 @@ from ..readers.reading import BLANK, UNDECODABLE, Reading, describe_level
 from ..settings import Settings
 from .corrections import apply_correction
 from .ends import bring_back
-from .move import MIN_MARGIN, Drive
+from .move import Drive, Move
 
 
 @dataclass(frozen=True)
-class Launch:
+class Launch(Move):
     """Under a strain the left end moves, and a wall rests at level 0; see `Move`."""
 
-    duration: float
-    settings: Settings = field(repr=False)
+    settings: Settings = field(repr=False, kw_only=True)
 
     name: ClassVar[str] = 'launch'
-    start: ClassVar[int] = BLANK
-    target: ClassVar[int] = 0
-    ringing: ClassVar[float] = 0.0
-    margin: ClassVar[float] = MIN_MARGIN
     needs_actuator: ClassVar[bool] = True
-    listens: ClassVar[bool] = False
 
     def drive(self, element: Memory, how: Drive) -> Procedure[None]:
         """Launch the wall; raises `NotFollowed`."""
@@ -53,19 +47,13 @@ class Launch:
 
 
 @dataclass(frozen=True)
-class StepUp:
+class StepUp(Move):
     """One strain cycle takes the wall up by a level; see `Move`."""
 
-    start: int
-    target: int
-    duration: float
-    settings: Settings = field(repr=False)
+    settings: Settings = field(repr=False, kw_only=True)
 
     name: ClassVar[str] = 'step up'
-    ringing: ClassVar[float] = 0.0
-    margin: ClassVar[float] = MIN_MARGIN
     needs_actuator: ClassVar[bool] = True
-    listens: ClassVar[bool] = False
 
     def drive(self, element: Memory, how: Drive) -> Procedure[None]:
         """Strain the element once, gently if it is read after it; raises `NotFollowed`."""
@@ -82,16 +70,10 @@ class StepUp:
 
 
 @dataclass(frozen=True)
-class KinkDrive:
+class KinkDrive(Move):
     """Strain cycles drive a kink on until it meets the wall, and both vanish; see `Move`."""
 
-    start: int
-    duration: float
-
     name: ClassVar[str] = 'erase'
-    target: ClassVar[int] = BLANK
-    ringing: ClassVar[float] = 0.0
-    margin: ClassVar[float] = MIN_MARGIN
     needs_actuator: ClassVar[bool] = True
     listens: ClassVar[bool] = True
 
@@ -145,14 +127,14 @@ def moves_from(
     if start == BLANK:
         moving = abs(design.D_s2 - design.D_s1) / write.launch_speed
         cycle = Cycle.plan_cycle(write, write.start_strain, rate)
-        yield Launch(cycle.duration + moving, settings)
+        yield Launch(BLANK, 0, cycle.duration + moving, settings=settings)
         return
     if 0 <= start < design.levels - 1:
         cycle = Cycle.plan_cycle(write, write.tension, rate)
-        yield StepUp(start, start + 1, cycle.duration, settings)
+        yield StepUp(start, start + 1, cycle.duration, settings=settings)
     kink = Cycle.plan_cycle(settings.erase, settings.erase.compression, rate)
     place = design.levels - 1 if start == UNDECODABLE else start
-    yield KinkDrive(start, (place + 2) * kink.duration + ringing_time(design))
+    yield KinkDrive(start, BLANK, (place + 2) * kink.duration + ringing_time(design))
 
 
 def step_cycle(design: Design, settings: Settings, start: int, factor: float = 1.0) -> Cycle:
