@@ -28,13 +28,7 @@ from .end import End
 
 @dataclass(frozen=True)
 class OfMaterial(Description):
-    """The description of a fault of the material, which a real element cannot be given.
-
-    Attributes:
-        cell: Whether its value is the site of a cell, 0 for none.
-    """
-
-    cell: bool = False
+    """The description of a fault of the material, which a real element cannot be given."""
 
 
 FAULT_ENDS = ('both', 'left', 'right')
@@ -43,7 +37,7 @@ FAULT_ENDS = ('both', 'left', 'right')
 _time = make_field_factory('time', 0.0, 1e6)
 _probability = make_field_factory('', 0.0, 1.0)
 _of_material = make_field_factory('', 0.0, 0.5, kind=OfMaterial)
-_cell = make_field_factory('', 0, 100_000, kind=OfMaterial, cell=True)
+_cell = make_field_factory('', 0, 100_000, kind=OfMaterial)
 
 
 @dataclass(frozen=True)
@@ -211,23 +205,13 @@ class Sensors:
     """The signals of both transducers, with their faults.
 
     Attributes:
-        late: As in `SensorsState`.
-        slow: As in `SensorsState`.
+        state: What the signals have still to show.
     """
 
     def __init__(self, dt: float) -> None:
         """Watch ends whose samples are `dt` apart."""
         self.dt = dt
         self.state = SensorsState(np.empty((2, 0)))
-
-    @property
-    def state(self) -> SensorsState:
-        """What the signals have still to show."""
-        return SensorsState(self.late, self.slow)
-
-    @state.setter
-    def state(self, state: SensorsState) -> None:
-        self.late, self.slow = state.late, state.slow
 
     def delay(self, faults: Faults) -> int:
         """Return how many samples late the signals are."""
@@ -237,10 +221,10 @@ class Sensors:
         """Forget what the signals have still to show, unless they stay as late as they are, and
         where they are unless they stay slow.
         """
-        if self.late.shape[1] != self.delay(faults):
-            self.late = np.empty((2, 0))
-        if not faults.sensor_lag:
-            self.slow = None
+        late, slow = self.state.late, self.state.slow
+        if late.shape[1] != self.delay(faults):
+            late = np.empty((2, 0))
+        self.state = SensorsState(late, slow if faults.sensor_lag else None)
 
     def apply_sensor_faults(self, ends: Array, last: Array, faults: Faults, tick: int) -> Array:
         """Return the samples of both ends in a tick, shape (2, steps), as transducers with faults
@@ -266,18 +250,20 @@ class Sensors:
 
     def _delay_signal(self, ends: Array, last: Array, m: int) -> Array:
         """Return what is shown m samples late; a delay begins with the last sample before."""
-        if self.late.shape[1] != m:
-            self.late = np.repeat(last[:, None], m, axis=1)
-        shown = np.concatenate((self.late, ends), axis=1)
-        self.late = shown[:, ends.shape[1] :].copy()
+        late = self.state.late
+        if late.shape[1] != m:
+            late = np.repeat(last[:, None], m, axis=1)
+        shown = np.concatenate((late, ends), axis=1)
+        self.state = SensorsState(shown[:, ends.shape[1] :].copy(), self.state.slow)
         return shown[:, : ends.shape[1]]
 
     def _lag_signal(self, wanted: Array, last: Array, constant: float) -> Array:
         """Return a signal behind a first-order lag, which begins with the last sample before."""
         kept = float(exponential(np.array([-self.dt / constant]))[0])
-        found, at = np.empty_like(wanted), last if self.slow is None else self.slow
+        slow = self.state.slow
+        found, at = np.empty_like(wanted), last if slow is None else slow
         for k in range(wanted.shape[1]):
             at = wanted[:, k] + kept * (at - wanted[:, k])
             found[:, k] = at
-        self.slow = found[:, -1].copy()
+        self.state = SensorsState(self.state.late, found[:, -1].copy())
         return found
