@@ -16,7 +16,7 @@ import threading
 import time
 from collections.abc import Callable
 from functools import cache
-from typing import Protocol
+from typing import TYPE_CHECKING
 from weakref import ref
 
 import rclpy
@@ -28,21 +28,11 @@ from rclpy.signals import SignalHandlerOptions
 
 from ..middleware import create_events_executor
 
+if TYPE_CHECKING:
+    from .request import Request
+
 CHECK_PERIOD_S = 0.5
 """Seconds between two looks at clock and graph."""
-
-
-class Resumable(Protocol):
-    """A request, as the thread resumes it.
-
-    Attributes:
-        due: When to resume it, on the monotonic clock; infinite once it is over.
-    """
-
-    due: float
-
-    def resume(self) -> None:
-        """Go on, if what it waits for has come, is late or is hopeless."""
 
 
 class HiddenNode:
@@ -86,7 +76,7 @@ class ClientThread:
         self._context.init([], initialize_logging=False)
         self._executor = create_events_executor(self._context)
         self._hidden: list[HiddenNode] = []
-        self._requests: set[Resumable] = set()
+        self._requests: set[Request] = set()
         self._thread = threading.Thread(target=self._run, name='mlmem-client', daemon=True)
         self._thread.start()
         atexit.register(self.close)  # Python's end aborts who is in C++ then
@@ -119,7 +109,7 @@ class ClientThread:
 
     # --- in its thread ---------------------------------------------------------------------
 
-    def watch(self, request: Resumable) -> None:
+    def watch(self, request: Request) -> None:
         """Resume a request whenever it is due, from now on."""
         self._requests.add(request)
 

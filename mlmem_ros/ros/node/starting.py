@@ -7,9 +7,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
 from contextlib import contextmanager
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from rclpy.node import Node
 
@@ -18,25 +17,14 @@ from mlmem.physics import INTEGRATORS, Design, is_kernel_cached
 
 from ...host import REFUSALS, Host
 
-
-class Startable(Protocol):
-    """A node, as far as `Retries` needs it."""
-
-    @property
-    def unconfigured(self) -> bool:
-        """Whether it is in that state."""
-
-    def prepare(self) -> Future[None]:
-        """Build the device in a thread of its own, for `start` to take; raises `SettingsError`."""
-
-    def start(self) -> None:
-        """Configure and activate; raises one of `REFUSALS`."""
+if TYPE_CHECKING:
+    from .node import MemoryNode
 
 
 class Retries:
     """Tries again at intervals, until the element is back or somebody else configures the node."""
 
-    def __init__(self, node: Startable, host: Host, interval: Callable[[], float]) -> None:
+    def __init__(self, node: MemoryNode, host: Host, interval: Callable[[], float]) -> None:
         """Wait for nothing yet; the interval between two attempts is in seconds, 0 to give up."""
         self._node, self._host, self._interval = node, host, interval
         self.waiting = False
