@@ -23,7 +23,6 @@ import contextlib
 import hashlib
 import inspect
 import logging
-import os
 import platform
 import tempfile
 from collections.abc import Callable, Iterator
@@ -33,7 +32,7 @@ from typing import Any, ClassVar, TypeVar, cast
 
 import llvmlite.binding
 import numba
-from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
 
 LOG = logging.getLogger(__name__)
@@ -172,38 +171,13 @@ def check_cache_space(folder: Path) -> None:
         file.write(bytes(4 * 2**20))
 
 
-class _CacheFile(IndexDataCacheFile):
-    """The files of one loop's cache, which reach the disk before they get their names.
-
-    numba renames a file that may not be on the disk yet: a power cut then leaves an empty one.
-    """
-
-    @contextlib.contextmanager
-    def _open_for_write(self, filepath: str) -> Iterator[Any]:
-        with super()._open_for_write(filepath) as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-
-    def _load_index(self) -> Any:
-        """Return the index; empty if it names a type that has moved or gone."""
-        try:
-            return super()._load_index()  # type: ignore[no-untyped-call]
-        except (ImportError, AttributeError):
-            return {}
-
-    def discard(self) -> None:
-        """Forget all machine code of the loop; without an index none of it is found."""
-        Path(self._index_path).unlink(missing_ok=True)
-
-
 class _Cache(FunctionCache):
     """numba's disk cache, which a torn file or a full disk does not stop, and whose keys also
     cover the functions inlined into a loop and NUMBA_OPT.
 
     numba itself checks only the loop's own file, and would keep using an outdated formula, or code
-    that was not optimised. It also reads an index of types that another edition of this package or
-    of a law named otherwise, and fails.
+    that was not optimised. A power cut may leave it an empty index, and a new edition of this
+    package one that names types which are gone: it would fail at every start.
     """
 
     full: ClassVar[set[str]] = set()  # folders that could not be written; each is reported once
@@ -212,9 +186,6 @@ class _Cache(FunctionCache):
         super().__init__(function)  # type: ignore[no-untyped-call]
         texts = (path.read_bytes() for path in sorted({Path(__file__), *_find_sources(function)}))
         self._digest = hashlib.sha256(b''.join(texts)).hexdigest()
-        stamp = self._impl.locator.get_source_stamp()
-        self.files = _CacheFile(self._cache_path, self._impl.filename_base, stamp)  # type: ignore[no-untyped-call]
-        self._cache_file = self.files
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return cached machine code, or None; a torn cache is discarded, so that the loop is
@@ -223,7 +194,7 @@ class _Cache(FunctionCache):
         try:
             return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
         except Exception as error:  # a torn pickle raises anything
-            self.files.discard()
+            Path(self._cache_file._index_path).unlink(missing_ok=True)  # so that none is found
             name, why = self._py_func.__qualname__, f'{type(error).__name__} {error}'.strip()
             LOG.warning('compiling %s anew: its cache cannot be loaded (%s)', name, why)
             return None
@@ -252,7 +223,7 @@ class _Cache(FunctionCache):
         """Return whether machine code for these types is cached."""
         key = self._index_key(types, codegen)
         try:
-            return self.files.load(key) is not None  # type: ignore[no-untyped-call]
+            return self._cache_file.load(key) is not None  # type: ignore[no-untyped-call]
         except Exception:  # a torn pickle raises anything
             return False
 

@@ -105,7 +105,7 @@ def test_loop_is_recompiled_when_file_it_inlines_changes(load):
 @pytest.fixture
 def files(load):
     """The index and the data file of a cached loop."""
-    index = Path(load(2.0)._cache.files._index_path)
+    index = Path(load(2.0)._cache._cache_file._index_path)
     assert load(2.0)(1.0) == 2.0
     return {'nbi': index, 'nbc': next(index.parent.glob('*.nbc'))}
 
@@ -130,7 +130,7 @@ def test_full_disk_leaves_loops_uncached_and_warns_once(load, monkeypatch, caplo
     def write(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(os, 'fsync', write)
+    monkeypatch.setattr(os, 'replace', write)
     assert [load(factor)(1.0) for factor in (2.0, 3.25)] == [2.0, 3.25]
     (line,) = caplog.messages
     assert 'No space left on device' in line
