@@ -12,7 +12,6 @@ import hashlib
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -56,21 +55,13 @@ class _Presets(Mapping[str, Preset]):
     def __getitem__(self, name: str) -> Preset:
         if name not in NAMES:
             raise KeyError(name)
-        return _load_preset(name)
+        return load_preset(name)
 
     def __iter__(self) -> Iterator[str]:
         return iter(NAMES)
 
     def __len__(self) -> int:
         return len(NAMES)
-
-    def __contains__(self, name: object) -> bool:
-        return name in NAMES  # without loading it
-
-
-@cache
-def _load_preset(name: str) -> Preset:
-    return load_preset(name)
 
 
 PRESETS: Mapping[str, Preset] = _Presets()
