@@ -12,17 +12,8 @@ from importlib import metadata
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from typing import NamedTuple
 
-DEBIAN_PACKAGES = {
-    'numpy': 'python3-numpy',
-    'numba': 'python3-numba',
-    'yaml': 'python3-yaml',
-    'rich': 'python3-rich',
-    'matplotlib': 'python3-matplotlib',
-    'scipy': 'python3-scipy',
-    'aiohttp': 'python3-aiohttp',
-    'PIL': 'python3-pil',
-}
-"""Debian and Ubuntu packages, by import name."""
+DEBIAN_PACKAGES = 'numpy', 'numba', 'yaml', 'rich', 'matplotlib', 'scipy', 'aiohttp', 'PIL'
+"""Import names of what Debian and Ubuntu have as python3-NAME."""
 
 PYPI_NAMES = {'yaml': 'pyyaml', 'PIL': 'pillow'}
 """PyPI names that differ from the import name."""
@@ -75,7 +66,7 @@ def format_install_advice(name: str) -> str:
     )
     if name in DEBIAN_PACKAGES:
         return (
-            f'sudo apt install {DEBIAN_PACKAGES[name]}, or in a virtual environment pip '
+            f'sudo apt install python3-{name.lower()}, or in a virtual environment pip '
             f'install {pypi}'
         )
     return (
