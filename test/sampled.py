@@ -7,11 +7,7 @@ import pytest
 
 def sampled(values, kept):
     """Return the parameters of a sweep; those for which `kept` is false are slow."""
+    rows = [(value, value if isinstance(value, tuple) else (value,)) for value in values]
     return [
-        value if kept(value) else pytest.param(*_parts(value), marks=pytest.mark.slow)
-        for value in values
+        value if kept(value) else pytest.param(*row, marks=pytest.mark.slow) for value, row in rows
     ]
-
-
-def _parts(value):
-    return value if isinstance(value, tuple) else (value,)

@@ -69,7 +69,10 @@ def describe_run(seed):
         given = shrink(given, fails)
     run = SeededRun(given)
     found = run.run()
-    lines = [f'{at:12.6f}  {who}: {_join_words(what)}' for at, who, what in run.scheduler.history]
+    lines = [
+        f'{at:12.6f}  {who}: {" ".join(map(str, what)) if isinstance(what, tuple) else what}'
+        for at, who, what in run.scheduler.history
+    ]
     findings = [f'FOUND {finding}' for finding in found] or ['nothing is wrong']
     return '\n'.join([*lines, '', str(given), '', *findings])
 
@@ -113,7 +116,3 @@ def _run_with_timeout(seed):
 
 def _give_up(*_):
     raise Stuck
-
-
-def _join_words(what):
-    return ' '.join(map(str, what)) if isinstance(what, tuple) else what
