@@ -21,11 +21,14 @@ def climb():
 
 @pytest.fixture
 def written(climb):
-    """Return a device on which a level was written by a procedure, with known content."""
+    """Return a device on which a level was written by a procedure, with known content; or a blank
+    one, of unknown content.
+    """
 
     def written(level, **settings):
         element = rig.device(**settings)
-        snapshot.restore_snapshot(element, climb[level][1])
+        if level is not None:
+            snapshot.restore_snapshot(element, climb[level][1])
         return element
 
     return written

@@ -124,7 +124,7 @@ def test_level_is_confirmed_by_median_spacing_about_it(table, level, offset, spa
 
 @pytest.mark.parametrize('level', [None, 3])
 def test_calibration_is_close_to_factorys_and_keeps_content(written, level):
-    element = rig.device() if level is None else written(level)
+    element = written(level)
     factory = element.calibration
     outcome = rig.run(element, Calibrate())
     assert outcome.success, outcome.error

@@ -38,6 +38,7 @@ from mlmem.commands import (
     PHASE_STRAINING,
     Progress,
 )
+from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, PEFRL, Specimen, stable_step
 from mlmem.rejections import ErrorCode
 
@@ -127,7 +128,9 @@ def test_strain_by_hand_makes_content_unknown_once(written):
     assert element.advance() == []
     assert element.reading.level == 3
     since = element.ticks
+    assert element.is_released
     element.apply(SetStrain(0.001))
+    assert not element.is_released  # it moves, though its strain is still zero
     assert element.reading is None
     assert element.advance() == [Unknown('strained by hand', since)]
     element.apply(SetStrain(0.002))
@@ -174,14 +177,15 @@ def test_content_is_unknown_while_wall_moves(written, command, level):
     assert element.reading.level == level
 
 
-def test_read_reports_echo_and_then_outcome():
+@pytest.mark.parametrize('end', list(End))
+def test_read_reports_echo_and_then_outcome(end):
     element = rig.device(2)
     rig.ticks(element, 3)
-    other, heard, outcome = rig.events(element, Read())
+    other, heard, outcome = rig.events(element, Read(end))
     assert isinstance(heard, EchoReceived)
-    assert other.echo.end == 'right'  # the end that is reported comes last
+    assert other.echo.end is end.opposite  # the end that is reported comes last
     assert other.reading == heard.reading == outcome.reading == element.reading
-    assert heard.echo.end == 'left'
+    assert heard.echo.end is end
     assert heard.echo.delay == heard.reading.delay
     assert isinstance(outcome, Outcome)
     assert (outcome.procedure, outcome.success, outcome.error) == ('read', True, '')

@@ -251,6 +251,9 @@ def test_disorder_depends_on_seed():
         return apply_faults(Specimen(CASE_II), faults)
 
     one, same, other = disordered(1), disordered(1), disordered(2)
+    soft = Faults(disorder_alpha=0.1, seed=1)
+    assert not soft.has_same_material(dataclasses.replace(soft, seed=2))
+    assert Faults(seed=1).has_same_material(Faults(seed=2))
     for name, ideal in (('alpha', CASE_II.alpha), ('k_r', 1.0), ('s', CASE_II.s)):
         values = getattr(one, name)
         np.testing.assert_array_equal(values, getattr(same, name))

@@ -110,7 +110,7 @@ NAMES = [
 
 @pytest.mark.parametrize('level', [None, 2])
 def test_sound_element_passes_and_keeps_its_content(written, level):
-    element = rig.device() if level is None else written(level)
+    element = written(level)
     told = rig.events(element, SelfTest())
     outcome = told[-1]
     assert outcome.success, outcome.error
@@ -165,7 +165,7 @@ def test_actuator_that_does_not_follow_is_found(written, wrong, felt):
 @pytest.mark.parametrize('level', [None, 2])
 def test_stuck_actuator_is_named_and_left_with_no_set_point(written, level):
     """With a set-point of 0.01 it would move there as soon as it comes loose."""
-    element = rig.device() if level is None else written(level)
+    element = written(level)
     element.apply(SetFaults(Faults(actuator_stuck=True)))
     assert rig.run(element, SelfTest()).error == 'failed: actuator'
     assert element.actuator.motion.target == 0.0

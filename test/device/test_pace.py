@@ -111,18 +111,29 @@ def timetable(*, speed=1.0, batch=20, heard=True, stream_period=10, **element):
     return times, element, statistics
 
 
-@pytest.mark.parametrize(('ticks', 'deferred'), [(0, 19), (7, 12), (19, 0), (20, 19)])
-def test_tick_that_is_published_comes_alone_and_on_time(ticks, deferred):
-    """40 ms are 20 ticks."""
-    times, *_ = timetable(ticks=ticks)
+@pytest.mark.parametrize(
+    ('given', 'deferred'),
+    [
+        # A tick that is published comes alone; 40 ms are 20 ticks.
+        ({'ticks': 0}, 19), ({'ticks': 7}, 12), ({'ticks': 19}, 0), ({'ticks': 20}, 19),
+        # A procedure decides in the next tick but five, or in the next.
+        ({'idle_ticks': 5}, 5), ({'idle_ticks': 0}, 0),
+        # Nobody listens: a run ends at a tick that is published, or anywhere if none is.
+        ({'heard': False, 'ticks': 3}, 17),
+        ({'heard': False, 'ticks': 200, 'stream_period': 100}, 20),
+        ({'heard': False, 'ticks': 3, 'stream_period': 0}, 20),
+        # At rest nothing is computed: 2 s are 1000 ticks.
+        ({'heard': False, 'ticks': 3, 'stream_period': 0, 'at_rest': True}, 1000),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_ticks_are_deferred_until_one_matters(given, deferred):
+    times, *_ = timetable(**given)
     assert times.deferred(0.0, Mailbox(1.0)) == deferred
-
-
-def test_no_tick_is_deferred_beyond_next_decision():
-    times, element, _ = timetable(idle_ticks=5)
-    assert times.deferred(0.0, Mailbox(1.0)) == 5
-    element.idle_ticks = 0
-    assert times.deferred(0.0, Mailbox(1.0)) == 0
+    assert times.can_sleep(deferred) == (deferred > 20)
+    every = given.get('stream_period', 10)
+    told = every - given.get('ticks', 0) % every if every else deferred
+    assert times.limit_run(deferred) == min(deferred, told)
 
 
 def test_command_takes_effect_in_tick_into_which_it_falls():
@@ -131,21 +142,6 @@ def test_command_takes_effect_in_tick_into_which_it_falls():
     box.submit(None)
     assert times.deferred(3.5 * PERIOD, box) == 3
     assert times.deferred(-PERIOD, box) == 0
-
-
-def test_run_without_listener_ends_at_published_tick():
-    """40 ms are 20 ticks and 2 s are 1000, which end anywhere then."""
-    times, *_ = timetable(heard=False, ticks=3)
-    assert times.deferred(0.0, Mailbox(1.0)) == 17  # to 20
-    assert times.limit_run(17) == 7
-    times, *_ = timetable(heard=False, stream_period=100, ticks=200)
-    assert times.deferred(0.0, Mailbox(1.0)) == 20  # of which none is published
-    times, *_ = timetable(heard=False, stream_period=0, ticks=3)
-    assert times.deferred(0.0, Mailbox(1.0)) == times.limit_run(20) == 20
-    times, *_ = timetable(heard=False, stream_period=0, ticks=3, at_rest=True)
-    assert times.deferred(0.0, Mailbox(1.0)) == 1000
-    assert times.can_sleep(1000)
-    assert not times.can_sleep(20)
 
 
 @pytest.mark.parametrize('ticks', [10, 100])

@@ -63,12 +63,15 @@ def test_every_level_of_case_ii_is_written_and_read():
         assert rig.holds(element, level)
 
 
-@pytest.mark.parametrize('level', [0, 3])
-def test_writing_present_level_moves_nothing(written, level):
+@pytest.mark.parametrize(
+    ('level', 'command'), [(0, Write(0)), (3, Write(3)), (None, Erase())], ids=str
+)
+def test_content_that_is_there_already_is_only_read(written, level, command):
     """An echo verifies it, without strain."""
     element = written(level)
-    trace, told = rig.strains(element, Write(level))
-    assert (told[-1].success, told[-1].attempts) == (True, 1)
+    trace, (*_, outcome) = rig.strains(element, command)
+    assert (outcome.success, outcome.attempts) == (True, 1)
+    assert outcome.reading.level == (BLANK if level is None else level)
     assert not trace.any()
     assert rig.holds(element, level)
 
@@ -266,14 +269,6 @@ def test_erase_drives_its_kink_by_opposite_strain(written, level):
     assert trusted.reading.level == BLANK
     assert rig.wall(trusting) is None
     assert trusting.statistics.cycles == element.statistics.cycles
-
-
-def test_erasing_blank_element_only_reads(written):
-    element = rig.device()
-    trace, told = rig.strains(element, Erase())
-    assert told[-1].success
-    assert told[-1].reading.level == BLANK
-    assert not trace.any()
 
 
 @pytest.mark.parametrize(('end', 'at'), [(End.LEFT, 42.4), (End.RIGHT, 75.4)])
