@@ -296,22 +296,25 @@ def test_two_half_steps_leave_oscillator_of_period_at_rest():
     assert actuator.remaining_time == 5.0
 
 
-PER_LEVEL = 620.0
-
-
-def test_cycle_pauses_on_way_back_and_takes_stated_time():
+@pytest.mark.parametrize('shaped', [False, True])
+def test_cycle_pauses_on_way_back_and_takes_stated_time(shaped):
+    """Shaped, it begins with half of a ramp that is shorter by half a period of the cells."""
     design, settings = preset('bits_2')
-    plain = rig.change(settings, write={'final_settle': 0.0, 'shaped': False})
-    element = MemoryElement(design, plain)
+    settings = rig.change(settings, write={'final_settle': 0.0, 'shaped': shaped})
+    element = MemoryElement(design, settings)
     succeed(element, Write(0))
     element.apply(Write(2))
     strain = []
-    for _ in range(round(PER_LEVEL / element.tick)):
+    for _ in range(round(620.0 / element.tick)):
         element.advance()
         strain.append(element.actuator.strain)
     write = settings.write
     at = np.cumsum([write.ramp, write.hold, write.ease, write.release]) / element.tick - 1
     seen = np.array(strain)[at.astype(int)] / write.compression
     np.testing.assert_allclose(seen, [1.0, 1.0, write.ease_to, 0.0], atol=1e-12)
+    delay = math.pi / math.sqrt(design.k_s1) if shaped else 0.0
+    ramp = Ramp(0.0, write.compression, write.ramp - delay)
+    first = (shape_ramp(ramp, delay) if shaped else ramp).strain(np.array([element.tick]))
+    assert strain[0] == pytest.approx(first[0])
     assert np.all(np.array(strain)[int(at[-1]) :] == 0.0)
     assert element.procedure == 'write'  # which ends with a read
