@@ -37,6 +37,23 @@ def context():
 
 
 @pytest.fixture
+def create_node(context):
+    """Create nodes in that context, in no executor: create_node('robot')."""
+    import rclpy
+
+    nodes = []
+
+    def create_node(name, **options):
+        options |= {'context': context, 'use_global_arguments': False}
+        nodes.append(rclpy.create_node(name, **options))
+        return nodes[-1]
+
+    yield create_node
+    for node in nodes:
+        node.destroy_node()
+
+
+@pytest.fixture
 def declared(context):
     """Declare the parameters of a node given some: declared({'element': 'bits_1'})."""
     from types import SimpleNamespace

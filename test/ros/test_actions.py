@@ -14,7 +14,6 @@ from mlmem_ros.contract import services
 if not services.load_action_types():
     pytest.skip('mlmem_interfaces is not built: make interfaces', allow_module_level=True)
 
-import rclpy
 from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
 from mlmem_interfaces.action import Erase, Read, Write
@@ -187,8 +186,8 @@ def test_unknown_goal_has_no_result(robot):
 @pytest.mark.parametrize(
     'kind', [SingleThreadedExecutor, MultiThreadedExecutor, create_events_executor]
 )
-def test_client_iterates_progress_in_any_executor(memory, context, kind):
-    node = rclpy.create_node('behaviour', context=context, use_global_arguments=False)
+def test_client_iterates_progress_in_any_executor(memory, context, create_node, kind):
+    node = create_node('behaviour')
     client = MemoryClient(node, memory.element)
     client.ready().wait()
 
@@ -202,7 +201,6 @@ def test_client_iterates_progress_in_any_executor(memory, context, kind):
     shares = [each.share for each in told]
     assert shares == sorted(shares)
     assert shares[-1] > 0.5
-    node.destroy_node()
 
 
 @pytest.mark.usefixtures('slowly')

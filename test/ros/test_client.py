@@ -27,11 +27,9 @@ def given():
 
 
 @pytest.fixture
-def node(context, memory, client):
+def node(create_node, client):
     """A robot's node, in no executor, next to the running memory."""
-    node = rclpy.create_node('behaviour', context=context, use_global_arguments=False)
-    yield node
-    node.destroy_node()
+    return create_node('behaviour')
 
 
 @contextlib.contextmanager
@@ -265,12 +263,11 @@ def test_client_without_a_node_times_out(client):
             reply.wait()
 
 
-def test_client_names_are_relative_to_its_namespace(context):
-    node = rclpy.create_node('arm', namespace='/robot', context=context)
+def test_client_names_are_relative_to_its_namespace(create_node):
+    node = create_node('arm', namespace='/robot')
     assert MemoryClient(node).name == '/robot/mlmem'
     assert MemoryClient(node, 'left/mlmem').name == '/robot/left/mlmem'
     assert MemoryClient(node, '/mlmem').name == '/mlmem'
-    node.destroy_node()
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ import subprocess
 import time
 
 import pytest
-import rclpy
 from nodes import QUICK, SOON, node_parameters, program, run_in_executor
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 
@@ -19,10 +18,8 @@ from mlmem_ros.ros.process import PROFILE_VARIABLES
 
 
 @pytest.fixture
-def robot(context):
-    robot = rclpy.create_node('robot', context=context)
-    yield robot
-    robot.destroy_node()
+def robot(create_node):
+    return create_node('robot')
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@
 import logging
 import time
 
-import rclpy
 from nodes import SOON
 from std_srvs.srv import Trigger
 
@@ -32,16 +31,13 @@ def answer(_, response):
     return response
 
 
-def test_requests_next_to_an_undecodable_one_are_served(context):
+def test_requests_next_to_an_undecodable_one_are_served(context, create_node):
     """The exception loses the middleware's count of waiting requests."""
-    nodes = [
-        rclpy.create_node(name, context=context, use_global_arguments=False)
-        for name in ('server', 'client')
-    ]
-    service = nodes[0].create_service(Trigger, '/ask', answer)
-    client = nodes[1].create_client(Trigger, '/ask')
+    node = create_node('server')
+    service = node.create_service(Trigger, '/ask', answer)
+    client = create_node('client').create_client(Trigger, '/ask')
     executor = GuardedExecutor(context)
-    executor.add_node(nodes[0], ThrottledLog(logging.getLogger()))
+    executor.add_node(node, ThrottledLog(logging.getLogger()))
     assert client.wait_for_service(SOON)
     service.srv_type = Odd()
     sent = [client.call_async(Trigger.Request()) for _ in range(3)]
@@ -55,5 +51,3 @@ def test_requests_next_to_an_undecodable_one_are_served(context):
     assert [future.result().message for future in sent] == 3 * ['served']
     assert service.srv_type.taken > 1
     executor.shutdown()
-    for node in nodes:
-        node.destroy_node()

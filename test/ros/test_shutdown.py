@@ -82,13 +82,12 @@ def test_linger_ends_with_its_time_or_sigterm(longest):
         assert end_nodes(nodes, executor) == 0
 
 
-def test_node_that_stood_still_answers_again(start, context):
+def test_node_that_stood_still_answers_again(start, create_node):
     """Half of them used to be forgotten for good: of those who ask meanwhile, and of others."""
     node = start(apart=True)
-    robot = rclpy.create_node('behaviour', context=context, use_global_arguments=False)
     with ExitStack() as stack:
         clients = [stack.enter_context(standalone()) for _ in range(4)]
-        clients.append(MemoryClient(robot, '/mlmem'))
+        clients.append(MemoryClient(create_node('behaviour'), '/mlmem'))
         for memory in clients:
             memory.ready(SOON).wait()
             memory.read().wait()
@@ -101,4 +100,3 @@ def test_node_that_stood_still_answers_again(start, context):
         time.sleep(max(0.0, begun + 6.0 - time.monotonic()))
         node.signal(signal.SIGCONT)
         assert [memory.request('read').wait().details['level'] for memory in clients] == [-1] * 5
-    robot.destroy_node()
