@@ -5,6 +5,7 @@
 import asyncio
 import contextlib
 import math
+import time
 from concurrent.futures import CancelledError
 
 import pytest
@@ -187,7 +188,7 @@ def test_unknown_goal_has_no_result(robot):
     'kind', [SingleThreadedExecutor, MultiThreadedExecutor, create_events_executor]
 )
 def test_client_iterates_progress_in_any_executor(memory, context, create_node, kind):
-    node = create_node('behaviour')
+    node, executor = create_node('behaviour'), kind(context=context)
     client = MemoryClient(node, memory.element)
     client.ready().wait()
 
@@ -196,11 +197,15 @@ def test_client_iterates_progress_in_any_executor(memory, context, create_node, 
         told = [feedback async for feedback in write]
         return told, await write
 
-    told, content = run_in_executor(node, kind(context=context), watch)
+    told, content = run_in_executor(node, executor, watch)
     assert content.level == 7
     shares = [each.share for each in told]
     assert shares == sorted(shares)
     assert shares[-1] > 0.5
+    begun = time.monotonic()
+    while list(node.timers):  # which woke the executor; none is left
+        assert time.monotonic() - begun < SOON
+        executor.spin_once(timeout_sec=0.01)
 
 
 @pytest.mark.usefixtures('slowly')
