@@ -234,6 +234,12 @@ class MemoryElement(Memory):
     def _begin_procedure(
         self, name: str, command: Command, wanted: dict[str, Any]
     ) -> ProcedureRun:
+        if PROCEDURES[name].both_ends and self.settings.has_one_transducer:
+            raise Refused(
+                f'{name} needs a transducer at both ends, and the right end has none (read.method '
+                'records)',
+                code=ErrorCode.UNSUPPORTED, field='read.method',
+            )  # fmt: skip
         if not isinstance(command, Abort):  # all others listen
             self._check_amplitudes()
         steps = procedures.find_steps(name)

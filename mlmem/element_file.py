@@ -44,7 +44,7 @@ MAX_ALPHA_FACTOR = 100.0
 NAMES = (
     'case_1', 'case_2', 'byte', 'bits_1', 'bits_2', 'bits_4', 'register_4', 'register_5', 'kick_2',
     'kick_4', 'robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction',
-    'robust_words',
+    'robust_3_one_end', 'robust_words',
 )  # fmt: skip
 """Shipped elements; `bits_n`, `kick_n` and `robust_n` store n bits."""
 

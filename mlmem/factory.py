@@ -38,7 +38,7 @@ def factory_calibration(design: Design, settings: Settings) -> Calibration:
     """Return the echo delays of an ideal element; raises as `compute_calibration`. For one that is
     read by waveform, the travel times; raises as `estimate_travel_times`.
     """
-    if settings.read.method == 'waveform':
+    if settings.read.method != 'delay':
         from .readers.one_wall import estimate_travel_times  # most are read by delays
 
         return estimate_travel_times(design, settings)

@@ -137,6 +137,7 @@ class Procedure(NamedTuple):
         changes: Whether content or calibration may change: a success is acknowledged when the
             state is saved.
         action: Whether it is also an action, of the name of the command.
+        both_ends: Whether it needs a transducer at both ends.
     """
 
     command: type[Any]
@@ -145,6 +146,7 @@ class Procedure(NamedTuple):
     expected: str
     changes: bool = True
     action: bool = True
+    both_ends: bool = False
 
     @property
     def arguments(self) -> Iterator[tuple[str, str, Any, Description]]:
@@ -194,6 +196,7 @@ PROCEDURES = {
         'reading',
         changes=False,
         action=False,
+        both_ends=True,
     ),
     'reset': Procedure(
         Reset,
@@ -208,6 +211,7 @@ PROCEDURES = {
         'content',
         'surveying.survey',
         'surveying',
+        both_ends=True,
     ),
     'abort': Procedure(
         Abort,

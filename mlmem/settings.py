@@ -89,8 +89,9 @@ class ReadSettings(Checked):
     )
     method: str = describe_field(
         'delay',
-        'how one wall is read: by its echo delay, or by the waveform of the pulse of `register`',
-        choices=('delay', 'waveform'),
+        'how one wall is read: by its echo delay; by the waveform of the pulse of `register`; or '
+        'by records, the waveforms of the left end that a calibration heard',
+        choices=('delay', 'waveform', 'records'),
     )
     quiet: float = describe_field(
         0.33,
@@ -288,18 +289,35 @@ class Settings:
                 'empty for an element with many walls (register.spacing)',
             )  # fmt: skip
 
-        if self.read.method == 'waveform' and self.element.bad_cells:
+        if self.read.method != 'delay' and self.element.bad_cells:
             raise SettingsError.of_value(
                 ErrorCode.CONFLICT, 'read.method', self.read.method,
                 'delay for an element with known bad cells (element.bad_cells), whose waveforms '
                 'are compared anyway',
             )  # fmt: skip
 
+        if self.has_one_transducer:
+            for field, value, expected in (
+                ('read.end', self.read.end, 'left'),
+                ('register.spacing', self.register.spacing, 0),
+                ('actuator.present', self.actuator.present, False),
+            ):
+                if value != expected:
+                    raise SettingsError.of_value(
+                        ErrorCode.CONFLICT, field, value,
+                        f'{expected} for an element with one transducer (read.method records)',
+                    )  # fmt: skip
+
+    @property
+    def has_one_transducer(self) -> bool:
+        """Whether the left end is all that is driven and heard."""
+        return self.read.method == 'records'
+
     @property
     def compares_waveforms(self) -> bool:
         """Whether a read compares waveforms with forecasts, rather than delays."""
         return (
-            self.read.method == 'waveform'
+            self.read.method != 'delay'
             or self.register.spacing > 0
             or bool(self.element.bad_cells)
         )

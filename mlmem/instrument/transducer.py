@@ -157,6 +157,7 @@ class Transducer:
     """Drives and senses the first and the last cell of a chain.
 
     Attributes:
+        ends: The ends that have a transducer. Another one is taken for inactive and at rest.
         recent: Last displacements of both ends, shape (2, w), newest last. They give the rest
             displacement, and show whether the element is quiet.
         reverberation: The waves that may still arrive, by end.
@@ -174,6 +175,7 @@ class Transducer:
         """
         self._design = design
         self._driver = driver
+        self.ends = (End.LEFT,) if settings.has_one_transducer else tuple(End)
         self.set_probes(settings)
         slowest = min(probe.omega_c for probe in self.probes.values())
         dt = driver.dt
@@ -245,7 +247,7 @@ class Transducer:
         """Assume that both ends have rested where they are."""
         self._recorded = self._flat = None
         for end, reverberation in self.reverberation.items():
-            self.recent[end.row] = self._driver.end(end.site(self._design))
+            self.recent[end.row] = self._sense_end(end)
             reverberation.returns = NO_RETURNS
 
     @property
@@ -267,9 +269,13 @@ class Transducer:
     @property
     def has_last_displacements(self) -> bool:
         """Whether both ends are where they were last heard."""
-        return all(
-            self._driver.end(end.site(self._design)) == self.recent[end.row, -1] for end in End
-        )
+        return all(self._sense_end(end) == self.recent[end.row, -1] for end in End)
+
+    def _sense_end(self, end: End) -> float:
+        """Return the displacement of an end now, or that of its phase if nothing senses it."""
+        if end not in self.ends:
+            return self._design.D_s1
+        return self._driver.end(end.site(self._design))
 
     def rest(self, end: End) -> float:
         """Return the mean displacement of an end over the recent samples."""
@@ -388,6 +394,8 @@ class Transducer:
 
         `interrupted` says whether sampling was interrupted within them.
         """
+        if End.RIGHT not in self.ends:
+            ends = np.stack((ends[0], np.full_like(ends[0], self._design.D_s1)))
         width = self.recent.shape[1]
         known = np.concatenate((self.recent, ends), axis=1)
         self.recent = self._recorded = known[:, -width:].copy()  # a view would keep all

@@ -23,10 +23,11 @@ from ..readers.delay_reader import DelayReader
 from ..readers.listening import wait_until_pinned
 from ..readers.reader import Reader
 from ..readers.reading import BLANK, UNDECODABLE, Reading, describe_level
+from ..readers.record_reader import RecordReader
 from .blocks import Result
 from .driving import erase, go_to_level
 from .reading import take_settled_reading
-from .writing import restore_content, write
+from .writing import correct_speed, restore_content, write
 
 KICK_FACTORS = tuple(1.04**power for power in range(-10, 8))
 """Factors on the speeds of all kicks that a calibration tries: damping and friction that are a
@@ -128,6 +129,55 @@ def _find_kick_factor(element: Memory, reader: Reader) -> Procedure[float]:
     found = round(math.sqrt(slowest * fastest), 6)
     _set_corrections(element, [PulseCorrection(speed=found)] * levels)
     return found
+
+
+@calibrate_reader.register
+def calibrate_records(reader: RecordReader, element: Memory) -> Procedure[dict[str, Any]]:
+    """Find the factor on the speeds of kicks, and record the blank element and every level.
+
+    Every record must be nearest to the forecast of its own content.
+
+    Returns:
+        Fields of the result.
+
+    Raises:
+        ProcedureFailed: A level was not reached; the old calibration is kept.
+    """
+    element.reader = reader.by_forecast
+    try:
+        with _keep_unless_measured(element):
+            factor = yield from _find_kick_factor(element, element.reader)
+            records = []
+            for content in (BLANK, *reader.single_walls.values()):
+                records.append((yield from _record_content(reader, element, content)))
+            element.calibration = replace(element.calibration, records=tuple(records))
+    finally:
+        element.reader = reader
+    return {'found': {'kick_factor': factor}}
+
+
+def _record_content(
+    reader: RecordReader, element: Memory, content: int
+) -> Procedure[tuple[float, ...]]:
+    """Write a content from blank, and record it once its wall has settled.
+
+    Raises:
+        ProcedureFailed: The content is not heard after `write.attempts`.
+    """
+    attempts, nudge, seen = element.settings.write.attempts, 1.0, []
+    for _ in range(attempts):
+        yield from erase(element)
+        yield from go_to_level(element, BLANK, content, nudge=nudge)
+        yield from wait_until_pinned(element)
+        reading, record = yield from reader.record(element)
+        if reading.level == content:
+            return record
+        nudge = correct_speed(nudge, reading.level, content)
+        seen.append(reading.reason or element.describe_content(reading.level))
+    raise ProcedureFailed(
+        f'{element.describe_content(content)} was not recorded in {attempts} attempts; heard '
+        f'instead: {", ".join(seen)}'
+    )
 
 
 @calibrate_reader.register

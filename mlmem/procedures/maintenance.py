@@ -57,6 +57,8 @@ def self_test(element: Memory) -> Procedure[Result]:
         )
     checks = []
     for end in element.calibration.ends:
+        if end not in element.transducer.ends:
+            continue
         checks.append((yield from _run_test(f'transducer {end}', _test_transducer(element, end))))
     able = _has_passed(checks)
     if able and element.settings.actuator.present:

@@ -61,9 +61,7 @@ def write(element: Memory, level: int) -> Procedure[Result]:
         present, said = reading.level, element.describe_content(reading.level)
         if present >= 0 and reading.level_margin < least:
             present, said = UNDECODABLE, f'{said} with a margin of {reading.level_margin:.2f}'
-        if reading.level >= 0 and reading.level != level:  # a kick went too far, or fell short
-            # about a quarter of the way to the next level
-            nudge *= 1.06 if reading.level < level else 1.0 / 1.06
+        nudge = correct_speed(nudge, reading.level, level)
         if present == level:
             return Result(reading, attempt)
         seen.append(said)
@@ -72,6 +70,15 @@ def write(element: Memory, level: int) -> Procedure[Result]:
         f'{", ".join(seen)}',
         attempts,
     )
+
+
+def correct_speed(factor: float, read: int, level: int) -> float:
+    """Return the factor on the speed of the next kick: faster if the wall fell short of its level,
+    slower if it went too far, by a quarter of the way to the next level.
+    """
+    if read < 0 or read == level:
+        return factor
+    return factor * 1.06 if read < level else factor / 1.06
 
 
 def restore_content(element: Memory, content: Reading) -> Procedure[Result]:

@@ -28,6 +28,10 @@ from ..rejections import ErrorCode
 from ..settings import ProbeSettings, Settings
 from .echo import Crossings, Shape, earliest_delay
 
+Records = tuple[tuple[float, ...], ...]
+"""What the left end does after the pulse of a read, in its band (`Listener.project_shot`): of the
+blank element, and of every level."""
+
 
 @dataclass(frozen=True)
 class DelayTable:
@@ -167,18 +171,20 @@ class DelayTable:
 
 @dataclass(frozen=True)
 class Calibration:
-    """The delay tables of both ends, and the corrections of the pulses.
+    """The delay tables of both ends, the corrections of the pulses, and the records of contents.
 
     Attributes:
         left: Table of the left end, or None if it is not read from: in a long element only the
             right end hears the echoes, since waves are faster there.
         right: Table of the right end, which also detects a blank element.
         pulse_corrections: Corrections of launch and steps, or None if all are as in the settings.
+        records: Those of an element with one transducer; empty before its calibration.
     """
 
     left: DelayTable | None
     right: DelayTable
     pulse_corrections: PulseCorrections | None = None
+    records: Records = ()
 
     @property
     def ends(self) -> tuple[End, ...]:
@@ -202,6 +208,11 @@ class Calibration:
         if known is not None and (count := len(known.steps)) != levels:
             expected = f'{levels}, one for every level'
             raise SettingsError.of_value(ErrorCode.CONFLICT, 'pulse_corrections', count, expected)
+        lengths = {len(each) for each in self.records}
+        if len(lengths) > 1 or not all(np.isfinite(each).all() for each in self.records):
+            raise SettingsError.of_value(
+                ErrorCode.OUT_OF_RANGE, 'records', sorted(lengths), 'finite, and equally long'
+            )
 
     def corrections_by_level(self, settings: Settings) -> list[PulseCorrection]:
         """Return the corrections by the level to which a pulse takes the wall."""
@@ -234,9 +245,9 @@ class Calibration:
 
 
 def calibration_key(design: Design, settings: Settings) -> str:
-    """Return a hash of everything that echo delays depend on: design, pulses and detectors.
+    """Return a hash of everything that delays and records depend on: design, pulses, detectors.
 
-    Delays stored under one key do not apply under another.
+    What is stored under one key does not apply under another.
     """
     values = [
         design.as_dict(),
@@ -246,5 +257,7 @@ def calibration_key(design: Design, settings: Settings) -> str:
         settings.time.integrator,
         'carrier 1',  # the detector: delays of another one do not apply
     ]
+    if settings.read.method == 'records':
+        values.append(dataclasses.asdict(settings.register))
     text = json.dumps(values, sort_keys=True)  # every bit of a float
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -48,9 +48,16 @@ class WallForecasts(Forecasts):
         tail_parts: Array,
         listener: Listener,
         end: End,
+        max_residual: float,
     ) -> None:
         super().__init__(contents, parts, listener)
-        self.tail_parts, self.end = tail_parts, end
+        self.tail_parts, self.end, self.max_residual = tail_parts, end, max_residual
+
+    def replace_tail(self, tail_parts: Array) -> WallForecasts:
+        """Return these forecasts with others of a wall that is no content."""
+        return WallForecasts(
+            self.contents, self.parts, tail_parts, self.listener, self.end, self.max_residual
+        )
 
     def decode(
         self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
@@ -60,7 +67,7 @@ class WallForecasts(Forecasts):
         Scattered cells leave a residual in every direction, most of it in none that leads to
         another content. So only the way towards each other content counts: the margin is 1 at the
         forecast and 0 half-way to another, and must be at least `least`. The residual must not
-        exceed `register.max_residual` of the blank element's answer. A wall behind the last level
+        exceed `max_residual` of the blank element's answer. A wall behind the last level
         is nearer to one of its own forecasts than to any content.
         """
         nothing = Reading(UNDECODABLE, '', self.end.value, None, 0.0, 0.0, math.inf)
@@ -77,11 +84,11 @@ class WallForecasts(Forecasts):
                 nothing, walls=1,
                 reason='the wall is behind the last level',
             )  # fmt: skip
-        if share > self.listener.max_residual:
+        if share > self.max_residual:
             return replace(
                 nothing,
                 reason=f'the nearest forecast, of {content.number}, leaves {share:.3g} of the '
-                f'pulse; the limit is {self.listener.max_residual:g} (register.max_residual)',
+                f'pulse; the limit is {self.max_residual:g}',
             )
         margin = round(1.0 - 2.0 * found.along, 6)
         if margin < least:
@@ -90,7 +97,7 @@ class WallForecasts(Forecasts):
             )
         return replace(
             nothing, level=content.number, code=content.code, level_margin=margin,
-            threshold_margin=round(self.listener.max_residual / max(share, 1e-3), 6),
+            threshold_margin=round(self.max_residual / max(share, 1e-3), 6),
             walls=len(content.walls),
         )  # fmt: skip
 
@@ -121,7 +128,8 @@ def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:
         else Ends(made, settings, listener).heard(made, each, end)
         for each in (states, list(hold_tail_walls(made)))
     )
-    return WallForecasts(contents, parts, tail_parts, listener, end)
+    limit = settings.register.max_residual
+    return WallForecasts(contents, parts, tail_parts, listener, end, limit)
 
 
 def hold_tail_walls(made: Specimen) -> Iterator[Array]:

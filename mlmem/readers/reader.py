@@ -76,13 +76,17 @@ def choose_reader(design: Design, settings: Settings) -> Reader:
     """Return the reader of an element, with the forecasts of an ideal one.
 
     Raises:
-        SettingsError: Its contents cannot be forecast; see `forecast_words`, `forecast_bad_cells`
-            and `forecast_levels`.
+        SettingsError: Its contents cannot be forecast, or not be told; see `forecast_words`,
+            `forecast_bad_cells`, `forecast_levels`, `forecast_records` and `RecordReader`.
     """
     if not settings.compares_waveforms:
         from .delay_reader import DelayReader
 
         return DelayReader(design)
+    if settings.read.method == 'records':
+        from .record_reader import RecordReader, forecast_ideal_records  # few are read by them
+
+        return RecordReader(*forecast_ideal_records(design, settings))
     from .waveform_reader import WaveformReader, forecast_ideal  # most are read by delays
 
     return WaveformReader(forecast_ideal(design, settings))

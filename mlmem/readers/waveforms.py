@@ -43,13 +43,11 @@ class Listener:
     Attributes:
         ticks: Ticks for which both ends are recorded.
         compared_ends: How many ends are compared, the driven one first.
-        max_residual: Largest residual of one wall's forecast, relative to the blank element's.
     """
 
     def __init__(self, settings: Settings, compared_ends: int = 2) -> None:
         """Prepare for the pulse of the settings, compared at so many ends."""
         self.compared_ends = compared_ends
-        self.max_residual = settings.register.max_residual
         self._probe = settings.register.probe
         time = pulse_duration(self._probe) + settings.register.listen
         self._tick = settings.time.tick

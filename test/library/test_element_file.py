@@ -34,6 +34,7 @@ DIGESTS = {
     'robust_3': '1fab8790020300dc',
     'robust_2_friction': '71578016ead8f2be',
     'robust_3_friction': '5b39e7e2f3774762',
+    'robust_3_one_end': 'bc762e5b43b15612',
     'robust_words': 'df60fa83e73d5c65',
 }
 """Hashes of every bit of the shipped elements: a number that changes is changed on purpose."""

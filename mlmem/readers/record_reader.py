@@ -1,0 +1,147 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Reading one wall by one transducer, which is at the left end; nothing is at the other end.
+
+One end alone cannot tell a wall from a bad cell by what an ideal element does. So a calibration
+records what this element does in every content, and a read compares with these records. A cell
+that breaks later fits none of them, and the element asks for a new calibration.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import Astray, ProcedureFailed, SettingsError
+from ..instrument.blocks import Procedure
+from ..instrument.end import End
+from ..physics import Design, Specimen
+from ..physics.potential import Array
+from ..rejections import ErrorCode
+from ..settings import Settings
+from .calibration import Records
+from .listening import record_waveforms
+from .one_wall import WallForecasts, forecast_levels
+from .reading import Reading
+from .waveform_reader import WaveformReader
+from .waveforms import Ends
+
+if TYPE_CHECKING:
+    from ..memory import Memory
+
+MAX_RECORD_RESIDUAL = 0.06
+"""Largest residual of the nearest record, relative to the response of a blank element."""
+
+MIN_LEVEL_DISTANCE = 0.2
+"""Least distance of the forecasts of two levels, relative to the same. Elements with a distance of
+0.19 decoded wrong levels with a bad cell, those with 0.22 decoded none."""
+
+
+class RecordReader(WaveformReader):
+    """Decodes the content whose record is nearest to what the left end does; see `Reader`.
+
+    Attributes:
+        by_forecast: The reader by which a calibration finds the levels.
+    """
+
+    def __init__(self, forecasts: WallForecasts, departed: Array) -> None:
+        """Read by the records of the element; these forecasts only serve its calibration.
+
+        Args:
+            forecasts: Of all contents, and of walls behind the last level.
+            departed: The forecast of an element whose wall has left it, shape (1, 2 lines).
+
+        Raises:
+            SettingsError: The left end does not tell the levels well enough.
+        """
+        # In elements that scatter, a wall at the last level is often nearer to the forecast of
+        # one behind it. Their own records tell them.
+        super().__init__(forecasts.replace_tail(departed))
+        self.by_forecast = WaveformReader(self.forecasts)
+        self._records: Records = ()
+        self._tail_parts = np.concatenate((forecasts.tail_parts, departed))
+        self._contents = forecasts.contents[: forecasts.content_count + 1]
+        levels = forecasts.parts[1 : len(self._contents)]
+        apart = np.linalg.norm(levels[:, None] - levels, axis=2) / forecasts.pulse
+        near = float(apart[np.triu_indices(len(levels), 1)].min(initial=np.inf))
+        if near < MIN_LEVEL_DISTANCE:
+            raise SettingsError.of_value(
+                ErrorCode.UNSUPPORTED, 'read.method', 'records',
+                'delay or waveform for this element: at its left end the answers of two levels '
+                f'differ by {near:.2f} of the pulse, and one end alone needs {MIN_LEVEL_DISTANCE}',
+            )  # fmt: skip
+
+    def _build_forecasts(self, records: Records) -> WallForecasts:
+        """Return forecasts that are the records. A wall behind the last level differs from one at
+        that level as it does in the ideal element.
+        """
+        ideal, parts = self.by_forecast.forecasts, np.array(records)
+        last = len(parts) - 1
+        tail_parts = self._tail_parts + (parts[last] - ideal.parts[last])
+        return WallForecasts(
+            self._contents, parts, tail_parts, ideal.listener, End.LEFT, MAX_RECORD_RESIDUAL
+        )
+
+    def read(self, element: Memory, end: str = '') -> Procedure[Reading]:
+        """Read as `WaveformReader.read`; without records, fire no pulse and decode nothing.
+
+        Raises:
+            ProcedureFailed: The left end does not become quiet within `read.patience`.
+        """
+        records = element.calibration.records
+        if np.shape(records) != (len(self._contents), self.by_forecast.forecasts.parts.shape[1]):
+            return element.store_unreadable(
+                'the element has no records of its contents: calibrate it first'
+            )
+        if records is not self._records:
+            self._records, self.forecasts = records, self._build_forecasts(records)
+        reading = yield from super().read(element, end)
+        return reading
+
+    def record(self, element: Memory) -> Procedure[tuple[Reading, tuple[float, ...]]]:
+        """Fire a pulse; return the content whose forecast is nearest, and what the left end does.
+
+        Raises:
+            ProcedureFailed: The end rests in neither phase, or does not become quiet.
+        """
+        forecasts = self.by_forecast.forecasts
+        try:
+            shot, noise = yield from record_waveforms(element, forecasts)
+        except Astray as error:
+            raise ProcedureFailed(str(error)) from error
+        phases = element.phase(End.LEFT), element.phase(End.RIGHT)
+        reading = forecasts.decode(shot, noise, phases, 0.0)
+        return reading, tuple(map(float, forecasts.listener.project_shot(shot)))
+
+    def adopt(self, twin: Specimen, settings: Settings) -> RecordReader:
+        """Return a reader whose calibration compares with the forecasts of a twin; raises as
+        `forecast_levels`.
+        """
+        return RecordReader(*forecast_records(twin, settings))
+
+
+def forecast_records(made: Specimen, settings: Settings) -> tuple[WallForecasts, Array]:
+    """Return the arguments of a `RecordReader`.
+
+    Raises:
+        SettingsError: The element rubs, or as `forecast_levels`.
+    """
+    design = made.design
+    if design.friction:
+        raise SettingsError.of_value(
+            ErrorCode.UNSUPPORTED, 'read.method', 'records',
+            'waveform for an element with dry friction (design.friction)',
+        )  # fmt: skip
+    forecasts = forecast_levels(made, settings)
+    ends = Ends(made, settings, forecasts.listener)
+    return forecasts, ends.heard(made, [np.full(design.N, design.D_s2)])
+
+
+@lru_cache(maxsize=8)
+def forecast_ideal_records(design: Design, settings: Settings) -> tuple[WallForecasts, Array]:
+    """Return the arguments of the `RecordReader` of an ideal element; raises as
+    `forecast_records`.
+    """
+    return forecast_records(Specimen(design), settings)
