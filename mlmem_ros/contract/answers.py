@@ -135,8 +135,8 @@ class Decoded(Done):
 
 @dataclass(frozen=True)
 class Calibrated(Decoded):
-    """The answer of calibrate: the restored content, and the measured delays of an element that is
-    read by them.
+    """The answer of calibrate: the restored content, and what was measured: delays of an element
+    that is read by them, the factor on kicks of one that is read by waveforms.
     """
 
     delays: Mapping[str, tuple[float, ...]] | None = declare_field(
@@ -144,6 +144,9 @@ class Calibrated(Decoded):
         'measured delay of every level, by the end that receives it',
         'time units',
         default=None,
+    )
+    kick_factor: float | None = declare_field(
+        'float64', 'factor found on the speeds of all kicks', '1', default=None, absent=math.nan
     )
 
 
