@@ -31,9 +31,9 @@ DIGESTS = {
     'kick_2': 'bcc937bae9a04551',
     'kick_4': 'f5e1bc66df064f3a',
     'robust_2': 'd04ed617d40c7a88',
-    'robust_3': '1fab8790020300dc',
+    'robust_3': '393a3ff6277abb9a',
     'robust_2_friction': '71578016ead8f2be',
-    'robust_3_friction': '5b39e7e2f3774762',
+    'robust_3_friction': '27057abd0f6daa34',
     'robust_3_one_end': 'bc762e5b43b15612',
     'robust_words': 'df60fa83e73d5c65',
 }
