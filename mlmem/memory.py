@@ -146,8 +146,8 @@ class Memory(Instrument):
         """Return a reading, undecodable if the wall may have moved since the pulse."""
         spoilt = self.transducer.shaken and reading.level != UNDECODABLE
         why = (
-            'the base shook by more than disturbance.harmless: the wall may have moved since the '
-            'pulse'
+            'the base shook by more than disturbance.safe_limit: the wall may have moved since '
+            'the pulse'
         )
         return make_undecodable(reading, why) if spoilt else reading
 

@@ -131,7 +131,7 @@ class KickSettings(Checked):
         'mean speed in cells/time for every level, separated by spaces; 0: no kick to this level'
     )
     kinks: str = _describe_levels('the same for kinks of a register')
-    rooms: str = _describe_levels(
+    speed_margins: str = _describe_levels(
         'relative margin of the speed of every level; one below 0.1 disables its level',
         least='0',
     )
@@ -172,10 +172,10 @@ class KickSettings(Checked):
         """Mean speeds of kinks by level."""
         return _parse_numbers(self.kinks)
 
-    def room(self, level: int) -> float:
-        """Relative change of the speed that the kick to a level bears; 1 if that is not known."""
-        rooms = _parse_numbers(self.rooms)
-        return rooms[level] if level < len(rooms) else 1.0
+    def speed_margin(self, level: int) -> float:
+        """Relative change of the speed that the kick to a level tolerates; 1 if not known."""
+        margins = _parse_numbers(self.speed_margins)
+        return margins[level] if level < len(margins) else 1.0
 
 
 @dataclass(frozen=True)

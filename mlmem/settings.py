@@ -93,13 +93,13 @@ class ReadSettings(Checked):
         'by records, the waveforms of the left end that a calibration heard',
         choices=('delay', 'waveform', 'records'),
     )
-    quiet: float = describe_field(
+    wave_limit: float = describe_field(
         0.33,
         'amplitude of waves below which a read may begin, as a fraction of the threshold',
         low=0.01,
         high=1.0,
     )
-    patience: float = _time(6000.0, 'longest wait for waves to fade before a read')
+    settle_timeout: float = _time(6000.0, 'longest wait for waves to fade before a read')
     rest: float = _time(0.0, 'additional wait before a pulse')
     min_margin: float = _margin(0.5, 'least level margin')
     shaken_margin: float = _margin(0.5, 'least level margin while the base shakes')
@@ -201,7 +201,7 @@ class DisturbanceSettings(Checked):
     max_acceleration: float = _acceleration(
         0.01, 'largest accepted acceleration of the base, either sign', low=1e-9
     )
-    harmless: float = _acceleration(
+    safe_limit: float = _acceleration(
         1e-4,
         'acceleration below which no wall moves, and the content stays known',
     )

@@ -139,7 +139,7 @@ def count_reads(
 def _read_word(element: MemoryElement, trouble: Trouble, random: Rng) -> int | None:
     """Return what a read says, None if that is nothing."""
     steady = trouble.then is None and not trouble.shaking
-    begin, harmless = int(random.integers(1, 60)), element.settings.disturbance.harmless
+    begin, harmless = int(random.integers(1, 60)), element.settings.disturbance.safe_limit
     ticks = itertools.count()
 
     def yield_between() -> None:

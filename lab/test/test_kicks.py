@@ -46,7 +46,7 @@ def test_every_shipped_kick_tolerates_a_speed_a_tenth_off(name):
             assert after_kick(chain, factor * speed, settings.kick) == level
         found = MAPPED[name]['levels'][level]
         assert found['room'] >= MIN_MARGIN
-        assert settings.kick.room(level) <= found['room'] + 0.005  # as it says itself
+        assert settings.kick.speed_margin(level) <= found['room'] + 0.005  # as it says itself
     for factor in (0.9, 1.1):
         for level in (0, 1, design.levels - 1):
             speed = factor * settings.kick.erase_speed
@@ -65,5 +65,5 @@ def test_a_search_finds_kicks_as_wide_as_those_that_ship():
     settings = preset('kick_2').settings
     found = search_kicks(chain_of('kick_2'), settings.kick, settings.transducer.max_speed)
     for level, each in enumerate(found):
-        assert each.room >= settings.kick.room(level)
+        assert each.room >= settings.kick.speed_margin(level)
         assert after_kick(chain_of('kick_2'), each.speed, settings.kick) == level

@@ -77,7 +77,7 @@ class Base:
         """Return in which tick of a run with these accelerations it first shakes enough to move a
         wall; None if it does not.
         """
-        limit = self._settings.harmless
+        limit = self._settings.safe_limit
         if max(abs(self.state.acceleration), abs(self.state.target)) > limit:
             return 0
         return min((tick for tick, shake in shakes.items() if abs(shake) > limit), default=None)

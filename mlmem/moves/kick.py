@@ -153,7 +153,9 @@ def kick_into(design: Design, settings: Settings, level: int) -> Kick:
     if not speed:
         raise IndexError(f'kick.speeds has no kick to level {level}')
     duration = _kick_duration(design, shape, speed, shape.settle)
-    return Kick(BLANK, level, duration, ringing_time(design), shape.room(level), speed=speed)
+    return Kick(
+        BLANK, level, duration, ringing_time(design), shape.speed_margin(level), speed=speed
+    )
 
 
 def kick_out_of(design: Design, settings: Settings, level: int) -> KickOut:

@@ -36,13 +36,13 @@ def wait_for_decay(element: Instrument) -> Procedure[None]:
     `measure_vibration`).
 
     Raises:
-        ProcedureFailed: It does not become quiet within `read.patience`.
+        ProcedureFailed: It does not become quiet within `read.settle_timeout`.
     """
     while element.actuator.is_moving:  # set by hand: the wall may be moving
         yield element.count_ticks_to_check(element.actuator.remaining_time)
     yield from catch_up(element)
     element.progress.phase = PHASE_QUIETING
-    patience = math.ceil(element.settings.read.patience / element.tick)
+    patience = math.ceil(element.settings.read.settle_timeout / element.tick)
     while element.base.still and (
         ticks := _count_arrival_ticks(element) or _estimate_fading(element)[0]
     ):
@@ -84,7 +84,7 @@ def expected_wait(element: Instrument) -> float:
     if not element.base.still:
         return 0.0
     ticks = _count_arrival_ticks(element) or _estimate_fading(element)[0]
-    return min(ticks * element.tick, element.settings.read.patience)
+    return min(ticks * element.tick, element.settings.read.settle_timeout)
 
 
 def _count_arrival_ticks(element: Instrument) -> int:
@@ -112,7 +112,7 @@ def _estimate_fading(element: Instrument) -> tuple[int, End, float]:
         probe = transducer.probes[end]
         faster = max(0.0, probe.gain_decay - 0.5 * design.eta)  # the threshold falls faster
         limit = probe.v_th * math.exp(-faster * element.passage_time(end))
-        limit *= element.settings.read.quiet
+        limit *= element.settings.read.wave_limit
         if each.returns.bound > limit:
             # the greatest mean of a tick is twice the mean of all where there is noise alone
             limit = max(limit, 2.0 * each.gain * transducer.noise(end))
@@ -255,7 +255,7 @@ def record_waveforms(
         The shot, and the noise before it (`Listener.noise`).
 
     Raises:
-        ProcedureFailed: They do not become quiet within `read.patience`.
+        ProcedureFailed: They do not become quiet within `read.settle_timeout`.
         Astray: The end rests in neither phase.
     """
     transducer = element.transducer
@@ -264,7 +264,7 @@ def record_waveforms(
         yield element.count_ticks_to_check(element.actuator.remaining_time)
     yield from catch_up(element)
     element.progress.phase = PHASE_QUIETING
-    patience = element.ticks + math.ceil(element.settings.read.patience / element.tick)
+    patience = element.ticks + math.ceil(element.settings.read.settle_timeout / element.tick)
     passage = math.ceil(element.passage_time(End.LEFT) / element.tick)
     loud = noise = listener.noise(transducer.recent, element.driver.dt)
     since = passage if noise < forecasts.quiet and is_undisturbed(element) else 0

@@ -81,7 +81,7 @@ class WaveformReader:
         """Fire the pulse and decode what the ends do; again once a wall that swings has settled.
 
         Raises:
-            ProcedureFailed: The ends do not become quiet within `read.patience`.
+            ProcedureFailed: The ends do not become quiet within `read.settle_timeout`.
         """
         reading = yield from self._read_once(element)
         if reading.level == UNDECODABLE and swinging_time(element) > 0.0:

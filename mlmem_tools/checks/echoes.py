@@ -242,17 +242,17 @@ def _judge_separation(
 
 def _judge_reverberation(eta: float, read: ReadSettings, loudest: float) -> Finding:
     """Judge how long a pulse bounces until the next one may be fired."""
-    fades = math.log(max(1.0, loudest / read.quiet))
+    fades = math.log(max(1.0, loudest / read.wave_limit))
     needed = fades / (0.5 * eta) if eta > 0.0 else math.inf
     return grade_finding(
         'reverberation',
-        {'needed': needed, 'given': read.patience},
+        {'needed': needed, 'given': read.settle_timeout},
         'time',
         # strains are louder than pulses
-        judge_value(read.patience / needed if needed else math.inf, 1.0, 1.5),
-        'a pulse that bounces between wall and end has faded before patience ends',
-        'a pulse still bounces between wall and end when patience ends, and the next one would '
-        'hear it: choose more damping, a greater v_th or a longer read.patience',
+        judge_value(read.settle_timeout / needed if needed else math.inf, 1.0, 1.5),
+        'a pulse that bounces between wall and end fades within read.settle_timeout',
+        'a pulse still bounces between wall and end after that time, and the next one would '
+        'hear it: choose more damping, a greater v_th or a longer read.settle_timeout',
         'the governing equations (with on-site viscous damping, eta) (p. 2)',
     )
 

@@ -150,7 +150,7 @@ def test_vibration_within_band_alone_is_waited_for(omega, end):
     assert outcome.success == (not end)
     if end:
         assert f'may still reach the {end} end' in outcome.error
-        assert outcome.end_tick - outcome.start_tick == 300  # read.patience: 6000 of 20
+        assert outcome.end_tick - outcome.start_tick == 300  # read.settle_timeout: 6000 of 20
     else:
         assert outcome.reading.level == 3
 

@@ -124,7 +124,7 @@ def test_level_that_no_kick_reaches_is_reached_by_strain():
 
 def test_kick_with_margin_below_tenth_is_not_used():
     design, settings = use_kicks(preset('case_2'))
-    narrow = rig.change(settings, kick={'rooms': '0.5 0.5 0.09'})
+    narrow = rig.change(settings, kick={'speed_margins': '0.5 0.5 0.09'})
     assert [move.name for move in find_route(design, settings, BLANK, 2)] == ['kick']
     assert any(move.needs_actuator for move in find_route(design, narrow, BLANK, 2))
     assert [move.margin for move in find_route(design, narrow, BLANK, 1)] == [0.5]

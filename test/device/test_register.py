@@ -269,7 +269,7 @@ def test_walls_between_levels_are_no_word_and_stay(kind, cells):
 def test_shaken_element_is_not_read(byte):
     """Harmless to the content, but louder than the difference of two words."""
     place(byte, 0x42)
-    rng, harmless = np.random.default_rng(1), byte.settings.disturbance.harmless
+    rng, harmless = np.random.default_rng(1), byte.settings.disturbance.safe_limit
 
     def shake():
         byte.base.disturb(float(rng.choice([-harmless, harmless])))

@@ -352,5 +352,5 @@ def test_pulse_is_fired_only_when_last_one_has_decayed():
         element.advance()
     for end, each in element.transducer.reverberation.items():
         probe = element.transducer.probes[end]
-        assert each.returns.bound <= element.settings.read.quiet * probe.v_th
+        assert each.returns.bound <= element.settings.read.wave_limit * probe.v_th
     assert (element.ticks - done) * element.tick == pytest.approx(900.0, rel=0.15)

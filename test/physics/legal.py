@@ -42,7 +42,7 @@ def value(random, field, description):
         return random.random() < 0.5
     if description.choices:
         return random.choice(description.choices)
-    if field.name in ('speeds', 'kinks', 'rooms'):
+    if field.name in ('speeds', 'kinks', 'speed_margins'):
         return ' '.join(f'{number(random, 1e-4, 10.0):g}' for _ in range(random.randint(0, 9)))
     if field.name == 'bad_cells':
         return ''  # a register has none

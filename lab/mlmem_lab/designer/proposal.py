@@ -314,7 +314,7 @@ def _build_settings(design: Design, frees: Freeing, probe: ProbeSettings) -> Set
         probe_right=probe,
         read=ReadSettings(
             end='right',
-            patience=round_up(100.0, 24.0 / design.eta + 2.0 * design.N),
+            settle_timeout=round_up(100.0, 24.0 / design.eta + 2.0 * design.N),
         ),
     )
 
