@@ -21,6 +21,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Any, TypeVar
@@ -46,8 +47,10 @@ STUDY_PLACES = {
     'curves': 'measured.study:CURVES_STUDY',
     'forecasts': 'forecasts:STUDY',
     'kicks': 'windows.kicks:STUDY',
+    'one_wire': 'one_wire:STUDY',
     'proofs': 'studies.proof:STUDY',
     'reads': 'reads.count:STUDY',
+    'robust_reads': 'robust_reads:STUDY',
     'robust_words': 'words:ROBUST_STUDY',
     'robust_writes': 'robust_writes:STUDY',
     'shaken': 'shaken:STUDY',
@@ -85,15 +88,17 @@ class Study:
         add: Returns the content of the result file with a case that was measured, from the former
             content, the case, and what was found.
         draw: Returns a Matplotlib figure of a result.
+        is_sized: Whether `measure` takes how much is counted of a case, as `count`.
     """
 
     name: str
-    measure: Callable[[str], Any]
+    measure: Callable[..., Any]
     cases: tuple[str, ...]
     modules: tuple[str, ...]
     seed: int | None = None
     add: Callable[[Mapping[str, Any], str, Any], dict[str, Any]] = add_by_name
     draw: Callable[[Mapping[str, Any]], Any] | None = None
+    is_sized: bool = False
 
     @property
     def path(self) -> Path:
@@ -145,6 +150,7 @@ def load_study(name: str) -> Study:
         help='such as a preset; none: those that the result file lacks'),
     declare_option('--list', action='store_true', help='list the cases and exit'),
     declare_option('--figure', type=Path, metavar='PNG', help='only draw the result file'),
+    declare_option('--count', type=int, metavar='N', help='how much is counted of each case'),
     JOBS_OPTION,
     text=__doc__,
 )  # fmt: skip
@@ -156,6 +162,8 @@ def study(arguments: argparse.Namespace) -> int:
         return print_failure('study', f'a case must be one of {known}; got {unknown[0]}', 2)
     if arguments.figure is not None and chosen.draw is None:
         return print_failure('study', f'{chosen.name} has no figure', 2)
+    if arguments.count is not None and not chosen.is_sized:
+        return print_failure('study', f'{chosen.name} has a fixed size', 2)
     if arguments.list:
         console.print(*chosen.cases, sep='\n', highlight=False)
         return 0
@@ -164,9 +172,12 @@ def study(arguments: argparse.Namespace) -> int:
             chosen.draw_picture(arguments.figure)
             return 0
         cases = arguments.cases or chosen.list_missing()
+        measure = chosen.measure
+        if arguments.count is not None:
+            measure = partial(measure, count=arguments.count)
         found = iter(cases)
         map_calls(
-            console, arguments.jobs or count_cores(), chosen.name, chosen.measure, cases,
+            console, arguments.jobs or count_cores(), chosen.name, measure, cases,
             then=lambda row: chosen.keep(next(found), row),
         )  # fmt: skip
     except (OSError, ValueError) as error:

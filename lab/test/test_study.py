@@ -3,6 +3,7 @@
 """Studies keep each result at once, go on where they were stopped, and run on many processes."""
 
 import os
+from dataclasses import replace
 
 import pytest
 
@@ -11,6 +12,10 @@ from mlmem_lab import study as studies
 from mlmem_lab.study import STUDY_PLACES, Study, load_study
 from mlmem_tools.cli.main import main
 from mlmem_tools.cli.output import create_console
+
+
+def repeat_length(case, count):
+    return count * len(case)
 
 
 @pytest.fixture
@@ -45,6 +50,14 @@ def test_a_study_without_cases_measures_what_is_missing_or_stale(lengths, monkey
     assert lengths.list_missing() == []
     monkeypatch.setattr(results, 'hash_modules', lambda modules: 'changed')
     assert lengths.list_missing() == list(lengths.cases)
+
+
+def test_count_is_given_only_to_a_study_that_takes_it(lengths, monkeypatch):
+    assert run_study('byte', '--count', '3') == 2
+    sized = replace(lengths, measure=repeat_length, is_sized=True)
+    monkeypatch.setattr(studies, 'load_study', lambda name: sized)
+    assert run_study('byte', '--count', '3') == 0
+    assert results.load_result(sized.path)['presets'] == {'byte': 12}
 
 
 def test_an_unknown_case_is_refused(lengths, capsys):

@@ -1,0 +1,121 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Count reads of the element with one transducer, with one bad cell anywhere.
+
+Every element scatters by 3 % and has one bad cell, which was bad before its calibration or became
+so after it. Each content is placed, comes to rest beside the cell, and is read. A read is wrong if
+it succeeds and the wall rests farther than 1.5 cells from the level. An element whose calibration
+fails is refused; that is right with a bad cell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mlmem import BLANK, Calibrate, MemoryElement, Read, load_element
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import Scatter, Specimen, StateError, scattered
+from mlmem.physics.wall import arrival_tolerance
+from mlmem.readers.register import pin_walls
+
+from .reads.count import SETTLE_TIME, true_level
+from .study import Study
+
+ELEMENT_NAME = 'robust_3_one_end'
+
+SEED, SCATTER = 900, 0.03
+
+ELEMENT_COUNTS = {'before': 24, 'after': 10}
+"""Elements of a case: a cell that is bad before needs a calibration of its own."""
+
+SITE_COUNTS = {'before': 1, 'after': 12}
+"""Sites of the bad cell, one after the other, in each of them."""
+
+CELL_FACTORS: dict[str, dict[str, float]] = {
+    'stuck': {},
+    'alpha 0.3': {'alpha': 0.3},
+    'alpha 3': {'alpha': 3.0},
+    'mass 2': {'mass': 2.0},
+}
+"""Factors of a bad cell by what is wrong with it; one that is stuck has none."""
+
+CASES = tuple(f'{kind}, {when}' for kind in CELL_FACTORS for when in ('before', 'after'))
+"""What is wrong, and when it became so."""
+
+
+def break_cell(made: Specimen, kind: str, site: int) -> Specimen:
+    """Return an element that differs from another one in one cell."""
+    factors = CELL_FACTORS[kind]
+    alpha, mass = np.array(made.alpha_factor), np.array(made.mass)
+    alpha[site - 1] *= factors.get('alpha', 1.0)
+    mass[site - 1] *= factors.get('mass', 1.0)
+    stuck = () if factors else (site,)
+    return replace(made, alpha_factor=alpha, mass=mass, stuck=stuck)
+
+
+def count_case(case: str) -> dict[str, Any]:
+    """Return how the calibrations and reads of the elements of a case ended."""
+    kind, _, when = case.partition(', ')
+    found = Counter[str]()
+    for number in range(ELEMENT_COUNTS[when]):
+        found += _count_element(kind, when, SEED + 1000 * CASES.index(case) + number)
+    return {
+        name: found[name]
+        for name in ('elements', 'refused', 'reads', 'right', 'undecodable', 'wrong')
+    }
+
+
+def _count_element(kind: str, when: str, seed: int) -> Counter[str]:
+    shipped, found = load_element(ELEMENT_NAME), Counter[str](elements=1)
+    design, random = shipped.design, np.random.default_rng(seed)
+    good = scattered(design, Scatter(alpha=SCATTER, k_r=SCATTER, mass=SCATTER), seed)
+    sites = random.permutation(np.arange(2, design.N))[: SITE_COUNTS[when]]
+    broken = [break_cell(good, kind, int(site)) for site in sites]
+    driver = Simulation.of(broken[0] if when == 'before' else good, shipped.settings.time)
+    element = MemoryElement(design, shipped.settings, driver=driver)
+    try:
+        is_calibrated = element.perform(Calibrate()).success
+    except StateError:  # a cell left its range: the device stops
+        is_calibrated = False
+    if not is_calibrated:
+        return found + Counter(refused=1)
+    for bad in broken:
+        for content in range(BLANK, design.levels):
+            if _place(element, good, bad, content):
+                outcome = element.perform(Read())
+                true = true_level(element, arrival_tolerance(design))
+                is_right = element.reading is not None and element.reading.level == true
+                names = 'undecodable', 'wrong', 'right'
+                found += Counter(
+                    ['reads', names[outcome.success + (outcome.success and is_right)]]
+                )
+    return found
+
+
+def _place(element: MemoryElement, good: Specimen, bad: Specimen, content: int) -> bool:
+    """Place a content beside the bad cell; return whether the good element holds it."""
+    chain = element.chain
+    try:
+        at = pin_walls(good, (content,) if content >= 0 else ())
+    except StateError:
+        return False
+    chain.place(at)
+    chain.set_specimen(bad)
+    chain.rest(math.ceil(SETTLE_TIME / chain.dt))
+    element.transducer.assume_equilibrium()
+    element.forget('placed')
+    return True
+
+
+STUDY = Study(
+    'one_wire',
+    count_case,
+    CASES,
+    ('lab/mlmem_lab/one_wire.py', f'config/{ELEMENT_NAME}.yaml'),
+    SEED,
+)
