@@ -23,7 +23,7 @@ from mlmem.physics import Scatter, Specimen, StateError, scattered
 from mlmem.physics.wall import arrival_tolerance
 from mlmem.readers.register import pin_walls
 
-from .reads.count import SETTLE_TIME, true_level
+from .reads.count import true_level
 from .study import Study
 
 ELEMENT_NAME = 'robust_3_one_end'
@@ -106,7 +106,7 @@ def _place(element: MemoryElement, good: Specimen, bad: Specimen, content: int) 
         return False
     chain.place(at)
     chain.set_specimen(bad)
-    chain.rest(math.ceil(SETTLE_TIME / chain.dt))
+    chain.rest(math.ceil(3000.0 / chain.dt))  # until a wall that a bad cell moves has come to rest
     element.transducer.assume_equilibrium()
     element.forget('placed')
     return True

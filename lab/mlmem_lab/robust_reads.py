@@ -24,7 +24,7 @@ from mlmem.physics import INTEGRATORS, Chain, Scatter, Specimen, StateError, sca
 from mlmem.physics.wall import arrival_tolerance
 
 from .one_wire import CELL_FACTORS, break_cell
-from .reads.count import READS_PER_MOVE, SETTLE_TIME, true_level
+from .reads.count import READS_PER_MOVE, true_level
 from .study import Study
 
 ELEMENT_NAMES = ('robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction')
@@ -92,7 +92,7 @@ def _break_any_cell(element: MemoryElement, random: np.random.Generator) -> None
     chain = element.chain
     kind, site = str(random.choice(list(CELL_FACTORS))), int(random.integers(2, element.design.N))
     chain.set_specimen(break_cell(chain.specimen, kind, site))
-    chain.rest(math.ceil(SETTLE_TIME / chain.dt))
+    chain.rest(math.ceil(3000.0 / chain.dt))  # until a wall that a bad cell moves has come to rest
     element.transducer.assume_equilibrium()
     element.forget('a cell broke')
 
@@ -135,7 +135,7 @@ def _count_row(name: str, condition: Condition, seed: int) -> Counter[str]:
         if condition.has_bad_cell and breaks_late:
             _break_any_cell(element, random)
         element.apply(SetFaults(_make_faults(element, condition, random)))
-        limit = condition.shaking * random.uniform() * element.settings.disturbance.harmless
+        limit = condition.shaking * random.uniform() * element.settings.disturbance.safe_limit
         for _ in range(READS_PER_MOVE):
             outcome = element.perform(Read(), _make_disturbance(element, condition, limit, random))
             if condition.starts_late:
