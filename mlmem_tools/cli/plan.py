@@ -23,7 +23,7 @@ from mlmem.parsing import DecodeError
 from mlmem.physics import Design, DesignError
 from mlmem.presets import load_preset
 
-from ..identification.plan import Plan, Step, plan_pulses
+from ..identification.plan import Step, plan_pulses
 from .command import JSON_OPTION, declare_command, declare_option
 from .output import ProgressBar, create_console, print_failure, print_json
 
@@ -51,17 +51,19 @@ def plan(arguments: argparse.Namespace) -> int:
         write_element_file(Path(arguments.output or arguments.element), element)
     except (DecodeError, DesignError, OSError) as error:
         return print_failure('plan', error, 2)
-    rows = [_plan_row(preset, found, level) for level in range(len(found.steps))]
+    rows = [_describe_step(preset, step) for step in found.steps]
     speeds = preset.settings.kick.kink_speeds
-    kinks = [_kink_step_row(step, speeds[step.level]) for step in found.kinks]
+    kinks = [_describe_kink(step, speeds[step.level]) for step in found.kinks]
     if arguments.json:
         print_json({'steps': rows, 'kinks': kinks, 'complete': found.complete})
     else:
         for row in rows:
-            told = f'level {row["level"]:3}: peak {row["peak"]:+.4f}, ramp {row["ramp"]:5.0f}'
-            if row['kick']:
-                told = f'level {row["level"]:3}: kick {row["kick"]:.4g}'
-            print(f'{told}, {_describe_margin(row)}')
+            told = (
+                f'kick {row["kick"]:.4g}'
+                if row['kick']
+                else f'peak {row["peak"]:+.4f}, ramp {row["ramp"]:5.0f}'
+            )
+            print(f'level {row["level"]:3}: {told}, {_describe_margin(row)}')
         for row in kinks:
             print(
                 f'level {row["level"]:3}: kick of a kink {row["kick"]:.4g}, '
@@ -101,32 +103,23 @@ def _describe_margin(row: Mapping[str, Any]) -> str:
     return f'arrives with peaks {margin:.0%} off' if margin else 'arrives, with nothing off'
 
 
-def _kink_step_row(step: Step, speed: float) -> dict[str, Any]:
+def _describe_kink(step: Step, speed: float) -> dict[str, Any]:
     """Return a kick of a kink as plain values."""
     margin = step.margin if step.margin >= 0.0 else None
     return {'level': step.level, 'kick': step.correction.speed * speed, 'margin': margin}
 
 
-def _plan_row(preset: Preset, found: Plan, level: int) -> dict[str, Any]:
-    """Return a step of a plan as plain values."""
-    step = found.steps[level]
-    write = apply_correction(preset.settings, step.correction).write
-    launched = level == 0
-    kick = (
-        step.correction.speed * kick_speed(*preset, level)
-        if is_kicked(preset.settings, level)
-        else None
-    )
-    compress = not launched and preset.design.is_freed_by_compression(level - 1)
-    return {
-        'level': level,
-        'peak': write.start_strain if launched else select_peak(write, compress),
-        'ramp': write.ramp,
-        'hold': write.hold,
-        'ease': write.ease,
-        'release': write.release,
-        'settle': write.settle,
-        'kick': kick,
-        'launch_speed': write.launch_speed if launched else None,
-        'margin': step.margin if step.margin >= 0.0 else None,
+def _describe_step(preset: Preset, step: Step) -> dict[str, Any]:
+    """Return a step of a plan as plain values: a kick, or a pulse of strain."""
+    found = {
+        'level': step.level,
+        'kick': None,
+        'margin': step.margin if step.margin >= 0 else None,
     }
+    if is_kicked(preset.settings, step.level):
+        return found | {'kick': step.correction.speed * kick_speed(*preset, step.level)}
+    write = apply_correction(preset.settings, step.correction).write
+    peak = write.start_strain
+    if step.level:
+        peak = select_peak(write, preset.design.is_freed_by_compression(step.level - 1))
+    return found | {'peak': peak, 'ramp': write.ramp}
