@@ -139,7 +139,6 @@ def test_weak_gradient_fails_peierls_nabarro():
         ((material,), {'d': 0.0061, 'J': 10, 'J_s': 20, 'j_0': 6.8}, {'wall_width'}),
         ((echoes,), {'eta': 0.5}, {'range_left', 'echo_left', 'range_right', 'echo_right'}),
     ],
-    ids=str,
 )  # fmt: skip
 def test_spoiled_design_fails_for_its_reason(concerns, changes, expected):
     assert expected <= failed(part(concerns, **changes))
