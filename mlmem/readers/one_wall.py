@@ -16,7 +16,7 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -30,15 +30,21 @@ from ..rejections import ErrorCode
 from ..settings import Settings
 from .calibration import Calibration, DelayTable
 from .reading import BLANK, UNDECODABLE, Reading
-from .register import Content, Forecasts, explain_unreadable, pin_walls
-from .waveforms import Ends, Listener, simulate_answers
+from .register import Content, Forecasts, Match, explain_unreadable, pin_walls
+from .waveforms import Delays, Ends, Listener, simulate_answers
+
+MAX_LATE_SHARE = 0.45
+"""How far what is heard may be on the way to another content with a late end; half-way is nearer
+to that. `mlmem study robust_reads` counts what this refuses, and what it leaves wrong."""
 
 
 class WallForecasts(Forecasts):
     """What the ends do after a pulse, for the blank element and for every level of one wall.
 
     Pairs of walls are forecast too, so that two walls are never read as a blank element. So are
-    walls behind the last level, which name no content: between two levels the margin tells.
+    walls behind the last level, which name no content: between two levels the margin tells. And
+    so is every content heard late by one end, which looks like another content: the right end
+    alone tells the upper levels of an element with strong defects.
     """
 
     def __init__(
@@ -46,18 +52,39 @@ class WallForecasts(Forecasts):
         contents: Sequence[Content],
         parts: Array,
         tail_parts: Array,
+        late_parts: Array,
         listener: Listener,
         end: End,
         max_residual: float,
     ) -> None:
         super().__init__(contents, parts, listener)
-        self.tail_parts, self.end, self.max_residual = tail_parts, end, max_residual
+        self.tail_parts, self.late_parts = tail_parts, late_parts
+        self.end, self.max_residual = end, max_residual
 
     def replace_tail(self, tail_parts: Array) -> WallForecasts:
         """Return these forecasts with others of a wall that is no content."""
         return WallForecasts(
-            self.contents, self.parts, tail_parts, self.listener, self.end, self.max_residual
-        )
+            self.contents, self.parts, tail_parts, self.late_parts,
+            self.listener, self.end, self.max_residual,
+        )  # fmt: skip
+
+    def find_late_content(self, part: Array, found: Match) -> Content | None:
+        """Return another content that one late end would make of a part nearly as well; or None.
+
+        The way from the forecast of the found content to a late one of another must be walked by
+        less than `MAX_LATE_SHARE`, as with the margin of a read.
+        """
+        here = self.contents.index(found.content)
+        alike = [
+            row
+            for row in range(self.late_parts.shape[1])
+            if row != here and len(self.contents[row].walls) == len(found.content.walls)
+        ]
+        ways = self.late_parts[:, alike] - self.parts[here]
+        along = ways @ (part - self.parts[here]) / np.square(ways).sum(axis=2)
+        if along.max(initial=0.0) < MAX_LATE_SHARE:
+            return None
+        return self.contents[alike[int(along.argmax()) % len(alike)]]
 
     def decode(
         self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
@@ -84,6 +111,11 @@ class WallForecasts(Forecasts):
                 nothing, walls=1,
                 reason='the wall is behind the last level',
             )  # fmt: skip
+        if late := self.find_late_content(part, found):
+            return replace(
+                nothing,
+                reason=f'what is heard may be {late.number} with a late end, or {content.number}',
+            )
         if share > self.max_residual:
             return replace(
                 nothing,
@@ -122,14 +154,28 @@ def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:
             contents.append(Content(UNDECODABLE, pair, ''))
     end = End.RIGHT if settings.read.end == 'right' else End.LEFT
     listener = Listener(settings, compared_ends=2 if settings.read.end == 'both' else 1)
-    parts, tail_parts = (
-        simulate_answers(made, each, settings, listener, end)
-        if design.friction
-        else Ends(made, settings, listener).heard(made, each, end)
-        for each in (states, list(hold_tail_walls(made)))
-    )
-    limit = settings.register.max_residual
-    return WallForecasts(contents, parts, tail_parts, listener, end, limit)
+    if design.friction:
+        forecast = partial(simulate_answers, made, settings=settings, listener=listener, end=end)
+    else:
+        forecast = partial(Ends(made, settings, listener).heard, made, end=end)
+    delays = list_delays(settings, listener)
+    late_parts = forecast(states[: 1 + design.levels], delays=delays)
+    return WallForecasts(
+        contents, forecast(states), forecast(list(hold_tail_walls(made))),
+        late_parts.reshape(len(delays), 1 + design.levels, -1),
+        listener, end, settings.register.max_residual,
+    )  # fmt: skip
+
+
+def list_delays(settings: Settings, listener: Listener) -> list[Delays]:
+    """Return delays of one end up to four periods of the carrier, in steps of a sixteenth of it.
+
+    Later signals look like none of these, and like no other content either: the pulse has passed.
+    """
+    step = 2.0 * math.pi / settings.register.omega_c / 16.0
+    late = [step * count for count in range(1, 65)]
+    driven = [(delay, 0.0) for delay in late]
+    return driven + [(0.0, delay) for delay in late] if listener.compared_ends == 2 else driven
 
 
 def hold_tail_walls(made: Specimen) -> Iterator[Array]:

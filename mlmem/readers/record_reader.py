@@ -80,15 +80,17 @@ class RecordReader(WaveformReader):
         ideal, parts = self.by_forecast.forecasts, np.array(records)
         last = len(parts) - 1
         tail_parts = self._tail_parts + (parts[last] - ideal.parts[last])
+        late_parts = parts[None, :0]  # a late record is seven times the limit from any other
         return WallForecasts(
-            self._contents, parts, tail_parts, ideal.listener, End.LEFT, MAX_RECORD_RESIDUAL
-        )
+            self._contents, parts, tail_parts, late_parts,
+            ideal.listener, End.LEFT, MAX_RECORD_RESIDUAL,
+        )  # fmt: skip
 
     def read(self, element: Memory, end: str = '') -> Procedure[Reading]:
         """Read as `WaveformReader.read`; without records, fire no pulse and decode nothing.
 
         Raises:
-            ProcedureFailed: The left end does not become quiet within `read.patience`.
+            ProcedureFailed: The left end does not become quiet within `read.settle_timeout`.
         """
         records = element.calibration.records
         if np.shape(records) != (len(self._contents), self.by_forecast.forecasts.parts.shape[1]):

@@ -37,6 +37,12 @@ PERIOD_RATIO, DECAY_EXPONENT = 1.4, 6.0
 what would come after it is added to what comes before, by less than a thousandth."""
 
 
+Delays = tuple[float, float]
+"""By how much the signals of the driven end and of the other are late."""
+
+NO_DELAYS: Delays = (0.0, 0.0)
+
+
 class Listener:
     """What is heard after the pulse of a read: the part of both ends' motion in its band.
 
@@ -79,10 +85,17 @@ class Listener:
         motion = motion[: self.compared_ends]
         return (motion @ self.build_band_basis(motion.shape[1], dt)).ravel()
 
-    def project_shot(self, shot: Shot) -> Array:
-        """Return the part of a shot in the band, the driven end first."""
+    def project_shot(self, shot: Shot, delays: Delays = NO_DELAYS) -> Array:
+        """Return the part of a shot in the band, the driven end first, as if its signals had
+        come so much later.
+        """
         motion = shot.samples - shot.rest[:, None]
-        return self.project_band(motion[::-1] if shot.end is End.RIGHT else motion, shot.dt)
+        driven_first = motion[::-1] if shot.end is End.RIGHT else motion
+        if any(delays):
+            t = shot.dt * np.arange(motion.shape[1])
+            late = zip(driven_first, delays, strict=True)
+            driven_first = np.array([np.interp(t - delay, t, each) for each, delay in late])
+        return self.project_band(driven_first, shot.dt)
 
     def noise(self, before: Array, dt: float) -> float:
         """Return what noise contributes to the square of `part`, from displacements of both ends
@@ -147,21 +160,30 @@ class Ends:
         ended = np.concatenate((held.real, held.imag), axis=1) @ self._ended
         return np.asarray(ended[:, : len(held.T)] + 1j * ended[:, len(held.T) :])
 
-    def parts(self, lower: Complex) -> Array:
+    def parts(self, lower: Complex, delays: Delays = NO_DELAYS) -> Array:
         """Return the parts, shape (m, 4 lines), of elements with lower rows (p, q), shape
-        (m, 2, F).
+        (m, 2, F), as late signals show them.
         """
         p, q = lower[:, 0], lower[:, 1]
         force = self.force(p / q)
-        ends = np.stack((force * q / p, force / p), axis=1).reshape(2 * len(lower), -1)
+        late = np.exp(-1j * np.outer(delays, self.tones.omega))
+        ends = np.stack((force * q / p, force / p), axis=1) * late
+        ends = ends.reshape(2 * len(lower), -1)
         heard = np.concatenate((ends.real, ends.imag), axis=1) @ self._heard
         by_end = heard.reshape(len(lower), 2, -1)[:, : self._compared_ends]
         return np.asarray(by_end.reshape(len(lower), -1))
 
-    def heard(self, made: Specimen, walls_at: Sequence[Array], end: End = End.LEFT) -> Array:
-        """Return the parts, shape (number of these, 4 lines), of an element that rests in some
-        displacements, shape (N,) each, after a pulse of an end: that end comes first. Its damping
-        and step are those of these forecasts.
+    def heard(
+        self,
+        made: Specimen,
+        walls_at: Sequence[Array],
+        end: End = End.LEFT,
+        delays: Sequence[Delays] = (NO_DELAYS,),
+    ) -> Array:
+        """Return the parts of an element that rests in some displacements, shape (N,) each, after
+        a pulse of an end: that end comes first. Its damping and step are those of these forecasts.
+
+        The shape is (delays times displacements, 4 lines), and all of the first delays come first.
         """
         square, loss = self.tones.square, self.tones.loss
         found = [linearize_cells(made, v) for v in walls_at]
@@ -171,7 +193,8 @@ class Ends:
                 for stiffness, mass, spring in found
             ]
         matrices = np.array([multiply_matrices(*each, square, loss) for each in found])
-        return self.parts(combine_rows(matrices, np.arange(len(matrices))[:, None]))
+        lower = combine_rows(matrices, np.arange(len(matrices))[:, None])
+        return np.concatenate([self.parts(lower, each) for each in delays])
 
 
 def simulate_answers(
@@ -180,6 +203,7 @@ def simulate_answers(
     settings: Settings,
     listener: Listener,
     end: End = End.LEFT,
+    delays: Sequence[Delays] = (NO_DELAYS,),
 ) -> Array:
     """Return the parts that `Ends.heard` returns, of an element with dry friction.
 
@@ -188,13 +212,12 @@ def simulate_answers(
     """
     converged = replace(settings, time=replace(settings.time, integrator=PEFRL.name))
     driver = Simulation.of(made, converged.time)
-    twin, parts = Instrument(made.design, converged, driver), []
+    twin, shots = Instrument(made.design, converged, driver), []
     for v in walls_at:
         driver.chain.place(v)
         twin.transducer.assume_equilibrium()
-        shot = run(twin, fire_pulse(twin, end, settings.register.probe, listener.ticks))
-        parts.append(listener.project_shot(shot))
-    return np.array(parts)
+        shots.append(run(twin, fire_pulse(twin, end, settings.register.probe, listener.ticks)))
+    return np.array([listener.project_shot(shot, late) for late in delays for shot in shots])
 
 
 def _integrate_exponential(omega: Complex, end: float) -> Complex:

@@ -320,7 +320,7 @@ def test_ideal_element_that_cannot_be_probed_is_rejected(monkeypatch):
 
     monkeypatch.setattr(listening, 'wait_for_decay', wait_in_vain)
     with pytest.raises(SettingsError, match='cannot be probed'):
-        factory_calibration(CASE_II, rig.change(Settings(), read={'patience': 100.0}))
+        factory_calibration(CASE_II, rig.change(Settings(), read={'settle_timeout': 100.0}))
 
 
 @pytest.mark.parametrize(

@@ -117,8 +117,8 @@ def test_calibration_key_depends_on_what_delays_depend_on():
         for design, settings in (
             (CASE_I, Settings()),
             (dataclasses.replace(CASE_II, gamma=-1.3e-4), Settings()),
-            (CASE_II, Settings(**rig.with_group('probe', v_th=1.7e-4))),
-            (CASE_II, Settings(**rig.with_group('probe_right', window=5.0))),
+            (CASE_II, rig.change(Settings(), probe={'v_th': 1.7e-4})),
+            (CASE_II, rig.change(Settings(), probe_right={'window': 5.0})),
             (CASE_II, Settings(time=TimeSettings(tick=10.0))),
         )
     }

@@ -7,7 +7,17 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem import UNDECODABLE, Calibrate, Erase, MemoryElement, Read, Write, load_element
+from mlmem import (
+    UNDECODABLE,
+    Calibrate,
+    Erase,
+    Faults,
+    MemoryElement,
+    Read,
+    SetFaults,
+    Write,
+    load_element,
+)
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, Specimen, find_walls, scattered
 from mlmem.physics.wall import arrival_tolerance
@@ -89,6 +99,22 @@ def test_waveform_read_of_two_walls_is_undecodable():
     element.transducer.assume_equilibrium()
     assert not element.perform(Read()).success
     assert element.reading.content == UNDECODABLE
+
+
+@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('end', ['left', 'right'])
+def test_late_sensor_changes_no_level(name, end):
+    """The right end alone tells the upper levels, and late it may look like another one."""
+    element, read = make_scattered(name, 1), 0
+    for level in range(element.design.levels):
+        element.apply(SetFaults(Faults()))
+        assert element.perform(Write(level)).success
+        for delay in (0.2, 1.0, 2.0, 4.3, 8.6, 16.5, 24.5, 33.3, 60.0):
+            element.apply(SetFaults(Faults(sensor_delay=delay, sensor_end=end)))
+            outcome = element.perform(Read())
+            assert not outcome.success or outcome.reading.content == level
+            read += outcome.success
+    assert read >= element.design.levels
 
 
 def test_forecasts_carry_the_friction_of_the_element_file():
