@@ -69,7 +69,7 @@ CONDITIONS = {
     'noise 3 %': Condition(noise=0.03),
     'noise begins': Condition(noise=0.03, starts_late=True),
     'shaking': Condition(shaking=1.0),
-    'late sensor': Condition(delay=2.0),
+    'late sensor': Condition(delay=60.0),
 }
 """By name; all but the first two with the scatter that the elements stand."""
 
