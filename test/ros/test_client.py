@@ -136,15 +136,18 @@ def test_callback_that_blocks_gets_its_answer(node, context):
 
 
 def test_done_callback_is_called_by_the_executor(node, context):
-    client = MemoryClient(node, '/mlmem')
+    client, executor = MemoryClient(node, '/mlmem'), SingleThreadedExecutor(context=context)
+    called = Future()
 
     async def read():
-        called = Future()
-        client.read().add_done_callback(called.set_result)
-        return await called
+        reply = client.read()
+        reply.add_done_callback(called.set_result)
+        await reply
 
-    reply = run_in_executor(node, SingleThreadedExecutor(context=context), read)
-    assert reply.result().attempts == 1
+    run_in_executor(node, executor, read)
+    executor.spin_until_future_complete(called, SOON)
+    assert called.done()
+    assert called.result().result().attempts == 1
 
 
 @pytest.mark.parametrize('own', [True, False], ids=['own thread', 'of a node'])
