@@ -85,6 +85,21 @@ def robust_writes(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
+def robust_reads(result: Mapping[str, Any]) -> Rows:
+    """Return undecodable and wrong reads by condition and element."""
+    cases = [key.split(', ', 1) for key in result['presets']]
+    names = list(dict.fromkeys(name for name, _ in cases))
+    rows: Rows = [['', *(f'`{name}`' for name in names)]]
+    for condition in dict.fromkeys(what for _, what in cases):
+        cells = []
+        for name in names:
+            found = result['presets'][f'{name}, {condition}']
+            wrong = f', {found["wrong"]} wrong' if found['wrong'] else ''
+            cells.append(f'{found["undecodable"]} of {found["reads"]}{wrong}')
+        rows.append([condition, *cells])
+    return rows
+
+
 def node_missed(result: Mapping[str, Any]) -> Rows:
     """Return the figures of a node that miss their goal on some processor, in bold."""
     processors = list(dict.fromkeys(name for row in result['rows'] for name in list(row)[2:]))
