@@ -20,6 +20,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from mlmem.procedure_table import BLANK, UNDECODABLE
+from mlmem.rejections import ErrorCode, Rejected
 from mlmem.schema import Description
 
 if TYPE_CHECKING:
@@ -307,8 +308,11 @@ def format_answer(outcome: Outcome, **asked: Any) -> str:
 
 
 def format_refusal(reason: object, **asked: Any) -> str:
-    """Return the JSON object that answers a refused request, with what was asked for."""
-    return json.dumps({'error': str(reason)} | asked)
+    """Return the JSON object that answers a refused request: why, in words and as the value of an
+    `ErrorCode`, and what was asked for.
+    """
+    code = reason.code if isinstance(reason, Rejected) else ErrorCode.OTHER
+    return json.dumps({'error': str(reason), 'error_code': code.value} | asked)
 
 
 def build_result(kind: Any, outcome: Outcome, error_code: int) -> Any:

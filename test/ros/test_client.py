@@ -274,14 +274,15 @@ def test_client_names_are_relative_to_its_namespace(create_node):
 
 
 @pytest.mark.parametrize(
-    ('times', 'strains', 'rates', 'field'),
+    ('times', 'strains', 'rates', 'field', 'code'),
     [
-        ([0.1, 0.2], [0.0], [], 'strains'),
-        ([0.1, 0.2], [0.0, 0.0], [0.0], 'rates'),
-        ([], [], [], 'times'),
-        ([1.0], [0.5], [], 'max_strain'),
+        ([0.1, 0.2], [0.0], [], 'strains', 'conflict'),
+        ([0.1, 0.2], [0.0, 0.0], [0.0], 'rates', 'conflict'),
+        ([], [], [], 'times', 'out_of_range'),
+        ([1.0], [0.5], [], 'max_strain', 'out_of_range'),
     ],
 )
-def test_strain_profile_out_of_range_is_rejected(client, times, strains, rates, field):
-    with pytest.raises(RequestRefused, match=field):
+def test_strain_profile_out_of_range_is_rejected(client, times, strains, rates, field, code):
+    with pytest.raises(RequestRefused, match=field) as refused:
         client.follow(times, strains, rates).wait()
+    assert refused.value.answer['error_code'] == code
