@@ -48,7 +48,7 @@ def robot(node, robots):
 @pytest.mark.parametrize(
     ('module', 'reason'),
     [
-        ('mlmem_ros.ros.node.services', '{"error": "broken"}'),
+        ('mlmem_ros.ros.node.services', '{"error": "broken", "error_code": "other"}'),
         ('rclpy.parameter_service', 'broken'),
     ],
 )

@@ -121,9 +121,11 @@ def test_clock_that_does_not_run_is_reported(start, period, reason, capfd):
         loop = robot.next_status('loop', lambda status: reason in status.message)
         assert loop.level == b'\1'
 
+        printed = []
+
         def is_printed():
-            printed = capfd.readouterr().err
-            return 'write 1 waits for /mlmem: ' in printed and reason in printed
+            printed.append(capfd.readouterr().err)
+            return re.search(f'write 1 waits for /mlmem: .*{re.escape(reason)}', ''.join(printed))
 
         wait_until(is_printed, reason)
         assert reason in node.output
