@@ -41,7 +41,8 @@ class FileSettings(Checked):
 
     root: str = describe_field(
         '',
-        'folder that every file of the node must stay in; empty: anywhere',
+        'folder that every file of the node must stay in, and with which device.address may be '
+        'set only at the start; empty: anywhere',
     )
 
     def confine_path(self, path: str) -> Path:
@@ -145,7 +146,8 @@ class RecordSettings(Checked):
     hash_every: int = _ticks(500, 'ticks between two hashes of the state')
     last_seconds: float = _seconds(
         0.0,
-        "seconds of the element's time kept in memory, with which a session begins; 0: none",
+        "seconds of the element's time kept in memory: a session begins with them, and they are "
+        'saved if the device fails; 0: none',
     )
 
 
@@ -268,7 +270,8 @@ NODE_PARAMETERS = {
         f'{", ".join(NAMES)}, or the path of an element file, which is read when this is set',
     )),
     TWIN: ('', Description(
-        'file of the fitted element that this is; empty: none',
+        'file of the fitted element that this is: calibrate verifies its forecast, registers are '
+        'read by it; empty: none',
     )),
     INITIAL_CONTENT: (UNSET_CONTENT, Description(
         'level or word with which a simulated element begins; -1: blank',
@@ -299,7 +302,8 @@ NODE_PARAMETERS = {
         'serve the page of `mlmem view`'
     )),
     'linger': (0.0, Description(
-        'longest time to serve on after SIGINT, until every client has left the graph',
+        'longest time to serve on after SIGINT, until every client has left the graph; SIGTERM '
+        'ends it',
         unit='s', low=0.0, high=3600.0,
     )),
     'design.check': ('refuse', Description(
