@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         SetStrain,
     )
     from .element import MemoryElement
-    from .element_file import load_element
+    from .element_file import ELEMENT_NAMES, Element, as_designed, load_element
     from .errors import DriverError, DriverHangs, ProcedureFailed, Refused, SettingsError
     from .factory import factory_calibration
     from .instrument.drivers import Driver
@@ -43,7 +43,6 @@ if TYPE_CHECKING:
         StateError,
         scattered,
     )
-    from .presets import PRESETS, Preset, preset
     from .procedure_table import (
         BLANK,
         UNDECODABLE,
@@ -64,14 +63,15 @@ if TYPE_CHECKING:
     from .simulation import Trajectory, simulate, wall_at, walls_at
 
 __all__ = [
-    'BLANK', 'CASE_I', 'CASE_II', 'PRESETS', 'UNDECODABLE', 'Abort', 'Calibrate', 'Calibration',
-    'Chain', 'Command', 'DelayTable', 'Design', 'DesignError', 'Disturb', 'Driver', 'DriverError',
-    'DriverHangs', 'EchoReceived', 'End', 'Erase', 'Event', 'Faults', 'FollowTrajectory',
-    'Locate', 'Loop', 'MemoryElement', 'Outcome', 'Potential', 'Preset', 'ProcedureFailed', 'Read',
-    'Reading', 'Refused', 'Reset', 'Scatter', 'SelfTest', 'SetFaults', 'SetMethod', 'SetStrain',
-    'Settings', 'SettingsError', 'Shot', 'Specimen', 'StateError', 'Survey', 'Table', 'Trajectory',
-    'Unknown', 'Write', 'describe_level', 'factory_calibration', 'load_element',
-    'preset', 'scattered', 'simulate', 'sweep', 'wall_at', 'walls_at',
+    'BLANK', 'CASE_I', 'CASE_II', 'ELEMENT_NAMES', 'UNDECODABLE', 'Abort', 'Calibrate',
+    'Calibration', 'Chain', 'Command', 'DelayTable', 'Design', 'DesignError', 'Disturb',
+    'Driver', 'DriverError', 'DriverHangs', 'EchoReceived', 'Element', 'End', 'Erase', 'Event',
+    'Faults', 'FollowTrajectory', 'Locate', 'Loop', 'MemoryElement', 'Outcome', 'Potential',
+    'ProcedureFailed', 'Read', 'Reading', 'Refused', 'Reset', 'Scatter', 'SelfTest', 'SetFaults',
+    'SetMethod', 'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Specimen', 'StateError',
+    'Survey', 'Table', 'Trajectory', 'Unknown', 'Write', 'as_designed', 'describe_level',
+    'factory_calibration', 'load_element', 'scattered', 'simulate', 'sweep', 'wall_at',
+    'walls_at',
 ]  # fmt: skip
 
 _MODULE_EXPORTS = {
@@ -91,11 +91,10 @@ _MODULE_EXPORTS = {
         'CASE_I', 'CASE_II', 'Chain', 'Design', 'DesignError', 'Potential', 'Scatter', 'Specimen',
         'StateError', 'scattered',
     ),
-    'element_file': ('load_element',),
-    'presets': ('PRESETS', 'Preset', 'preset'),
+    'element_file': ('ELEMENT_NAMES', 'Element', 'as_designed', 'load_element'),
     'procedure_table': (
         'BLANK', 'UNDECODABLE', 'Abort', 'Calibrate', 'Erase', 'Locate', 'Read', 'Reset',
-        'SelfTest', 'Survey', 'Write', 'describe_level',
+        'SelfTest', 'Survey', 'Write', 'as_designed', 'describe_level',
     ),
     'readers.calibration': ('Calibration', 'DelayTable'),
     'readers.reading': ('Reading', 'Unknown'),

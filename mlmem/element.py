@@ -20,7 +20,6 @@ from .instrument.faults import Faults
 from .instrument.instrument import MAX_RUN_TICKS
 from .memory import Memory
 from .physics import Design
-from .presets import Preset
 from .procedure_table import PROCEDURES, Abort, Procedures
 from .procedures import Procedure, Result
 from .readers.calibration import Calibration
@@ -37,7 +36,7 @@ class MemoryElement(Memory):
 
     def __init__(
         self,
-        element: Element | Preset | Design,
+        element: Element | Design,
         settings: Settings | None = None,
         calibration: Calibration | None = None,
         driver: Driver | None = None,

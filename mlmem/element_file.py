@@ -10,6 +10,8 @@ values that differ from it.
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 from collections.abc import Mapping
 from dataclasses import MISSING, asdict, dataclass, field, fields, replace
@@ -41,7 +43,7 @@ MAX_ALPHA_FACTOR = 100.0
 """Greatest factor between the amplification of a cell and the design's."""
 
 
-NAMES = (
+ELEMENT_NAMES = (
     'case_1', 'case_2', 'byte', 'bits_1', 'bits_2', 'bits_4', 'register_4', 'register_5', 'kick_2',
     'kick_4', 'robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction',
     'robust_3_one_end', 'robust_words',
@@ -87,6 +89,23 @@ class Element:
     def design(self) -> Design:
         """The intended element."""
         return self.specimen.design
+
+    @property
+    def design_and_settings(self) -> tuple[Design, Settings]:
+        """The intended element, and the settings of its instrument."""
+        return self.design, self.settings
+
+    @property
+    def digest(self) -> str:
+        """A hash of every bit of design and settings that is not a default, so that a new setting
+        changes none.
+        """
+        defaults, values = Settings().as_dict(), {'design': self.design.as_dict()}
+        for name, group in self.settings.as_dict().items():
+            if given := {key: it for key, it in group.items() if it != defaults[name][key]}:
+                values[name] = given
+        text = json.dumps(values, sort_keys=True)
+        return hashlib.blake2b(text.encode(), digest_size=8).hexdigest()
 
     @property
     def timed_specimen(self) -> Specimen:
@@ -145,6 +164,12 @@ class Element:
 def as_designed(design: Design, settings: Settings) -> Element:
     """Return an element that is exactly as designed."""
     return Element(Specimen(design), np.zeros(design.N), settings=settings)
+
+
+def use_kicks(element: Element) -> Element:
+    """Return an element that is written without strain."""
+    write = replace(element.settings.write, method='kick')
+    return replace(element, settings=replace(element.settings, write=write))
 
 
 def _collect_differences(group: Any, default: Any = None) -> dict[str, Any]:
@@ -263,8 +288,8 @@ def _with_base(data: Any) -> Any:
     if not isinstance(data, Mapping) or 'based_on' not in data:
         return data
     changed = dict(data)
-    if (name := changed.pop('based_on')) not in NAMES:
-        known = ', '.join(NAMES)
+    if (name := changed.pop('based_on')) not in ELEMENT_NAMES:
+        known = ', '.join(ELEMENT_NAMES)
         raise DecodeError.out_of_range('based_on', name, f'one of {known}')
     values = load_element(name).as_dict()
     for key, value in changed.items():
@@ -384,11 +409,11 @@ def load_element(source: str | Path) -> Element:
     Raises:
         ElementFileError: There is no such file, or it is not that of an element.
     """
-    if source in NAMES:
+    if source in ELEMENT_NAMES:
         return _load_shipped(str(source))
     path = Path(source).expanduser()
     if not os.path.exists(path):  # false for a name that is too long, too
-        known = ', '.join(NAMES)
+        known = ', '.join(ELEMENT_NAMES)
         raise ElementFileError.out_of_range(
             'element',
             str(source),
@@ -405,7 +430,7 @@ def element_path(source: str) -> str:
         ElementFileError: As `load_element`.
     """
     load_element(source)
-    return source if source in NAMES else str(Path(source).expanduser().absolute())
+    return source if source in ELEMENT_NAMES else str(Path(source).expanduser().absolute())
 
 
 @cache

@@ -14,7 +14,7 @@ import yaml
 from rclpy.task import Future
 
 from mlmem import Settings
-from mlmem.element_file import NAMES
+from mlmem.element_file import ELEMENT_NAMES
 from mlmem.physics import CASE_II
 from mlmem.schema import find_descriptions
 from mlmem_ros import RequestRefused
@@ -59,7 +59,7 @@ def node_parameters(given):
     """
     kept = dict(given)
     own = {name: kept.pop(name) for name in given if name in IN_ELEMENT_FILES}
-    if own and (element := kept.get('element', 'case_2')) in NAMES:
+    if own and (element := kept.get('element', 'case_2')) in ELEMENT_NAMES:
         kept['element'] = element_file(element, own, kept.get('files.root', FOLDER.name))
     return kept
 

@@ -137,12 +137,12 @@ def load():
         importlib.import_module(module)
     from rosidl_generator_py import import_type_support
 
-    from mlmem import MemoryElement, preset
-    from mlmem.presets import use_kicks
+    from mlmem import MemoryElement, load_element
+    from mlmem.element_file import use_kicks
 
     for package in MESSAGES:
         import_type_support(package)
-    case_2 = preset('case_2')
+    case_2 = load_element('case_2')
     for (design, settings), time in (
         (case_2, 1e-4),
         (use_kicks(case_2), 1e-5),  # that of `nodes.QUICK`

@@ -8,8 +8,8 @@ import sys
 
 import pytest
 
+from mlmem import ELEMENT_NAMES
 from mlmem.physics import INTEGRATORS, jit
-from mlmem.presets import PRESETS
 from mlmem_ros.host import design_check
 from mlmem_tools.cli import doctor
 from mlmem_tools.cli.main import main
@@ -92,6 +92,6 @@ def test_warm_does_all_tasks_of_a_first_start(monkeypatch, capsys):
     monkeypatch.setattr(design_check, 'load_findings', lambda *element: checked.append(element))
     monkeypatch.setattr(doctor, 'examine_machine', lambda: [])
     assert main(['doctor', '--warm']) == 0
-    assert len(checked) == len(PRESETS)
+    assert len(checked) == len(ELEMENT_NAMES)
     told = capsys.readouterr().out
     assert told.count('warm  kernel') == 2 * len(INTEGRATORS)

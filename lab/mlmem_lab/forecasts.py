@@ -6,15 +6,18 @@ from __future__ import annotations
 
 from typing import Any
 
-from mlmem import preset
+from mlmem import load_element
 from mlmem_tools.checks import check
 
 from .study import Study
 
 
 def forecast_preset(name: str) -> dict[str, Any]:
-    """Return what the check of a preset finds, by name."""
-    return {found.name: found.values for found in check(*preset(name)).findings}
+    """Return what the check of a shipped element finds, by name."""
+    return {
+        found.name: found.values
+        for found in check(*load_element(name).design_and_settings).findings
+    }
 
 
 STUDY = Study(

@@ -20,9 +20,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from mlmem import parsing
+from mlmem import ELEMENT_NAMES, load_element, parsing
 from mlmem.atomic_files import write_atomically
-from mlmem.presets import PRESETS
 from mlmem_ros import __version__
 from mlmem_tools.cli.output import to_json_value
 
@@ -46,7 +45,7 @@ DEVICE_MODULES = ('mlmem',)
 START_TIME_S = time.monotonic()
 
 STRAINED_PRESETS = tuple(
-    name for name, shipped in PRESETS.items() if shipped.settings.write.method == 'strain'
+    name for name in ELEMENT_NAMES if load_element(name).settings.write.method == 'strain'
 )
 """Presets that are written by strain. The studies `kicks` and `words` measure the others."""
 

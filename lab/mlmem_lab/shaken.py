@@ -13,7 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Disturb, Event, Faults, MemoryElement, Outcome, Read, SetFaults, Settings, preset
+from mlmem import (
+    Disturb,
+    Event,
+    Faults,
+    MemoryElement,
+    Outcome,
+    Read,
+    SetFaults,
+    Settings,
+    load_element,
+)
 from mlmem.physics import Design, Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 
@@ -186,7 +196,7 @@ SHAKING_CASES = [
 
 def count_reads(name: str) -> list[dict[str, Any]]:
     """Return how reads of a preset at random levels ended, case by case."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     found = []
     for number, (end, shaking) in enumerate(SHAKING_CASES):
         random = np.random.default_rng(RANDOM_SEED + 1000 * number)

@@ -17,12 +17,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from mlmem import Erase, MemoryElement, Write, preset
+from mlmem import Erase, MemoryElement, Write, load_element
+from mlmem.element_file import Element
 from mlmem.instrument.end import BoundaryMotion, End, Kick, Pulse
 from mlmem.instrument.motion import Ramp
 from mlmem.physics import Chain
 from mlmem.physics.potential import Array
-from mlmem.presets import Preset
 from mlmem.readers.echo import blanking_time, compute_weights, listening_time, window_width
 from mlmem.readers.reading import BLANK
 from mlmem.settings import ProbeSettings, Settings
@@ -75,8 +75,8 @@ def _shorten_values(values: Array) -> list[float]:
 
 def describe_preset(name: str) -> dict[str, Any]:
     """Return all that the page knows of a preset."""
-    shipped = preset(name)
-    design, settings = shipped
+    shipped = load_element(name)
+    design, settings = shipped.design_and_settings
     element = MemoryElement(shipped)
     about = About.of(design, settings, name).json | {'faults': {}}
     about['procedures'] = {key: {'changes': True} for key in ('write', 'erase')}
@@ -137,7 +137,7 @@ def _describe_register(settings: Settings) -> dict[str, Any]:
     }
 
 
-def _record_transitions(shipped: Preset) -> dict[str, Any]:
+def _record_transitions(shipped: Element) -> dict[str, Any]:
     """Return events and duration of every way from one content to another, -1 being blank."""
     contents = range(BLANK, shipped.design.levels)
     ways = {}
@@ -148,7 +148,7 @@ def _record_transitions(shipped: Preset) -> dict[str, Any]:
     return ways
 
 
-def record_transition(shipped: Preset, start: int, target: int) -> dict[str, Any]:
+def record_transition(shipped: Element, start: int, target: int) -> dict[str, Any]:
     """Return what an instrument does to bring an element from one content to another: all that it
     does in one attempt or more.
 

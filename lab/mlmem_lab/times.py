@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import MemoryElement, Read, Write, preset
+from mlmem import MemoryElement, Read, Write, load_element
 from mlmem.physics import find_level, find_walls
 
 from .results import STRAINED_PRESETS
@@ -26,7 +26,7 @@ RANDOM_SEED = 1
 def measure_times(name: str) -> dict[str, Any]:
     """Return the times of a preset, and the read disturb."""
     random = np.random.default_rng(RANDOM_SEED)
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     element = MemoryElement(design, settings)
     automatic = replace(settings, write=replace(settings.write, method='auto'))
     result = {

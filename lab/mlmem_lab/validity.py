@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import MemoryElement, Write, factory_calibration
+from mlmem import MemoryElement, Write, factory_calibration, load_element
 from mlmem.physics import Design, Specimen, find_level
-from mlmem.presets import preset
 
 from .rk4 import Rk4Element
 from .study import Study
@@ -59,12 +58,12 @@ class Trial:
 
 def is_kicked(name: str) -> bool:
     """Whether a preset is written by kicks."""
-    return preset(name).settings.write.method == 'kick'
+    return load_element(name).settings.write.method == 'kick'
 
 
 def try_amount(name: str, way: str, amount: float) -> Trial:
     """Write some levels of a preset, one attempt each, and return how that went."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     settings = replace(settings, write=replace(settings.write, attempts=1))
     known = factory_calibration(design, settings)
     element = MemoryElement(design, settings, known)

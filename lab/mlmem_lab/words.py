@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mlmem import Disturb, Faults, MemoryElement, Read, Write, preset
+from mlmem import Disturb, Faults, MemoryElement, Read, Write, load_element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Specimen, StateError, find_walls
 from mlmem.physics.equilibrium import DEFECT_OFFSET_CELLS, find_pinned_walls
@@ -207,7 +207,7 @@ def count_writes(elements: Iterable[MemoryElement], random: Rng, each: int) -> d
 
 def make_specimens(name: str, scatter: Scatter) -> Iterator[MemoryElement]:
     """Yield elements of a preset that scatter."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     for number in range(SPECIMENS):
         made = scattered(design, scatter, number)
         yield MemoryElement(design, settings, driver=Simulation.of(made, settings.time))
@@ -216,7 +216,7 @@ def make_specimens(name: str, scatter: Scatter) -> Iterator[MemoryElement]:
 def count_preset(name: str) -> dict[str, Any]:
     """Return the counts of a preset, by fault and by scatter."""
     random = np.random.Generator(np.random.PCG64(SEED))
-    element, finer = MemoryElement(preset(name)), build_device(name, 2)
+    element, finer = MemoryElement(load_element(name)), build_device(name, 2)
     kinds = define_troubles(element.design.N, element.settings.register.A)
     # reads of every kind but the healthy ones, and writes as designed, where each takes long
     reduced_counts = {'register_5': (500, 600)}

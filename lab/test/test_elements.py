@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from small_register import first_levels
 
-from mlmem import element_file, preset
+from mlmem import element_file, load_element
 from mlmem.element_file import Element
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.physics import Scatter, scattered
@@ -17,7 +17,7 @@ from mlmem_lab.studies.bench import Bench
 from mlmem_tools.cli.main import main
 from mlmem_tools.identification.plan import plan_pulses
 
-CHOSEN = preset('bits_1')
+CHOSEN = load_element('bits_1')
 JUDGES = {
     'check': ['design', 'check', 'bits_1'],
     'prove': ['design', 'prove', 'bits_1', '--jobs', '1'],
@@ -59,10 +59,10 @@ def test_an_element_is_judged_in_place_of_the_ideal_one(
 
 
 def test_a_bench_has_the_element_with_its_delays_and_pulses(element):
-    bench = Bench.of(Bench(*CHOSEN, element).as_dict())
+    bench = Bench.of(Bench(*CHOSEN.design_and_settings, element).as_dict())
     device = bench.device()
     assert (device.chain.specimen.alpha == element.specimen.alpha).all()
-    assert device.calibration.right != Bench(*CHOSEN).calibration.right
+    assert device.calibration.right != Bench(*CHOSEN.design_and_settings).calibration.right
     assert device.calibration.corrections_by_level(CHOSEN.settings) == list(element.plan.steps)
     stronger = replace(CHOSEN.settings.write, tension=1.1 * CHOSEN.settings.write.tension)
     other = replace(bench, settings=replace(CHOSEN.settings, write=stronger))
@@ -78,7 +78,9 @@ def test_a_bench_reads_and_kicks_a_register_as_known():
         tuple(PulseCorrection(speed=each) for each in factors), hash_schedule(chosen.settings),
         kinks=factors[::-1],
     )  # fmt: skip
-    device = Bench(*chosen, Element(made, np.zeros(made.design.N), 1.001, plan=plan)).device()
+    device = Bench(
+        *chosen.design_and_settings, Element(made, np.zeros(made.design.N), 1.001, plan=plan)
+    ).device()
     assert device.twin is device.made
     for found, shipped, each in (
         (device.settings.kick.wall_speeds, chosen.settings.kick.wall_speeds, factors),

@@ -4,7 +4,7 @@
 
 import pytest
 
-from mlmem import preset
+from mlmem import load_element
 from mlmem.moves.move import MIN_MARGIN
 from mlmem.physics import Specimen
 from mlmem.readers.reading import BLANK
@@ -21,13 +21,13 @@ MAPPED = load_result(STUDY.path)['presets']
 
 
 def chain_of(name):
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     return build_chain(Specimen(design), settings)
 
 
 @pytest.mark.parametrize('name', STUDY.cases)
 def test_the_committed_map_is_that_of_the_code(name):
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     chain = chain_of(name)
     for k in range(20, 320, 60):
         found = after_kick(chain, MAPPED[name]['speeds'][k], settings.kick)
@@ -39,7 +39,7 @@ def test_the_committed_map_is_that_of_the_code(name):
 @pytest.mark.parametrize('name', STUDY.cases)
 def test_every_shipped_kick_tolerates_a_speed_a_tenth_off(name):
     """A level whose kick tolerates less is disabled."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     chain = chain_of(name)
     for level, speed in enumerate(settings.kick.wall_speeds):
         for factor in (1.1, 1.0 / 1.1):
@@ -62,7 +62,7 @@ def test_no_write_of_the_committed_count_was_wrong(name):
 
 
 def test_a_search_finds_kicks_as_wide_as_those_that_ship():
-    settings = preset('kick_2').settings
+    settings = load_element('kick_2').settings
     found = search_kicks(chain_of('kick_2'), settings.kick, settings.transducer.max_speed)
     for level, each in enumerate(found):
         assert each.room >= settings.kick.speed_margin(level)

@@ -10,7 +10,7 @@ import pytest
 from javascript import needs_node, run_module
 from test_bits import case
 
-from mlmem import preset
+from mlmem import load_element
 from mlmem_lab import tab_presets
 
 FOLDER = Path(__file__).parents[2] / 'docs' / 'try'
@@ -52,5 +52,7 @@ def test_page_loop_moves_as_the_product(tmp_path):
 @pytest.mark.parametrize(('name', 'start', 'target'), [('case_2', 3, 2), ('kick_2', 3, 1)])
 def test_page_plays_what_the_instrument_does(name, start, target):
     known = json.loads((FOLDER / 'presets.json').read_text())[name]['ways']
-    way = tab_presets.round_numbers(tab_presets.record_transition(preset(name), start, target))
+    way = tab_presets.round_numbers(
+        tab_presets.record_transition(load_element(name), start, target)
+    )
     assert known[f'{start} {target}'] == json.loads(json.dumps(way))

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from mlmem import Faults, Settings, SettingsError
-from mlmem.element_file import DEFAULT, NAMES
+from mlmem.element_file import DEFAULT, ELEMENT_NAMES
 from mlmem.errors import Checked
 from mlmem.loop.timetable import MAX_SPEED, MIN_SPEED
 from mlmem.physics import Design, Specimen
@@ -267,7 +267,8 @@ ACTUATOR, READ_END = 'actuator.present', 'read.end'
 
 NODE_PARAMETERS = {
     ELEMENT: (DEFAULT, Description(
-        f'{", ".join(NAMES)}, or the path of an element file, which is read when this is set',
+        f'{", ".join(ELEMENT_NAMES)}, or the path of an element file, which is read when this is '
+        'set',
     )),
     TWIN: ('', Description(
         'file of the fitted element that this is: calibrate verifies its forecast, registers are '

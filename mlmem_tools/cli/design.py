@@ -64,12 +64,12 @@ PROOF_OPTIONS = (
 )
 def check(arguments: argparse.Namespace) -> int:
     """Judge a design."""
-    from mlmem.presets import load_preset
+    from mlmem import load_element
 
     from .. import checks
     from ..checks.capacity import list_capacities
 
-    design, settings = load_preset(arguments.source)
+    design, settings = load_element(arguments.source).design_and_settings
     report = checks.check(design, settings, load_element_option(arguments, design, settings))
     failed = report.verdict is checks.Verdict.FAIL
     held = [] if failed else list(list_capacities(design, settings))

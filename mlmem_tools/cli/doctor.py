@@ -72,16 +72,16 @@ def doctor(arguments: argparse.Namespace) -> int:
 
 def warm_caches() -> Iterator[str]:
     """Compile the kernels and check the elements, as a first start does; yield their names."""
+    from mlmem import ELEMENT_NAMES, load_element
     from mlmem.physics import CASE_II, INTEGRATORS, Chain
-    from mlmem.presets import PRESETS
     from mlmem_ros.host.design_check import load_findings
 
     for name, integrator in INTEGRATORS.items():
         for substrate in ('rigid', 'elastic'):
             Chain(replace(CASE_II, substrate=substrate), integrator=integrator).rest(1)
             yield f'kernel {name}, {substrate} substrate'
-    for name, preset in PRESETS.items():
-        load_findings(preset.design, preset.settings)
+    for name in ELEMENT_NAMES:
+        load_findings(*load_element(name).design_and_settings)
         yield f'design check of {name}'
 
 

@@ -15,12 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Preset, Shot
-from mlmem.element_file import Element, write_element_file
+from mlmem import Element, Shot, as_designed, load_element
+from mlmem.element_file import write_element_file
 from mlmem.parsing import DecodeError
 from mlmem.physics import INTEGRATORS, DesignError, Integrator
 from mlmem.physics.potential import Array
-from mlmem.presets import load_preset
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.session.data import load_session
 
@@ -53,7 +52,8 @@ from .output import ProgressBar, create_console, print_failure, print_json
 def fit(arguments: argparse.Namespace) -> int:
     """Fit; return 0, 1 if the data cannot be fitted, 2 if they cannot be read."""
     try:
-        (design, settings), shots, integrator = _read_inputs(arguments)
+        known, shots, integrator = _read_inputs(arguments)
+        design, settings = known.design_and_settings
     except (BagError, DecodeError, DesignError, Misfitting) as error:
         return print_failure('fit', error, 2)
     console = create_console(aside=True)
@@ -92,9 +92,9 @@ def _parse_pair(ends: Array) -> tuple[float, float]:
     return float(ends[0]), float(ends[1])
 
 
-def _read_inputs(arguments: argparse.Namespace) -> tuple[Preset, list[Shot], Integrator | None]:
+def _read_inputs(arguments: argparse.Namespace) -> tuple[Element, list[Shot], Integrator | None]:
     """Return design and settings, shots, and the integrator of a simulated element."""
-    known = load_preset(arguments.design) if arguments.design else None
+    known = load_element(arguments.design) if arguments.design else None
     shots: list[Shot] = []
     integrators: set[Integrator | None] = set()
     for source in arguments.source:
@@ -106,7 +106,7 @@ def _read_inputs(arguments: argparse.Namespace) -> tuple[Preset, list[Shot], Int
         if not session.shots:
             raise Misfitting(f'{source} holds no shots: run `mlmem survey` while it is recorded')
         header = session.require_header()
-        known = known or Preset(header.design, header.settings)
+        known = known or as_designed(header.design, header.settings)
         if header.design != known.design:
             raise Misfitting(f'{source} is of another design')
         shots += session.shots

@@ -14,14 +14,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mlmem import PRESETS, Preset
+from mlmem import ELEMENT_NAMES, Element, load_element
 from mlmem.element_file import ElementFileError, read_element_file, write_element_file
 from mlmem.move_settings import select_peak
 from mlmem.moves.corrections import apply_correction, is_kicked
 from mlmem.moves.kick import kick_speed
 from mlmem.parsing import DecodeError
 from mlmem.physics import Design, DesignError
-from mlmem.presets import load_preset
 
 from ..identification.plan import Step, plan_pulses
 from .command import JSON_OPTION, declare_command, declare_option
@@ -44,7 +43,7 @@ def plan(arguments: argparse.Namespace) -> int:
     try:
         element = read_element_file(Path(arguments.element))
         design = element.specimen.design
-        preset = load_preset(arguments.design) if arguments.design else matching_preset(design)
+        preset = load_element(arguments.design) if arguments.design else matching_preset(design)
         with ProgressBar(create_console(aside=True)) as report:
             found = plan_pulses(element.timed_specimen, preset, report)
         element = dataclasses.replace(element, plan=found.corrections)
@@ -75,13 +74,14 @@ def plan(arguments: argparse.Namespace) -> int:
     return 0 if found.complete else 1
 
 
-def matching_preset(design: Design) -> Preset:
+def matching_preset(design: Design) -> Element:
     """Return the preset whose levels a design has.
 
     Raises:
         ElementFileError: There is none, or several: pulses of one do not serve another.
     """
-    one_wall = {name: one for name, one in PRESETS.items() if not one.settings.register.spacing}
+    shipped = {name: load_element(name) for name in ELEMENT_NAMES}
+    one_wall = {name: one for name, one in shipped.items() if not one.settings.register.spacing}
     fit = {name: one for name, one in one_wall.items() if one.design.cells == design.cells}
     exact = {name: one for name, one in fit.items() if one.design == design}
     fit = exact or fit
@@ -109,7 +109,7 @@ def _describe_kink(step: Step, speed: float) -> dict[str, Any]:
     return {'level': step.level, 'kick': step.correction.speed * speed, 'margin': margin}
 
 
-def _describe_step(preset: Preset, step: Step) -> dict[str, Any]:
+def _describe_step(preset: Element, step: Step) -> dict[str, Any]:
     """Return a step of a plan as plain values: a kick, or a pulse of strain."""
     found = {
         'level': step.level,
@@ -117,7 +117,9 @@ def _describe_step(preset: Preset, step: Step) -> dict[str, Any]:
         'margin': step.margin if step.margin >= 0 else None,
     }
     if is_kicked(preset.settings, step.level):
-        return found | {'kick': step.correction.speed * kick_speed(*preset, step.level)}
+        return found | {
+            'kick': step.correction.speed * kick_speed(*preset.design_and_settings, step.level)
+        }
     write = apply_correction(preset.settings, step.correction).write
     peak = write.start_strain
     if step.level:

@@ -65,8 +65,7 @@ def replay(arguments: argparse.Namespace) -> int:
 
 
 def _replay_bag(arguments: argparse.Namespace) -> int:
-    from mlmem import MemoryElement
-    from mlmem.presets import load_preset
+    from mlmem import MemoryElement, load_element
     from mlmem_ros.bag.errors import BagError
     from mlmem_ros.session.data import load_session
     from mlmem_ros.session.replay import replay_commands, run_replay
@@ -78,7 +77,7 @@ def _replay_bag(arguments: argparse.Namespace) -> int:
         if session.header is not None:
             report = run_replay(session, progress)
         else:
-            element = MemoryElement(load_preset(arguments.element or FOREIGN_BAG_ELEMENT))
+            element = MemoryElement(load_element(arguments.element or FOREIGN_BAG_ELEMENT))
             report = replay_commands(element, session, progress)
     note_outcome()
     if arguments.json:

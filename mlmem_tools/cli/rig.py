@@ -20,7 +20,7 @@ from .command import JSON_OPTION, Option, declare_command, declare_option
 from .output import print_failure, print_json
 
 if TYPE_CHECKING:
-    from mlmem import Driver, Preset
+    from mlmem import Driver, Element
     from mlmem.physics import Specimen
 
     from ..rig.emulated import EmulatedRig
@@ -77,13 +77,13 @@ def _declare_deviation(name: str, of: str, unit: str = 'relative') -> Option:
 )
 def rig(arguments: argparse.Namespace) -> int:
     """Serve until interrupted; return the exit status."""
+    from mlmem import load_element
     from mlmem.physics import DesignError, StateError
-    from mlmem.presets import load_preset
 
     from ..rig.emulated import LineProperties, Server
 
     try:
-        emulated, truth = _build_rig(load_preset(arguments.element), arguments)
+        emulated, truth = _build_rig(load_element(arguments.element), arguments)
         line = LineProperties(
             arguments.latency, arguments.jitter, arguments.loss, arguments.restart, arguments.seed
         )
@@ -102,7 +102,7 @@ def rig(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _build_rig(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, dict[str, Any]]:
+def _build_rig(chosen: Element, given: argparse.Namespace) -> tuple[EmulatedRig, dict[str, Any]]:
     from mlmem.instrument.drivers import Simulation, steps_per_tick
     from mlmem.physics import Scatter, scattered
     from mlmem.rng import Stream, make_generator

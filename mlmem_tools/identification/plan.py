@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mlmem.element_file import Element
 from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
 from mlmem.memory import Memory
@@ -18,7 +19,6 @@ from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_sche
 from mlmem.physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank, relax_to_equilibrium
 from mlmem.physics.potential import Array
-from mlmem.presets import Preset
 from mlmem.procedures.driving import go_to_level
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.readers.reading import BLANK
@@ -70,7 +70,7 @@ class Plan:
 
 
 def plan_pulses(
-    specimen: Specimen, preset: Preset, report: Callable[[str, float], object] | None = None
+    specimen: Specimen, preset: Element, report: Callable[[str, float], object] | None = None
 ) -> Plan:
     """Return the pulses for an element.
 
@@ -167,7 +167,7 @@ def _choose_best(tried: _Trial, state: Array, level: int) -> tuple[Step, Array]:
 class _Trial:
     """Pulses on a simulated copy of the element."""
 
-    def __init__(self, specimen: Specimen, preset: Preset) -> None:
+    def __init__(self, specimen: Specimen, preset: Element) -> None:
         self.preset, self._specimen = preset, specimen
         design, time = preset.design, preset.settings.time
         dt = time.tick / np.ceil(time.tick / default_step(specimen, PEFRL))

@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from mlmem import MemoryElement, Read, element_file, preset, snapshot
+from mlmem import MemoryElement, Read, element_file, load_element, snapshot
 from mlmem.moves import corrections
 from mlmem.physics import Specimen
 from mlmem_ros.bag import jazzy
@@ -22,7 +22,7 @@ from .table import listing
 
 def generate_files() -> dict[str, str]:
     """Return the keys of all formats, whose keys are compared with those of an element's files."""
-    element = MemoryElement(preset('bits_1'))
+    element = MemoryElement(load_element('bits_1'))
     taken = snapshot.take_snapshot(element)
     plan = corrections.PulseCorrections((corrections.PulseCorrection(),) * 2, '', (1.0,) * 2)
     made = Specimen(element.design, k_r_factor=1.01, offset=0.01)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import MemoryElement, Read, element_file, preset
+from mlmem import MemoryElement, Read, element_file, load_element
 from mlmem.loop.loop import Loop
 from mlmem.procedure_table import PROCEDURES
 from mlmem_ros.bag.queued_writer import QueuedWriter
@@ -142,7 +142,7 @@ def _list_actions() -> Iterator[list[str]]:
 
 def _list_diagnostics() -> str:
     """Return the values of every status, taken from an element that has just been read."""
-    element = MemoryElement(preset('bits_1'))
+    element = MemoryElement(load_element('bits_1'))
     element.perform(Read())
     host = SimpleNamespace(refused=0, held_up='', log=SimpleNamespace(caught=0))
     known = element_file.Element(element.made, np.zeros(element.design.N))

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from mlmem import preset
+from mlmem import load_element
 from mlmem_tools import checks
 from mlmem_tools.checks.capacity import Capacity, list_capacities
 from mlmem_tools.cli.main import main
@@ -21,8 +21,8 @@ from mlmem_tools.cli.main import main
 )
 def test_distances_and_words_of_presets(name, kicks):
     """As prototypes found them at rest."""
-    one, *many = list_capacities(*preset(name))
-    assert one.words == preset(name).design.levels + 1
+    one, *many = list_capacities(*load_element(name).design_and_settings)
+    assert one.words == load_element(name).design.levels + 1
     assert [(each.distance, each.words) for each in many] == [kicks]
 
 

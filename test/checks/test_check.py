@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from mlmem import MemoryElement, Settings, factory_calibration, preset
+from mlmem import MemoryElement, Settings, factory_calibration, load_element
 from mlmem.instrument.end import End
 from mlmem.parsing import decode_value
 from mlmem.physics import CASE_II, Specimen
@@ -37,7 +37,7 @@ from mlmem_tools.checks.launch import simulate_launch
 
 @pytest.fixture(scope='module')
 def case_i():
-    return check(*preset('case_1'))
+    return check(*load_element('case_1').design_and_settings)
 
 
 @pytest.fixture(scope='module')
@@ -169,7 +169,7 @@ def test_settings_that_are_risky_are_a_warning(concern, groups, name, values):
 
 def test_pulse_that_hides_the_first_levels_fails():
     """With sigma 8 in place of 6 it still rings at the left when both their echoes arrive."""
-    design, settings = preset('bits_2')
+    design, settings = load_element('bits_2').design_and_settings
     assert part((echoes,), design, settings)['apart'].verdict is Verdict.PASS
     long = dataclasses.replace(settings, probe=dataclasses.replace(settings.probe, sigma=8.0))
     found = part((echoes,), design, long)['apart']
@@ -190,9 +190,9 @@ def alike(known, level):
 
 def test_levels_between_the_samples_are_compared_too(monkeypatch):
     """Of 16 levels 0, 1, 8, 9, 14 and 15 are sampled."""
-    subject = Subject(*preset('bits_4'))
+    subject = Subject(*load_element('bits_4').design_and_settings)
     assert not {4, 5} & set(subject.levels)
-    known = factory_calibration(*preset('bits_4'))
+    known = factory_calibration(*load_element('bits_4').design_and_settings)
     monkeypatch.setattr(echoes, 'compute_calibration', lambda *_: alike(known, 4))
     found = Report(tuple(echoes.check(subject)))['apart']
     assert found.verdict is Verdict.FAIL
@@ -200,7 +200,7 @@ def test_levels_between_the_samples_are_compared_too(monkeypatch):
 
 
 def test_large_element_is_judged_by_sampled_levels(monkeypatch):
-    subject = Subject(*preset('bits_2'))
+    subject = Subject(*load_element('bits_2').design_and_settings)
     assert 'sampled' not in Report(tuple(echoes.check(subject)))['apart'].text
     monkeypatch.setattr(echoes, 'MAX_CALIBRATION_CELL_STEPS', 0.0)
     found = Report(tuple(echoes.check(subject)))['apart']
@@ -241,7 +241,7 @@ def test_weak_peaks_fail_the_steps():
 
 def test_erase_settling_is_judged_only_where_strain_erases():
     """Kicks erase kick_2; written by strain its settle time is shorter than the estimate."""
-    design, settings = preset('kick_2')
+    design, settings = load_element('kick_2').design_and_settings
     names = [finding.name for finding in part((schedule,), design, settings).findings]
     assert 'erase_settling' not in names
     by_strain = dataclasses.replace(settings.write, method='strain')
@@ -333,7 +333,7 @@ def test_levels_are_sampled_in_pairs():
 
 def test_register_is_not_judged_as_one_wall():
     """Its walls are sent by kicks, and are read by waveforms."""
-    found = {finding.name for finding in check(*preset('byte')).findings}
+    found = {finding.name for finding in check(*load_element('byte').design_and_settings).findings}
     assert 'words' in found
     assert not {'launch_write', 'echo_left', 'apart'} & found
 

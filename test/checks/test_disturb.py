@@ -17,7 +17,7 @@ from mlmem import (
     SetStrain,
     Write,
     factory_calibration,
-    preset,
+    load_element,
     snapshot,
 )
 from mlmem.instrument.end import End
@@ -31,7 +31,7 @@ GROUPS = {End.LEFT: 'probe', End.RIGHT: 'probe_right'}
 
 def as_loud(name, end, A):
     """Return a preset whose pulse of an end has an amplitude; the threshold rises with it."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     probe = end.probe(settings)
     louder = dataclasses.replace(probe, A=A, v_th=min(1.0, probe.v_th * A / probe.A))
     return design, dataclasses.replace(settings, **{GROUPS[end]: louder})
@@ -49,11 +49,13 @@ def forecast(design, settings):
 ))  # fmt: skip
 def test_pulse_limit_is_that_of_the_device(name, end, level):
     """On the whole device: it fires from either end, and rests in between."""
-    limit = forecast(*preset(name)).values[end.value]
+    limit = forecast(*load_element(name).design_and_settings).values[end.value]
     stayed = []
     for share in (1.0, 1.6):
         louder = as_loud(name, end, min(0.5, share * limit))
-        element = MemoryElement(*louder, factory_calibration(*preset(name)))
+        element = MemoryElement(
+            *louder, factory_calibration(*load_element(name).design_and_settings)
+        )
         element.chain.place(find_pinned_wall(Specimen(element.design), level))
         element.transducer.assume_equilibrium()
         element.perform(Read())
@@ -83,5 +85,5 @@ def test_pulse_that_may_move_the_wall_is_rejected(command):
 
 
 def test_element_written_by_kicks_passes_and_register_is_not_judged():
-    assert forecast(*preset('kick_2')).verdict is Verdict.PASS
-    assert list(disturb.check(Subject(*preset('byte')))) == []
+    assert forecast(*load_element('kick_2').design_and_settings).verdict is Verdict.PASS
+    assert list(disturb.check(Subject(*load_element('byte').design_and_settings))) == []

@@ -11,7 +11,7 @@ import warnings
 import legal
 import pytest
 
-from mlmem import Settings, SettingsError, preset
+from mlmem import Settings, SettingsError, load_element
 from mlmem.instrument.motion import Cycle
 from mlmem.physics import CASE_II
 from mlmem.settings import ActuatorSettings
@@ -71,7 +71,7 @@ def test_no_damping_and_no_defects_are_judged(changes, monkeypatch):
         'CHECK_MODULES',
         [each for each in checks.CHECK_MODULES if each is not checks.disturb],
     )
-    design, settings = preset('bits_1')
+    design, settings = load_element('bits_1').design_and_settings
     assert judge(dataclasses.replace(design, **changes), settings) is Verdict.FAIL
 
 

@@ -6,19 +6,19 @@ from dataclasses import replace
 
 import pytest
 
-from mlmem import preset
+from mlmem import load_element
+from mlmem.element_file import use_kicks
 from mlmem.instrument.end import Kick
 from mlmem.instrument.instrument import Units
 from mlmem.physics import PEFRL, Chain
 from mlmem.physics.energy import energy
-from mlmem.presets import use_kicks
 from mlmem_tools.checks import Verdict, transducer
 from mlmem_tools.checks.concern import Subject
 
 
 def test_force_of_a_kick_does_the_work_that_is_stored():
     """The sum of force times speed of every step, without damping; first order in the step."""
-    design, settings = preset('kick_2')
+    design, settings = load_element('kick_2').design_and_settings
     chain = Chain(replace(design, eta=1e-9), 0.05, PEFRL)
     kick = Kick(chain.end(1), design.D_s2, 0.1, replace(settings.kick, hold=0.0))
     before, powers = energy(chain).total, []
@@ -31,7 +31,7 @@ def test_force_of_a_kick_does_the_work_that_is_stored():
 
 
 def test_check_says_it_in_si_and_warns_of_what_is_not_made():
-    design, settings = use_kicks(preset('case_2'))
+    design, settings = use_kicks(load_element('case_2')).design_and_settings
     found = {each.name: each for each in transducer.check(Subject(design, settings))}
     units = Units(design, settings.scale)
     assert found['transducer_stroke'].values['write'] == pytest.approx(
@@ -48,7 +48,7 @@ def test_check_says_it_in_si_and_warns_of_what_is_not_made():
 
 
 def test_element_without_kicks_asks_nothing():
-    design, settings = preset('case_1')
+    design, settings = load_element('case_1').design_and_settings
     unkicked = replace(settings, kick=replace(settings.kick, speeds=''))
     assert list(transducer.check(Subject(design, unkicked))) == []
 
@@ -58,7 +58,7 @@ def test_force_contains_the_jump_at_the_end_of_a_late_kick():
 
     The spring to the next cell changes that by at most k_r D.
     """
-    design, settings = preset('robust_3')
+    design, settings = load_element('robust_3').design_and_settings
     found = {each.name: each for each in transducer.check(Subject(design, settings))}
     step, kick = design.D_s2 - design.D_s1, settings.kick
     duration = step / kick.wall_speeds[-1]

@@ -11,7 +11,15 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from mlmem import FollowTrajectory, MemoryElement, Refused, SetStrain, Settings, Write, preset
+from mlmem import (
+    FollowTrajectory,
+    MemoryElement,
+    Refused,
+    SetStrain,
+    Settings,
+    Write,
+    load_element,
+)
 from mlmem.instrument.actuator import MAX_PROFILE_POINTS, Actuator, plan_profile
 from mlmem.instrument.blocks import play, run
 from mlmem.instrument.instrument import Instrument
@@ -299,7 +307,7 @@ def test_two_half_steps_leave_oscillator_of_period_at_rest():
 @pytest.mark.parametrize('shaped', [False, True])
 def test_cycle_pauses_on_way_back_and_takes_stated_time(shaped):
     """Shaped, it begins with half of a ramp that is shorter by half a period of the cells."""
-    design, settings = preset('bits_2')
+    design, settings = load_element('bits_2').design_and_settings
     settings = rig.change(settings, write={'final_settle': 0.0, 'shaped': shaped})
     element = MemoryElement(design, settings)
     succeed(element, Write(0))

@@ -24,8 +24,9 @@ from mlmem import (
     SettingsError,
     Survey,
     Write,
+    as_designed,
     element_file,
-    preset,
+    load_element,
 )
 from mlmem.instrument.end import End
 from mlmem.physics import Specimen, find_level
@@ -40,7 +41,7 @@ STUCK_CELL = 104
 
 def kind_with(name, cells, method='strain'):
     """Return a preset whose settings name bad cells; of Case II, whose first five levels."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     if name == 'case_2':
         design = replace(design, N=150)
     return design, rig.change(settings, write={'method': method}, element={'bad_cells': cells})
@@ -216,9 +217,9 @@ def test_bad_cells_that_are_none_or_leave_no_level_are_rejected(cells):
 
 
 def four_levels(name):
-    """Return a preset, of Case II its first four levels."""
-    kind = preset(name)
-    return kind._replace(design=replace(kind.design, N=min(kind.design.N, 125)))
+    """Return a shipped element, of Case II its first four levels."""
+    kind = load_element(name)
+    return as_designed(replace(kind.design, N=min(kind.design.N, 125)), kind.settings)
 
 
 def stuck(kind, level, cell):

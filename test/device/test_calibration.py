@@ -23,7 +23,6 @@ from mlmem import (
     Write,
     factory_calibration,
     load_element,
-    preset,
     snapshot,
 )
 from mlmem.instrument.end import End
@@ -227,7 +226,7 @@ def test_element_that_cannot_be_calibrated_is_rejected(design, probe, message):
         factory_calibration(design, Settings(probe=probe))
 
 
-BITS_2 = preset('bits_2')
+BITS_2 = load_element('bits_2')
 STRONGER = PulseCorrection(1.3, 1.6)
 PLAN = PulseCorrections((PulseCorrection(), *[STRONGER] * 3), hash_schedule(BITS_2.settings))
 """Pulses that reach every level of the scattered element."""

@@ -12,6 +12,7 @@ import pytest
 from sampled import sampled
 
 from mlmem import (
+    ELEMENT_NAMES,
     UNDECODABLE,
     Calibrate,
     Calibration,
@@ -24,11 +25,10 @@ from mlmem import (
     SettingsError,
     Write,
     factory_calibration,
-    preset,
+    load_element,
 )
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, find_walls
-from mlmem.presets import PRESETS, load_preset
 from mlmem.readers.calibration import DelayTable
 from mlmem.readers.decoding import decode_echoes, find_exchanged_levels
 from mlmem.readers.echo import Echo, detection_threshold
@@ -41,7 +41,7 @@ NAMES = ('left', 'right', 'both')
 @pytest.mark.parametrize('late', [22.0, 25.0, 28.0])
 def test_right_sensor_late_by_level_gives_no_level(late):
     """It hears level 0, and at the left that is 3 time units from level 1."""
-    element = rig.pin(MemoryElement(preset('bits_1')), 1)
+    element = rig.pin(MemoryElement(load_element('bits_1')), 1)
     assert rig.run(element, Read()).reading.level == 1
     element.set_faults(Faults(sensor_delay=late, sensor_end='right'))
     element.transducer.assume_equilibrium()
@@ -51,10 +51,10 @@ def test_right_sensor_late_by_level_gives_no_level(late):
 
 
 @pytest.mark.parametrize(
-    'name', [name for name in PRESETS if preset(name).settings.read.method == 'delay']
+    'name', [name for name in ELEMENT_NAMES if load_element(name).settings.read.method == 'delay']
 )
 def test_no_calibration_that_ships_lets_one_end_change_level(name):
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     calibration = factory_calibration(design, settings)
     for names in NAMES:
         read_from = rig.change(settings, read={'end': names})
@@ -82,7 +82,7 @@ def heard(end, probe, crossings):
 ))  # fmt: skip
 def test_any_error_of_one_end_gives_true_level_or_none(name, names):
     """A delay of any size, early ones too, swept over all delays that the table has; silence."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     read = rig.change(settings, read={'end': names}).read
     calibration = factory_calibration(design, settings)
     right = 0
@@ -115,7 +115,7 @@ def test_no_table_at_all_lets_one_end_change_level(left, right, margin, names):
     n = min(len(left), len(right))
     one = DelayTable(tuple(130.0 + float(sum(left[:k])) for k in range(n)))
     other = DelayTable(tuple(900.0 - float(sum(right[:k])) for k in range(n)))
-    _, settings = preset('case_2')
+    _, settings = load_element('case_2').design_and_settings
     read_from = rig.change(settings, read={'end': names, 'min_margin': margin})
     design = dataclasses.replace(CASE_II, N=25 * (n + 1))
     assert find_exchanged_levels(design, read_from, Calibration(one, other)) == []
@@ -123,7 +123,7 @@ def test_no_table_at_all_lets_one_end_change_level(left, right, margin, names):
 
 def test_levels_alike_at_end_are_found_and_not_read():
     """Both hidden by the pulse, as in an element whose first two walls are too near."""
-    design, settings = preset('bits_2')
+    design, settings = load_element('bits_2').design_and_settings
     known = factory_calibration(design, settings)
     alike = dataclasses.replace(
         known.left,
@@ -141,7 +141,7 @@ def test_levels_alike_at_end_are_found_and_not_read():
 
 def test_calibration_of_one_end_alone_proves_nothing():
     """Its error turns any level into any other, and none confirms it."""
-    design, settings = preset('bits_2')
+    design, settings = load_element('bits_2').design_and_settings
     known = factory_calibration(design, settings)
     found = find_exchanged_levels(design, settings, dataclasses.replace(known, left=None))
     assert {(said, true) for _, said, true in found} == set(itertools.permutations(range(4), 2))
@@ -194,7 +194,7 @@ def test_more_walls_than_one_are_no_level_from_any_end(first_active, defects, en
 )
 def test_swinging_wall_is_read_again_and_not_moved_again(name, method, start, level):
     """Its first echoes disagree: it is half a cell off, and radiates what the far end hears."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     element = MemoryElement(design, rig.change(settings, write={'method': method}))
     element.perform(Write(start))
     *told, outcome = rig.events(element, Write(level))
@@ -224,7 +224,7 @@ def test_procedure_that_writes_reads_first_as_read_does(written, command):
 
 
 def bits_1(**changes):
-    element = MemoryElement(*load_preset('bits_1'))
+    element = MemoryElement(*load_element('bits_1').design_and_settings)
     element.calibration = dataclasses.replace(element.calibration, **changes)
     return element
 
@@ -244,7 +244,7 @@ def test_calibration_of_right_end_alone_is_read_from_there():
 
 def test_rest_is_waited_for_before_pulse():
     """Of two equal devices one waits 400 time units, 20 ticks, longer."""
-    design, settings = load_preset('bits_1')
+    design, settings = load_element('bits_1').design_and_settings
     fired = []
     for rest in (0.0, 400.0):
         changed = rig.change(settings, read={'rest': rest})

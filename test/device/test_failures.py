@@ -13,7 +13,7 @@ from mlmem import (
     Read,
     SetFaults,
     Write,
-    preset,
+    load_element,
     snapshot,
 )
 from mlmem.instrument.faults import Sensors, apply_transducer_faults
@@ -23,7 +23,7 @@ from mlmem.rng import Stream, draw_normal
 
 @pytest.fixture
 def element():
-    return MemoryElement(preset('bits_1'))
+    return MemoryElement(load_element('bits_1'))
 
 
 def test_signals_are_late_slow_and_wrong_as_stated():
@@ -69,7 +69,7 @@ TRANSDUCER = [
 @pytest.mark.parametrize(('faults', 'read', 'left'), TRANSDUCER)
 def test_bad_transducer_kicks_no_wall_and_misleads_no_read(faults, read, left):
     """At 0.8 of its way a kick launches nothing; a pulse of 0.8 is heard."""
-    element = MemoryElement(preset('kick_2'))
+    element = MemoryElement(load_element('kick_2'))
     assert element.perform(Write(1)).success
     element.apply(SetFaults(Faults(**faults)))
     assert element.perform(Read()).reading.level == read
@@ -102,7 +102,7 @@ def test_signals_that_are_no_longer_late_are_restored(element, after):
     element.apply(SetFaults(Faults(sensor_delay=after)))
     assert element.at_rest == (after == 0.0)
     kept = snapshot.take_snapshot(element)
-    other = MemoryElement(preset('bits_1'))
+    other = MemoryElement(load_element('bits_1'))
     snapshot.restore_snapshot(other, json.loads(json.dumps(kept)))
     assert snapshot.take_snapshot(other) == kept
 

@@ -21,12 +21,12 @@ from mlmem import (
     SettingsError,
     Write,
     factory_calibration,
+    load_element,
     snapshot,
 )
 from mlmem.instrument.end import End
 from mlmem.instrument.faults import OfMaterial, apply_faults
 from mlmem.physics import CASE_II, Specimen, find_walls
-from mlmem.presets import preset
 from mlmem.rejections import ErrorCode
 from mlmem.rng import Stream, draw_event, draw_normal
 from mlmem.schema import find_descriptions
@@ -36,7 +36,7 @@ from .test_register import NIBBLE
 
 HEALTHY = SetFaults(Faults())
 
-BIT = preset('bits_1')
+BIT = load_element('bits_1')
 
 PHILOX = [8696173359749182282, 2312520477170885918, 1072409879343043483, 17086100398701728509]
 """The first numbers of key 7 and counter (0, 42, 0, 0)."""
@@ -159,7 +159,7 @@ def test_read_drives_no_end_that_rests_in_neither_phase(kind, end, gain):
     assert wall.position == pytest.approx(element.design.defect_site(0), abs=1.0)
 
 
-@pytest.mark.parametrize('kind', [preset('kick_2'), NIBBLE], ids=['kick_2', 'nibble'])
+@pytest.mark.parametrize('kind', [load_element('kick_2'), NIBBLE], ids=['kick_2', 'nibble'])
 def test_erase_drives_no_end_that_rests_in_neither_phase(kind):
     """It began with a jump of nine cells, which broke the element."""
     element = with_faults(MemoryElement(kind), sensor_gain=10.0, sensor_end='right')

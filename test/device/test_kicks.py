@@ -13,7 +13,7 @@ from sampled import sampled
 import mlmem.moves
 from mlmem import (
     BLANK,
-    PRESETS,
+    ELEMENT_NAMES,
     Calibrate,
     Erase,
     Faults,
@@ -27,8 +27,9 @@ from mlmem import (
     SettingsError,
     Write,
     factory_calibration,
-    preset,
+    load_element,
 )
+from mlmem.element_file import use_kicks
 from mlmem.instrument.blocks import run, wait
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import Kick
@@ -37,7 +38,6 @@ from mlmem.moves.kick import kick, kick_out, kick_to
 from mlmem.moves.move import blank_content
 from mlmem.moves.planner import find_moves, find_route, move_families
 from mlmem.physics import Scatter, find_level, find_walls, scattered
-from mlmem.presets import use_kicks
 from mlmem.rejections import ErrorCode
 
 from . import rig
@@ -50,12 +50,12 @@ CELL = 1.5
 
 @cache
 def calibration(name):
-    return factory_calibration(*use_kicks(preset(name)))
+    return factory_calibration(*use_kicks(load_element(name)).design_and_settings)
 
 
 def element(name, **changes):
     """Return a blank element that is written by kicks, with changed settings by group."""
-    design, settings = use_kicks(preset(name))
+    design, settings = use_kicks(load_element(name)).design_and_settings
     return MemoryElement(design, rig.change(settings, **changes), calibration(name))
 
 
@@ -65,7 +65,7 @@ def level(element):
 
 def by_method(name, method):
     """Return a shipped element that is written by a method."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     return design, rig.change(settings, write={'method': method})
 
 
@@ -89,7 +89,7 @@ def test_kick_is_smooth_ramp_then_held(late, peak, error):
 @pytest.mark.parametrize('scatter', [5e-4, 3e-3, 1e-2])
 def test_kick_out_of_scattered_element_leaves_blank(speed, scatter):
     """The speed as shipped is 0.3; alpha, springs and masses scatter by as much each."""
-    design, settings = preset('kick_2')
+    design, settings = load_element('kick_2').design_and_settings
     made = scattered(design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), 1)
     settings = rig.change(settings, kick={'erase_speed': speed})
     for start in range(design.levels):
@@ -111,7 +111,7 @@ def test_erase_after_kink_that_stopped_short_leaves_blank():
 
 
 def test_level_that_no_kick_reaches_is_reached_by_strain():
-    design, settings = use_kicks(preset('case_2'))
+    design, settings = use_kicks(load_element('case_2')).design_and_settings
     short = rig.change(settings, kick=KickSettings('0.006 0.0145 0 0.053'))
     first, *others = find_route(design, short, BLANK, 2)
     assert first.name == 'kick'
@@ -123,7 +123,7 @@ def test_level_that_no_kick_reaches_is_reached_by_strain():
 
 
 def test_kick_with_margin_below_tenth_is_not_used():
-    design, settings = use_kicks(preset('case_2'))
+    design, settings = use_kicks(load_element('case_2')).design_and_settings
     narrow = rig.change(settings, kick={'speed_margins': '0.5 0.5 0.09'})
     assert [move.name for move in find_route(design, settings, BLANK, 2)] == ['kick']
     assert any(move.needs_actuator for move in find_route(design, narrow, BLANK, 2))
@@ -132,7 +132,7 @@ def test_kick_with_margin_below_tenth_is_not_used():
 
 
 def test_kicks_keep_to_limits_of_transducer():
-    design, settings = use_kicks(preset('case_2'))
+    design, settings = use_kicks(load_element('case_2')).design_and_settings
     slow = rig.change(settings, transducer={'max_speed': 0.25})
     way = find_route(design, slow, BLANK, 6)  # 0.18 on average, 0.27 at most
     assert [move.name for move in way] != ['kick']
@@ -166,7 +166,7 @@ def test_element_without_actuator_does_everything_but_strain():
 @pytest.mark.parametrize('seed', [1, 2, 3])
 def test_wall_that_ran_out_comes_back_without_actuator(seed):
     """Too fast a kick takes the free end over into a third ground state; a kink follows it."""
-    design, _ = use_kicks(preset('case_2'))
+    design, _ = use_kicks(load_element('case_2')).design_and_settings
     alone = element('case_2', actuator={'present': False})
     alone.chain.set_specimen(scattered(design, Scatter(alpha=3e-4, k_r=3e-4), seed))
     run(alone, kick(alone, 7, 1.5))
@@ -180,7 +180,7 @@ def test_wall_that_ran_out_comes_back_without_actuator(seed):
 
 def test_calibration_of_level_without_kick_uses_step():
     """In this element every kick stops before level 1 or beyond it."""
-    design, _ = preset('kick_2')
+    design, _ = load_element('kick_2').design_and_settings
     odd = element('kick_2')
     odd.chain.set_specimen(scattered(design, Scatter(offset=3e-3), 0))
     calibrated = odd.perform(Calibrate())
@@ -218,7 +218,7 @@ def test_stuck_actuator_is_left_alone_by_kicks():
 @pytest.mark.parametrize('speed', [0.0645, 0.098])
 def test_kick_that_missed_its_level_is_corrected(speed):
     """Just below the window of level 4 the wall stops at level 3, just above it at 5."""
-    speeds = [*preset('case_2').settings.kick.wall_speeds]
+    speeds = [*load_element('case_2').settings.kick.wall_speeds]
     speeds[4] = speed
     missing = element('case_2', kick={'speeds': ' '.join(map(str, speeds))})
     outcome = missing.perform(Write(4))
@@ -231,7 +231,7 @@ def test_kick_that_missed_its_level_is_corrected(speed):
 @pytest.mark.parametrize('wrong', [0.75, 1.3])
 def test_calibration_learns_speeds_by_bisection(wrong):
     """With all speeds wrong alike, as by a wrong gain, whose kicks end up to two levels off."""
-    right = preset('kick_2').settings.kick.wall_speeds
+    right = load_element('kick_2').settings.kick.wall_speeds
     learning = element('kick_2', kick={'speeds': ' '.join(f'{wrong * each:g}' for each in right)})
     outcome = learning.perform(Calibrate())
     assert outcome.success, outcome.error
@@ -247,9 +247,9 @@ def find_names(design, settings, start, target):
     return [move.name for move in find_route(design, settings, start, target)]
 
 
-@pytest.mark.parametrize('name', PRESETS)
+@pytest.mark.parametrize('name', ELEMENT_NAMES)
 def test_every_place_can_be_reached(name):
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     places = [blank_content(settings), 0, design.levels // 2, design.levels - 1]
     for start, target in itertools.permutations(set(places), 2):
         way = find_route(design, settings, start, target)
@@ -258,7 +258,7 @@ def test_every_place_can_be_reached(name):
 
 
 def test_no_route_is_longer_than_move_and_route_from_there():
-    design, settings = preset('bits_4')
+    design, settings = load_element('bits_4').design_and_settings
 
     def time(way):
         return sum(move.duration for move in way)
@@ -314,7 +314,7 @@ def lift(tmp_path, monkeypatch):
 
 @pytest.mark.usefixtures('lift')
 def test_move_in_own_file_is_planned_and_driven():
-    design, settings = preset('case_2')
+    design, settings = load_element('case_2').design_and_settings
     assert find_names(design, settings, 1, 6) == ['lift']
     assert find_names(design, settings, BLANK, 2) == ['launch', 'lift']
     element = MemoryElement(design, settings)

@@ -14,14 +14,14 @@ from mlmem import (
     Faults,
     Locate,
     MemoryElement,
-    Preset,
     Read,
     Refused,
     Shot,
     Survey,
     Write,
+    as_designed,
     factory_calibration,
-    preset,
+    load_element,
 )
 from mlmem.physics import CASE_II, find_walls
 from mlmem.procedures import estimates
@@ -53,7 +53,7 @@ def first(element):
     ],
 )
 def test_wall_is_located_at_levels_and_between_them(name, near):
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     known = factory_calibration(design, settings)
     element = rig.with_walls(near, design=design, calibration=known, **settings.groups())
     found = located(element)
@@ -100,7 +100,7 @@ def test_late_sensors_locate_no_wall_that_is_not_there(name, level, end, delay):
 
 def at_level(name, level, faults):
     """Return a shipped element at rest at a level, with faults."""
-    element = rig.pin(MemoryElement(preset(name)), *(() if level == BLANK else (level,)))
+    element = rig.pin(MemoryElement(load_element(name)), *(() if level == BLANK else (level,)))
     element.set_faults(faults)
     element.transducer.assume_equilibrium()
     return element
@@ -125,7 +125,7 @@ def test_locating_moves_nothing_and_leaves_content_to_read(written):
 @pytest.fixture(scope='module')
 def surveyed():
     """A small element with a level written, and the events of its survey."""
-    element = MemoryElement(preset('bits_1'))
+    element = MemoryElement(load_element('bits_1'))
     rig.succeed(element, Write(1))
     return element, rig.events(element, Survey())
 
@@ -161,7 +161,7 @@ def test_shot_begins_at_rest_and_lasts_900_time_units(surveyed):
 
 
 def test_survey_without_actuator_kicks_and_restores_level():
-    design, settings = preset('kick_2')
+    design, settings = load_element('kick_2').design_and_settings
     element = MemoryElement(design, rig.change(settings, actuator={'present': False}))
     rig.succeed(element, Write(2))
     *events, outcome = rig.events(element, Survey())
@@ -176,14 +176,14 @@ def test_survey_without_actuator_kicks_and_restores_level():
 
 
 def test_survey_without_actuator_and_kicks_is_rejected():
-    design, settings = preset('kick_2')
+    design, settings = load_element('kick_2').design_and_settings
     settings = rig.change(settings, actuator={'present': False}, transducer={'max_speed': 0.001})
     with pytest.raises(Refused, match='is reached only by strain'):
         MemoryElement(design, settings).perform(Survey())
 
 
 def test_samples_after_interruption_are_not_there():
-    element = MemoryElement(preset('bits_1'))
+    element = MemoryElement(load_element('bits_1'))
     recorder = element.transducer.record_pulse(End.LEFT, element.transducer.probes[End.LEFT])
     element.pass_ticks(2)
     element.driver.interrupted = True
@@ -197,8 +197,8 @@ def test_samples_after_interruption_are_not_there():
 
 
 def test_undamped_element_is_not_surveyed():
-    design, settings = preset('bits_1')
-    element = MemoryElement(Preset(design, settings))
+    design, settings = load_element('bits_1').design_and_settings
+    element = MemoryElement(as_designed(design, settings))
     undamped = dataclasses.replace(design, eta=0.0)
     element.design = undamped
     assert 'needs damping' in rig.run(element, Survey()).error

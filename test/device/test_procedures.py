@@ -25,7 +25,7 @@ from mlmem import (
     Settings,
     Write,
     factory_calibration,
-    preset,
+    load_element,
 )
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, Specimen
@@ -297,7 +297,7 @@ def test_end_in_third_ground_state_is_brought_back(end, at):
 
 
 def test_case_i_stores_its_one_level():
-    element = MemoryElement(preset('case_1'))
+    element = MemoryElement(load_element('case_1'))
     assert rig.succeed(element, Write(0)).code == '0'
     assert rig.wall(element) == pytest.approx(100.0, abs=1.0)
     for end in End:
@@ -308,7 +308,7 @@ def test_case_i_stores_its_one_level():
 
 def test_elastic_substrate_writes_two_levels():
     """As soft as these nine cells a level bear."""
-    rigid, settings = preset('bits_1')
+    rigid, settings = load_element('bits_1').design_and_settings
     rigid = dataclasses.replace(rigid, s_min=400.0, s_max=1200.0)
     design = dataclasses.replace(rigid, substrate='elastic')
     known, expected = (factory_calibration(each, settings) for each in (design, rigid))

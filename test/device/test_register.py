@@ -24,7 +24,8 @@ from mlmem import (
     SelfTest,
     SettingsError,
     Write,
-    preset,
+    as_designed,
+    load_element,
     snapshot,
 )
 from mlmem.instrument.drivers import Simulation
@@ -38,16 +39,16 @@ from mlmem.rejections import ErrorCode
 
 from . import rig
 
-BYTE = preset('byte')
+BYTE = load_element('byte')
 
 
 def first_levels(n):
     """Return the first levels of a byte: what a procedure does costs a third with four."""
     kick = BYTE.settings.kick
     speeds, kinks = (' '.join(each.split()[:n]) for each in (kick.speeds, kick.kinks))
-    return BYTE._replace(
-        design=replace(BYTE.design, N=BYTE.design.J * (n + 1)),
-        settings=replace(BYTE.settings, kick=replace(kick, speeds=speeds, kinks=kinks)),
+    return as_designed(
+        replace(BYTE.design, N=BYTE.design.J * (n + 1)),
+        replace(BYTE.settings, kick=replace(kick, speeds=speeds, kinks=kinks)),
     )
 
 

@@ -26,7 +26,7 @@ from mlmem import (
     SetFaults,
     SetStrain,
     Write,
-    preset,
+    load_element,
     snapshot,
 )
 from mlmem.instrument.end import End, Pulse
@@ -220,13 +220,13 @@ class RestlessInstrument(Instrument):
     at_rest = False
 
 
-SHORT = dataclasses.replace(preset('bits_1').design, eta=0.2)
+SHORT = dataclasses.replace(load_element('bits_1').design, eta=0.2)
 """So damped that it rests some ticks after whatever moved it."""
 
 
 def instrument(kind, level):
     """Return an instrument with a wall at rest."""
-    made = kind(SHORT, preset('bits_1').settings)
+    made = kind(SHORT, load_element('bits_1').settings)
     return rig.settle(made, find_pinned_wall(SHORT, level))
 
 

@@ -9,13 +9,13 @@ import pytest
 from sampled import sampled
 
 from mlmem import (
-    PRESETS,
+    ELEMENT_NAMES,
     Calibration,
     MemoryElement,
     SetStrain,
     Settings,
     SettingsError,
-    preset,
+    load_element,
 )
 from mlmem.physics import Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
@@ -51,10 +51,10 @@ SOME = 'case_2', 'bits_2'
 """Presets with which a wall is strained by default; slow tests have them all."""
 
 
-@pytest.mark.parametrize('name', sampled(PRESETS, lambda name: name in SOME))
+@pytest.mark.parametrize('name', sampled(ELEMENT_NAMES, lambda name: name in SOME))
 def test_strain_by_hand_keeps_content(name):
     """0.005 of either sign is well below what frees a wall; at twice the rate some are lost."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     table = DelayTable(tuple(range(design.levels)), None)  # nothing is read here
     element = MemoryElement(design, settings, Calibration(table, table))
     for level in {0, design.levels // 2, design.levels - 1}:
@@ -72,7 +72,7 @@ def test_strain_by_hand_keeps_content(name):
 
 def test_settings_with_too_strong_kicked_pulse_are_rejected():
     """5 times 0.2 is beyond the greatest amplitude of a pulse, 0.5."""
-    settings = preset('kick_2').settings
+    settings = load_element('kick_2').settings
     with pytest.raises(SettingsError, match=r'^read.kicked_gain times probe.A must be .*; got 1'):
         dataclasses.replace(settings, probe=dataclasses.replace(settings.probe, A=0.2))
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem import PRESETS, Read, Settings, SettingsError
+from mlmem import ELEMENT_NAMES, Read, Settings, SettingsError, load_element
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End, EndMove, Pulse
 from mlmem.instrument.transducer import (
@@ -110,9 +110,9 @@ def test_newest_samples_are_kept_and_judged():
         assert transducer.unrest(end) == pytest.approx(deviation, rel=1e-14)
 
 
-@pytest.mark.parametrize('preset', PRESETS)
+@pytest.mark.parametrize('preset', ELEMENT_NAMES)
 def test_upper_edge_is_above_bands_of_both_phases(preset):
-    design = PRESETS[preset].design
+    design = load_element(preset).design
     tops = [pass_band(k * design.alpha.max())[1] for k in (design.k_s1, design.k_s2)]
     assert max(tops) <= find_upper_edge(design) < max(tops) + 0.1
     softer = ('case_1', 'robust_2_friction', 'robust_words')

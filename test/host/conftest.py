@@ -9,9 +9,9 @@ import time
 
 import pytest
 
-from mlmem import Faults, MemoryElement, factory, preset
+from mlmem import Faults, MemoryElement, factory, load_element
+from mlmem.element_file import use_kicks
 from mlmem.loop.timetable import SteadyPacer
-from mlmem.presets import use_kicks
 from mlmem_ros.host import Host, SessionPlan, ThrottledLog
 from mlmem_ros.host.settings import (
     FileSettings,
@@ -21,7 +21,7 @@ from mlmem_ros.host.settings import (
     StateSettings,
 )
 
-ELEMENT = use_kicks(preset('case_2'))
+ELEMENT = use_kicks(load_element('case_2'))
 """Eight levels as the paper's, written by kicks."""
 
 

@@ -8,7 +8,16 @@ from dataclasses import replace
 
 import pytest
 
-from mlmem import EchoReceived, Faults, MemoryElement, Outcome, Read, SetFaults, Write, preset
+from mlmem import (
+    EchoReceived,
+    Faults,
+    MemoryElement,
+    Outcome,
+    Read,
+    SetFaults,
+    Write,
+    load_element,
+)
 from mlmem.element_file import Element
 from mlmem.physics import Specimen
 from mlmem.readers.reading import UNDECODABLE
@@ -37,7 +46,7 @@ def compared(watcher):
 @pytest.fixture(scope='module')
 def read_element():
     """Return an element at level 1, and the events of a read."""
-    element = MemoryElement(preset('bits_1'))
+    element = MemoryElement(load_element('bits_1'))
     element.apply(SetFaults(Faults(sensor_noise=1e-5)))
     element.perform(Write(1))
     return element, last_events(element, Read())

@@ -17,7 +17,7 @@ from mlmem import (
     SettingsError,
     Write,
     factory_calibration,
-    preset,
+    load_element,
 )
 from mlmem.element import MemoryElement
 from mlmem.loop.timetable import check_speed
@@ -28,7 +28,7 @@ from mlmem.settings import ActuatorSettings, ElementSettings, RegisterSettings, 
 
 @pytest.fixture(scope='module')
 def element():
-    design, settings = preset('bits_1')
+    design, settings = load_element('bits_1').design_and_settings
     return MemoryElement(design, settings, factory_calibration(design, settings))
 
 

@@ -20,11 +20,11 @@ import numpy as np
 import oracle
 import pytest
 
-from mlmem import PRESETS
+from mlmem import ELEMENT_NAMES, load_element
 from mlmem.physics import CASE_I, CASE_II, Design, DesignError
 
 EVERY_PRESET = pytest.mark.parametrize(
-    'design', [known.design for known in PRESETS.values()], ids=PRESETS
+    'design', [load_element(name).design for name in ELEMENT_NAMES], ids=ELEMENT_NAMES
 )
 
 

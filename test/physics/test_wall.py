@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from mlmem import PRESETS
+from mlmem import ELEMENT_NAMES, load_element
 from mlmem.physics import CASE_II, Specimen, Wall, find_level, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall
 
@@ -50,9 +50,9 @@ def test_ripples_within_phase_are_no_walls():
     assert len(find_walls(CASE_II, steps(50) + ripples)) == 1
 
 
-@pytest.mark.parametrize('preset', PRESETS)
+@pytest.mark.parametrize('preset', ELEMENT_NAMES)
 def test_every_level_of_shipped_presets_is_recognised(preset):
-    design = PRESETS[preset].design
+    design = load_element(preset).design
     for level in sorted({0, design.levels // 2, design.levels - 1}):
         assert find_level(design, find_pinned_wall(Specimen(design), level)) == level
     assert find_level(design, np.full(design.N, design.D_s1)) == -1

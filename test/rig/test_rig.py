@@ -25,12 +25,12 @@ from mlmem import (
     SettingsError,
     Write,
     factory_calibration,
-    preset,
+    load_element,
     snapshot,
 )
+from mlmem.element_file import use_kicks
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II
-from mlmem.presets import use_kicks
 from mlmem.settings import ScaleSettings, TimeSettings
 from mlmem_ros.rig.driver import Rig
 from mlmem_ros.rig.frames import encode_frame
@@ -87,7 +87,7 @@ def test_procedures_over_a_line_give_the_same_bits(expected):
 
 def test_kick_after_an_erase_begins_where_the_end_is():
     """The samples of a line a hundred ticks late still tell where the end was before."""
-    design, settings = use_kicks(preset('case_2'))
+    design, settings = use_kicks(load_element('case_2')).design_and_settings
     element = MemoryElement(design, settings, factory_calibration(design, settings), Late(100))
     for level in (1, 0):
         written = element.perform(Write(level))
@@ -144,7 +144,7 @@ def test_rig_counts_in_its_own_units():
 
 
 def test_rig_without_an_actuator_is_written_by_kicks():
-    settings = use_kicks(preset('case_2')).settings
+    settings = use_kicks(load_element('case_2')).settings
     line = TamperedLine(emulated(settings, actuator=False))
     driver = Rig(CASE_II, settings, ADDRESS, line)
     element = MemoryElement(CASE_II, settings, factory_calibration(CASE_II, settings), driver)

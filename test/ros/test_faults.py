@@ -12,13 +12,13 @@ from nodes import QUICK, arrived, end_node
 from robot import BLANK, Robot
 from sensor_msgs.msg import Imu
 
-from mlmem import Disturb, SetFaults, preset
+from mlmem import Disturb, SetFaults, load_element
 from mlmem_ros.contract.calls import NoAnswer
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 
-DESIGN = preset(QUICK['element']).design
+DESIGN = load_element(QUICK['element']).design
 
 UNIT = 0.01 / 1e-5**2
 """One lattice constant per time unit squared in m/s^2 at this element's scale."""

@@ -8,7 +8,7 @@ import pytest
 from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.parameter import Parameter
 
-from mlmem import PRESETS, Settings, SettingsError, element_file, preset
+from mlmem import ELEMENT_NAMES, Settings, SettingsError, element_file, load_element
 from mlmem_ros.host.settings import declare_parameters
 
 
@@ -22,7 +22,7 @@ def set_all(node, values):
 @pytest.fixture
 def file(tmp_path):
     """A file of an element of 16 levels with one setting of its own."""
-    design, settings = preset('bits_4')
+    design, settings = load_element('bits_4').design_and_settings
     changed = replace(settings, write=replace(settings.write, hold=60.0))
     path = tmp_path / 'element.yaml'
     element_file.write_element_file(path, element_file.as_designed(design, changed))
@@ -31,8 +31,8 @@ def file(tmp_path):
 
 def test_element_change_keeps_parameters_of_the_robot(declared):
     node, given = declared({'publish.frame_id': 'leg', 'write.attempts': 7})
-    for name in PRESETS:
-        design, settings = preset(name)
+    for name in ELEMENT_NAMES:
+        design, settings = load_element(name).design_and_settings
         assert set_all(node, {'element': name}).successful
         assert given.values().design == design
         expected = replace(settings, write=replace(settings.write, attempts=7))
@@ -42,7 +42,7 @@ def test_element_change_keeps_parameters_of_the_robot(declared):
 
 def test_overrides_of_an_element_file_default_to_it(declared):
     node, given = declared({'element': 'kick_4'})
-    settings = preset('kick_4').settings
+    settings = load_element('kick_4').settings
     changed = {'write.attempts': 9, 'write.method': 'auto', 'read.end': 'both'}
     assert set_all(node, changed).successful
     write = replace(settings.write, attempts=9, method='auto')
@@ -73,7 +73,9 @@ def test_elements_in_namespaces_have_separate_frames(declared, namespace, frame)
 def test_unknown_element_changes_nothing(declared, name):
     node, given = declared({'element': 'bits_2'})
     assert not set_all(node, {'element': name, 'write.attempts': 7}).successful
-    assert (given.values().design, given.values().settings) == preset('bits_2')
+    assert (given.values().design, given.values().settings) == load_element(
+        'bits_2'
+    ).design_and_settings
 
 
 def test_present_values_may_be_set_while_configured(declared):

@@ -18,7 +18,7 @@ import pytest
 from nodes import QUICK
 from robot import Robot, values
 
-from mlmem import DriverError, DriverHangs, preset
+from mlmem import DriverError, DriverHangs, load_element
 from mlmem.instrument.drivers import Simulation
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
@@ -51,7 +51,7 @@ def run_with_element(node, question):
     return host.loop.call(lambda: question(host.element)).result()
 
 
-DESIGN, SETTINGS = preset(QUICK['element'])
+DESIGN, SETTINGS = load_element(QUICK['element']).design_and_settings
 FAST = replace(SETTINGS, scale=replace(SETTINGS.scale, time=QUICK['scale.time']))
 NO_DELAY = LineProperties()
 

@@ -17,7 +17,7 @@ import yaml
 from nodes import QUICK, arrived
 from sensor_msgs.msg import JointState
 
-from mlmem import PRESETS, preset
+from mlmem import ELEMENT_NAMES, load_element
 from mlmem.instrument.instrument import Units
 
 FOLDER = Path(__file__).parents[2] / 'config' / 'ros2_control'
@@ -39,7 +39,7 @@ def limits(robot_description):
 
 def node_limits(name):
     """Return the limits of strain by hand for a preset, in m and m/s, and its xacro arguments."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     units, actuator = Units(design, settings.scale), settings.actuator
     far = actuator.max_strain * units.elongation
     fast = actuator.hand_rate_limit * units.elongation / settings.scale.time
@@ -54,7 +54,7 @@ def node_limits(name):
 
 def test_joint_limits_are_those_of_the_node():
     assert limits(urdf()) == pytest.approx(node_limits('case_2')[0])
-    for name in PRESETS:
+    for name in ELEMENT_NAMES:
         allowed, arguments = node_limits(name)
         assert limits(urdf(**arguments)) == pytest.approx(allowed), name
 
@@ -91,7 +91,7 @@ def given():
 @pytest.fixture
 def description(memory):
     """The robot description of the module's element."""
-    return urdf(element=memory.element, cells=preset(QUICK['element']).design.N)
+    return urdf(element=memory.element, cells=load_element(QUICK['element']).design.N)
 
 
 def pass_time(robot, seconds):

@@ -9,14 +9,14 @@ import pytest
 from nodes import QUICK, end_node
 from robot import Robot, values
 
-from mlmem import element_file, preset
+from mlmem import element_file, load_element
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.physics import Scatter, Specimen, scattered
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 
-CHOSEN = preset('bits_1')
-BYTE, BYTE_SET = preset('byte')
+CHOSEN = load_element('bits_1')
+BYTE, BYTE_SET = load_element('byte').design_and_settings
 PLAN = PulseCorrections(
     (PulseCorrection(), PulseCorrection(peak=1.5, times=1.3)), hash_schedule(CHOSEN.settings)
 )
@@ -138,7 +138,7 @@ def test_twin_that_cannot_be_used_ends_the_start(refused, tmp_path):
 
 def test_stuck_cell_of_the_file_is_reported(start, tmp_path):
     """Level 3 of bits_2 lies behind the stuck cell 31: refused by name, and in the diagnostics."""
-    design, settings = preset('bits_2')
+    design, settings = load_element('bits_2').design_and_settings
     file = tmp_path / 'element.yaml'
     made = Specimen(design, stuck=(31,))
     element = element_file.Element(made, np.zeros(design.N), settings=quick(settings))

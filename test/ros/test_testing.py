@@ -10,13 +10,13 @@ from nodes import QUICK, node_parameters
 from robot import Robot
 from sensor_msgs.msg import JointState
 
-from mlmem import preset
+from mlmem import load_element
 from mlmem_ros import RequestError, RequestRefused
 from mlmem_ros.testing import assert_written, faults, frozen_clock, memory_node
 from mlmem_ros.testing.running import is_domain_used
 
 DATA = Path(__file__).parents[1] / 'data'
-TICK = preset(QUICK['element']).settings.time.tick * QUICK['scale.time']
+TICK = load_element(QUICK['element']).settings.time.tick * QUICK['scale.time']
 """Seconds."""
 
 

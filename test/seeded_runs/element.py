@@ -8,7 +8,15 @@ import math
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
-from mlmem import Faults, MemoryElement, Settings, Write, factory_calibration, preset, snapshot
+from mlmem import (
+    Faults,
+    MemoryElement,
+    Settings,
+    Write,
+    factory_calibration,
+    load_element,
+    snapshot,
+)
 from mlmem.parsing import decode_value
 from mlmem.physics import Design
 from mlmem_ros.host.settings import (
@@ -67,7 +75,7 @@ def _quick():
     design = Design(
         N=81, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=1 / 80, tail=54
     )
-    given = preset('bits_1').settings.as_dict()
+    given = load_element('bits_1').settings.as_dict()
     given['write'] |= {'final_settle': 300.0}
     given['erase'] |= {'settle': 300.0}
     given['read'] |= {'rest': 50.0}
@@ -79,7 +87,7 @@ def _quick():
 
 def _shipped(name):
     """Return a preset at a pace of twenty ticks a second: a write takes 15 to 25 of them."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     scale = replace(settings.scale, time=0.05 / settings.time.tick)
     return ElementKind(design, replace(settings, scale=scale))
 

@@ -19,7 +19,7 @@ from mlmem import (
     SettingsError,
     Shot,
     element_file,
-    preset,
+    load_element,
 )
 from mlmem.factory import compute_calibration
 from mlmem.instrument.drivers import Simulation
@@ -37,7 +37,7 @@ from mlmem_ros.session.records import read_header
 from mlmem_tools.identification.forward import Forward
 from mlmem_tools.identification.unknowns import Unknowns
 
-CHOSEN = preset('bits_1')
+CHOSEN = load_element('bits_1')
 DESIGN = CHOSEN.design
 MADE = scattered(replace(DESIGN, eta=1.1 * DESIGN.eta), Scatter(alpha=0.01, offset=0.001), 3)
 """An element whose damping differs from the design's, and its cells from each other."""
@@ -103,7 +103,7 @@ def test_uniform_substrate_has_rates_too():
     assert np.abs(by_ratio).max() > 1e3 * np.abs(by_j_0).max()
 
 
-BYTE = preset('byte')
+BYTE = load_element('byte')
 OWN = scattered(BYTE.design, Scatter(alpha=0.01), 1)
 
 

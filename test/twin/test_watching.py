@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mlmem import EchoReceived, Faults, MemoryElement, Read, SetFaults, Write, preset
+from mlmem import EchoReceived, Faults, MemoryElement, Read, SetFaults, Write, load_element
 from mlmem.element_file import Element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import INTEGRATORS, Scatter, scattered
@@ -16,7 +16,7 @@ from mlmem.readers.reading import BLANK, UNDECODABLE, Reading
 from mlmem_tools.identification.watching import Residuals, locate_wall
 from mlmem_tools.rig.emulated import Sensors
 
-CHOSEN = preset('bits_1')
+CHOSEN = load_element('bits_1').design_and_settings
 DESIGN, SETTINGS = CHOSEN
 MADE = scattered(DESIGN, Scatter(alpha=0.01), 0)
 NOISE = 1e-5

@@ -10,10 +10,10 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mlmem import load_element
 from mlmem.element_file import as_designed, text_of
 from mlmem.law_file import read_law_file as load_law
 from mlmem.physics import CASE_II
-from mlmem.presets import load_preset
 from mlmem.settings import ScaleSettings
 from mlmem_tools.checks.capacity import list_capacities
 from mlmem_tools.cli.command import load_element_option
@@ -45,7 +45,10 @@ def find(arguments: argparse.Namespace) -> int:
 
 def prove(arguments: argparse.Namespace) -> int:
     """Simulate designs; return the exit status."""
-    designs = [(Path(source).stem, *load_preset(source)) for source in arguments.sources]
+    designs = [
+        (Path(source).stem, *load_element(source).design_and_settings)
+        for source in arguments.sources
+    ]
     if element := load_element_option(arguments, *designs[0][1:]):
         designs = [(f'{designs[0][0]}-{arguments.element.stem}', *designs[0][1:])]
     return _show_proofs(create_console(aside=arguments.json), designs, arguments, element)

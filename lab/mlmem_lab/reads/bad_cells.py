@@ -26,7 +26,7 @@ from mlmem import (
     Read,
     SettingsError,
     Write,
-    preset,
+    load_element,
 )
 from mlmem.factory import rehearse_levels
 from mlmem.physics import StateError
@@ -52,7 +52,7 @@ Rng = np.random.Generator
 
 def build_element(name: str, told: str, faults: Faults) -> MemoryElement:
     """Return a blank element that is told of bad cells, with faults that may be others."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     element = MemoryElement(design, replace(settings, element=ElementSettings(told)))
     element.set_faults(faults)
     return element
@@ -60,7 +60,7 @@ def build_element(name: str, told: str, faults: Faults) -> MemoryElement:
 
 def use_element(name: str, told: str, faults: Faults, random: Rng) -> Counter[str]:
     """Write, read and erase with a cell that is known; count how that ended."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     found = Counter[str](cells=1, levels=design.levels)
     try:
         rehearse_levels(design, replace(settings, element=ElementSettings(told)))
@@ -82,7 +82,7 @@ def use_element(name: str, told: str, faults: Faults, random: Rng) -> Counter[st
 
 def misinform_element(name: str, told: str, faults: Faults) -> Counter[str]:
     """Read every level of an element that is told of the wrong cells."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     found = Counter[str]()
     try:
         if told:
@@ -113,7 +113,7 @@ def measure_element(name: str) -> dict[str, Any]:
     """Count an element with a bad cell at every so many sites."""
     result: dict[str, Any] = {}
     random = np.random.Generator(np.random.PCG64(RANDOM_SEED))
-    design = preset(name).design
+    design = load_element(name).design
     names = ('cells', 'lost', 'levels', 'usable', 'writes', 'written', 'written wrong', 'reads',
              'read', 'read wrong')  # fmt: skip
     wrongly = Counter[str]()

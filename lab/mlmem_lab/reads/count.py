@@ -19,11 +19,20 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Abort, Erase, MemoryElement, Read, SetStrain, Settings, Write
+from mlmem import (
+    ELEMENT_NAMES,
+    Abort,
+    Erase,
+    MemoryElement,
+    Read,
+    SetStrain,
+    Settings,
+    Write,
+    load_element,
+)
 from mlmem.instrument.drivers import Simulation, steps_per_tick
 from mlmem.physics import INTEGRATORS, Chain, Design, StateError, find_level, find_walls
 from mlmem.physics.specimen import Scatter, scattered
-from mlmem.presets import PRESETS
 from mlmem.readers.reading import UNDECODABLE
 from mlmem.readers.words import make_code
 
@@ -39,8 +48,8 @@ DESIGN_PREFIX = 'levels_'
 @lru_cache(maxsize=2)
 def find_preset(name: str) -> tuple[Design, Settings]:
     """Return a preset, or the design for a number of levels such as `levels_24`."""
-    if name in PRESETS:
-        return PRESETS[name]
+    if name in ELEMENT_NAMES:
+        return load_element(name).design_and_settings
     found = propose_design(int(name.removeprefix(DESIGN_PREFIX)))
     return found.design, found.settings
 

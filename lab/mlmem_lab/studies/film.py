@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from mlmem import End, Erase, MemoryElement, Read, Write, preset
+from mlmem import End, Erase, MemoryElement, Read, Write, load_element
 from mlmem.physics import CASE_II
 from mlmem.readers.echo import Echo, detection_threshold
 
@@ -52,7 +52,7 @@ def record_element() -> tuple[Trace, dict[str, int], Echo]:
     Raises:
         ValueError: A procedure failed.
     """
-    element, trace, ended = MemoryElement(preset('case_2')), Trace(), {}
+    element, trace, ended = MemoryElement(load_element('case_2')), Trace(), {}
     for name, command in (('write', Write(FILMED_LEVEL)), ('read', Read()), ('erase', Erase())):
         if not (outcome := record_procedure(element, command, trace)).success:
             raise ValueError(f'{name} failed: {outcome}')

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Calibration, Erase, MemoryElement, Outcome, Read, Settings, Write, preset
+from mlmem import Calibration, Erase, MemoryElement, Outcome, Read, Settings, Write, load_element
 from mlmem.element_file import Element
 from mlmem.parsing import decode_value, encode_value
 from mlmem.physics import Design
@@ -247,7 +247,7 @@ def describe_proof(design: Design, settings: Settings, tally: Tally) -> dict[str
 
 def prove_preset(name: str) -> dict[str, str]:
     """Return the proof of a preset."""
-    chosen = preset(name)
+    chosen = load_element(name).design_and_settings
     proof = Proof(*chosen, sample=MAX_STUDY_DOWNWARD_WRITES.get(name))
     shared = proof.prepare_bench()
     return describe_proof(

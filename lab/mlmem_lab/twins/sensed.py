@@ -10,13 +10,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from mlmem import Driver, Event, Faults, MemoryElement, Outcome, SetFaults, SettingsError
+from mlmem import (
+    Driver,
+    Event,
+    Faults,
+    MemoryElement,
+    Outcome,
+    SetFaults,
+    SettingsError,
+    load_element,
+)
 from mlmem.element_file import Element
 from mlmem.factory import compute_calibration, factory_calibration
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import HeldCell, Scatter, Specimen, scattered
 from mlmem.physics.potential import Array
-from mlmem.presets import PRESETS
 from mlmem.procedure_table import Procedures
 from mlmem_tools.identification.plan import plan_pulses
 from mlmem_tools.rig.emulated import Sensors
@@ -130,7 +138,7 @@ class HiddenElement(Driver):
 
 def make_specimen(name: str, scatter: float, seed: int) -> Specimen:
     """Return an element of a preset whose alpha scatters."""
-    return scattered(PRESETS[name].design, Scatter(alpha=scatter), seed)
+    return scattered(load_element(name).design, Scatter(alpha=scatter), seed)
 
 
 def fit_specimen(specimen: Specimen, seed: int) -> Element:
@@ -145,7 +153,7 @@ def fit_specimen(specimen: Specimen, seed: int) -> Element:
 
 def build_device(name: str, specimen: Specimen, noise: float = 0.0) -> MemoryElement:
     """Return a device with this element, as its factory calibrates it."""
-    design, settings = PRESETS[name]
+    design, settings = load_element(name).design_and_settings
     chain = SensedSimulation.of(specimen, settings.time).chain
     calibration = factory_calibration(design, settings)
     element = MemoryElement(design, settings, calibration, SensedSimulation(chain))
@@ -156,13 +164,13 @@ def build_device(name: str, specimen: Specimen, noise: float = 0.0) -> MemoryEle
 
 def load_forecast(name: str, element: MemoryElement, known: Element) -> None:
     """Give a device the forecast of a twin, as a node does: delays and planned pulses."""
-    design, settings = PRESETS[name]
+    design, settings = load_element(name).design_and_settings
     try:
         delays = compute_calibration(known.timed_specimen, design, settings)
     except SettingsError:  # some level has no echo: those of the design
         delays = factory_calibration(design, settings)
     element.forecast = replace(
-        delays, pulse_corrections=plan_pulses(known.specimen, PRESETS[name]).corrections
+        delays, pulse_corrections=plan_pulses(known.specimen, load_element(name)).corrections
     )
 
 

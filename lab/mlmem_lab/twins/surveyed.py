@@ -17,10 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import MemoryElement, Shot, Survey, factory_calibration
+from mlmem import MemoryElement, Shot, Survey, factory_calibration, load_element
 from mlmem.element_file import Element
 from mlmem.physics import Design, Scatter, scattered
-from mlmem.presets import PRESETS
 from mlmem_tools.identification.fit import Misfitting, fit_element
 from mlmem_tools.identification.fitted import ADDED_TERMS, has_term
 from mlmem_tools.rig.emulated import Sensors
@@ -85,7 +84,7 @@ def survey_element(
         model, and processor time in s; the share of cells inside their 95 % intervals; the error
         of alpha and what the fit states (rms, relative). Or only why there is no fit.
     """
-    chosen = PRESETS[preset]
+    chosen = load_element(preset)
     truth = make_hidden_element(chosen.design, scatter, seed, kind)
     found: dict[str, Any] = {'seed': seed}
     try:
@@ -118,7 +117,7 @@ def survey_shots(
     Raises:
         Misfitting: The survey failed.
     """
-    design, settings = PRESETS[preset]
+    design, settings = load_element(preset).design_and_settings
     random, amount = np.random.default_rng([seed, 1]), HIDDEN_KINDS[kind]
     gain_deviation = 0.01  # standard deviation of a transducer's gain
     gains = 1.0 + gain_deviation * random.standard_normal(2)

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Settings, preset
+from mlmem import Settings, load_element
 from mlmem.physics import Design
 from mlmem_tools.identification.kick_search import find_scattered_ends
 
@@ -66,7 +66,9 @@ def measure_preset(name: str) -> dict[str, Any]:
     """Return the counts of a shipped element by scatter."""
     found: dict[str, Any] = {}
     for scatter in SCATTERS:
-        found[f'{scatter:g}'] = row = count_astray(*preset(name), scatter)
+        found[f'{scatter:g}'] = row = count_astray(
+            *load_element(name).design_and_settings, scatter
+        )
         if row['astray'] > MAX_COUNTED_SHARE * row['kicks']:
             break
     return found

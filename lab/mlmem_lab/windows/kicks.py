@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Erase, MemoryElement, Write, preset
+from mlmem import Erase, MemoryElement, Write, load_element
+from mlmem.element_file import use_kicks
 from mlmem.physics import Specimen, find_level
 from mlmem.physics.wall import arrival_tolerance
-from mlmem.presets import use_kicks
 from mlmem.readers.reading import BLANK
 from mlmem_tools.identification.kick_search import (
     KICK_SPEEDS,
@@ -37,7 +37,7 @@ SEED = 0
 
 def measure_kicks(name: str) -> dict[str, Any]:
     """Return where kicks of a preset end, how far speeds may be off, and the count of writes."""
-    design, settings = preset(name)
+    design, settings = load_element(name).design_and_settings
     chain, shape = build_chain(Specimen(design), settings), settings.kick
     ends = [after_kick(chain, float(u), shape) for u in KICK_SPEEDS]
     levels = []
@@ -66,7 +66,7 @@ def measure_kicks(name: str) -> dict[str, Any]:
 
 def count_writes(name: str, procedures: int, seed: int) -> dict[str, Any]:
     """Write random levels, every tenth procedure an erase; compare with the true wall."""
-    element, rng = MemoryElement(use_kicks(preset(name))), random.Random(seed)
+    element, rng = MemoryElement(use_kicks(load_element(name))), random.Random(seed)
     levels = range(element.design.levels)
     near = arrival_tolerance(element.design)
     present = BLANK

@@ -11,7 +11,7 @@ import dataclasses
 import pytest
 from sampled import sampled
 
-from mlmem import preset
+from mlmem import load_element
 from mlmem.instrument.motion import Cycle
 from mlmem_lab.designer import DesignNotFound, propose_design
 from mlmem_tools.checks import Verdict
@@ -26,7 +26,7 @@ def duration(settings):
 @BITS
 def test_the_designer_finds_what_is_shipped(bits, proposed):
     found = proposed(2**bits)
-    design, settings = preset(f'bits_{bits}')
+    design, settings = load_element(f'bits_{bits}').design_and_settings
     assert found.design == design
     searched = {group: getattr(settings, group) for group in ('write', 'actuator')}
     assert dataclasses.replace(found.settings, **searched) == settings

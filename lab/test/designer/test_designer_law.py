@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from mlmem import law_file
+from mlmem import law_file, load_element
 from mlmem.physics import CASE_II
 from mlmem.physics.curve import Curve
-from mlmem.presets import load_preset
 from mlmem_lab.designer import DesignNotFound, proposal, propose_design
 from mlmem_lab.designer.proposal import GRADIENT_PER_CELL, balance_gradient
 from mlmem_tools.checks import Report
@@ -63,7 +62,7 @@ def test_the_papers_law_as_a_curve_gives_the_papers_design(tmp_path, capsys, mon
     asked = ['design', '--law', str(tmp_path / 'law.yaml'), *given, '--levels', '2']
     assert main([*asked, '--output', str(mine)]) == 0
     assert '2 levels, with a gradient of -3' in capsys.readouterr().out
-    design, settings = load_preset(str(mine))
+    design, settings = load_element(str(mine)).design_and_settings
     assert settings.scale.time == pytest.approx(math.sqrt(mass / spring))
     with monkeypatch.context() as patch:
         patch.setattr(proposal, 'check', lambda *_: Report(()))  # in studies/test_proof.py

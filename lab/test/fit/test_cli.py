@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from mlmem import element_file, preset
+from mlmem import element_file, load_element
 from mlmem_tools.cli import fit as command
 from mlmem_tools.cli.main import main
 from mlmem_tools.identification import csv_shots
@@ -24,7 +24,7 @@ def bench(tmp_path_factory, fitted):
     folder, (element, shots, _) = tmp_path_factory.mktemp('bench'), fitted
     design = folder / 'design.yaml'
     element_file.write_element_file(
-        design, element_file.as_designed(SMALL, preset('bits_1').settings)
+        design, element_file.as_designed(SMALL, load_element('bits_1').settings)
     )
     for number, shot in enumerate(shots[FEW]):
         csv_shots.save_shot(folder / f'{number}.csv', shot)

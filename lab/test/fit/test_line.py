@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rig.lines import ADDRESS, TamperedLine
 
-from mlmem import MemoryElement, Shot, Survey, factory_calibration, preset
+from mlmem import MemoryElement, Shot, Survey, factory_calibration, load_element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, scattered
 from mlmem_lab.twins.sensed import perform_command
@@ -16,7 +16,7 @@ from mlmem_ros.rig import Rig
 from mlmem_tools.cli.rig import _build_rig, rig
 from mlmem_tools.identification.noise import MIN_NOISE_CELLS
 
-CHOSEN = preset('bits_1')
+CHOSEN = load_element('bits_1').design_and_settings
 SEED = 4711
 
 

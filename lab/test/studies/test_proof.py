@@ -7,8 +7,7 @@ import re
 
 import pytest
 
-from mlmem import preset
-from mlmem.presets import load_preset
+from mlmem import load_element
 from mlmem_lab.studies.proof import Proof, Tally, evaluate_run
 from mlmem_tools.checks import Verdict, check
 from mlmem_tools.cli.main import main
@@ -39,7 +38,7 @@ def test_four_levels_are_found_and_proven(proposed):
 
 def test_the_wall_decides_whether_a_read_is_right():
     """Both tables are told the delays of one level further: every read names that one."""
-    design, settings = load_preset('bits_2')
+    design, settings = load_element('bits_2').design_and_settings
     proof = Proof(design, settings, sample=1)
     shared = proof.prepare_bench()
     for end in ('left', 'right'):
@@ -54,7 +53,7 @@ def test_the_wall_decides_whether_a_read_is_right():
 
 def test_a_design_that_does_not_work_fails_its_proof():
     """Too little tension leaves the wall at level 1, and the kink never reaches it."""
-    design, settings = load_preset('bits_2')
+    design, settings = load_element('bits_2').design_and_settings
     weak = dataclasses.replace(
         settings,
         write=dataclasses.replace(settings.write, tension=0.012),
@@ -73,7 +72,7 @@ def test_a_design_is_found_written_and_proven(tmp_path, capsys):
     file = tmp_path / 'two.yaml'
     options = ['--output', str(file), '--prove', '--jobs', '1']
     assert main(['design', '--levels', '2', *options]) == 0
-    assert load_preset(str(file)).design == preset('bits_1').design
+    assert load_element(str(file)).design == load_element('bits_1').design
     found = dict(re.findall(r'^([a-z ]+?) +(\d+ of \d+)', capsys.readouterr().out, re.MULTILINE))
     assert found == {
         'written and read back': '2 of 2',

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from small_register import first_levels
 
-from mlmem import UNDECODABLE, Settings, preset
+from mlmem import UNDECODABLE, Settings, load_element
 from mlmem.move_settings import KickSettings
 from mlmem.physics import CASE_II, Scatter
 from mlmem_lab.studies.tolerance import element
@@ -43,7 +43,7 @@ def try_short(by, seed, what):
 
 
 def test_kicks_from_blank_reach_every_level():
-    design, settings = preset('kick_2')
+    design, settings = load_element('kick_2').design_and_settings
     levels = (0, 1, 2, 3)
     assert try_element(design, settings, Chance(), 0, 'kick', levels) == levels
     lost = try_element(design, settings, single_chance('alpha', 0.1), 0, 'kick', levels)
@@ -65,7 +65,7 @@ def test_words_are_kicked_and_read():
     assert loud == (UNDECODABLE,) * 2
     assert try_element(design, settings, single_chance('k_r', 0.01), 0, 'word', words) != words
     with pytest.raises(ValueError, match='tried can be word, hear only in a register'):
-        Tolerance(*preset('kick_2'), ('alpha',), ('word',))
+        Tolerance(*load_element('kick_2').design_and_settings, ('alpha',), ('word',))
 
 
 def test_coarse_cells_hold_the_wall_and_heavy_ones_hide_it():

@@ -14,7 +14,7 @@ from rclpy.qos import qos_profile_system_default
 from rclpy.service_introspection import ServiceIntrospectionState
 
 from mlmem import Refused, SettingsError, load_element
-from mlmem.element_file import NAMES, Element, ElementFileError, text_of
+from mlmem.element_file import ELEMENT_NAMES, Element, ElementFileError, text_of
 from mlmem.instrument import drivers
 from mlmem.loop.timetable import check_speed
 from mlmem.procedure_table import UNSET_CONTENT
@@ -136,7 +136,9 @@ class ParameterSet:
         """
         try:
             return load_element(
-                source if source in NAMES else self._read_group('files').confine_path(source)
+                source
+                if source in ELEMENT_NAMES
+                else self._read_group('files').confine_path(source)
             )
         except (ElementFileError, SettingsError) as error:
             text = str(error)

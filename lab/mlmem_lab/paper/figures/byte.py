@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import MemoryElement, Write
+from mlmem import MemoryElement, Write, load_element
 from mlmem.instrument.end import End
 from mlmem.physics import Specimen
-from mlmem.presets import preset
 from mlmem.readers.echo import EchoDetector
 from mlmem.readers.register import forecast_words, pin_walls
 
@@ -35,7 +34,7 @@ def compute_data(quality: Quality) -> Data:
         `t`, `field` (m x N) and `v_1` of the write; `heard_t` and `heard` (v_c of each word);
         `carrier` and `apart`: least difference between two words, over the pulse.
     """
-    byte = preset('byte')
+    byte = load_element('byte')
     element = MemoryElement(byte)
     register = forecast_words(Specimen(byte.design), byte.settings)
     t, field = [], []
@@ -80,7 +79,7 @@ def _word_separation(byte: Any, omega: float) -> float:
 @FIGURE.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw the write over the motion of the left end, the echoes, and the carriers."""
-    design = preset('byte').design
+    design = load_element('byte').design
     figure = style.new_figure(6.4)
     upper, lower = figure.subfigures(2, 1, height_ratios=(1.5, 1.0))
     (above,), (below,) = style.stacked_axes(upper)
@@ -103,7 +102,9 @@ def draw_figure(data: Data) -> Any:
     echo.legend(loc='upper right')
     style.label_panel(echo, 'b', 'an echo of every wall')
     carriers.plot(data['carrier'], 100.0 * data['apart'], 'o-', color=style.INK_COLOUR, ms=4)
-    carriers.axvline(preset('byte').settings.register.omega_c, color=style.MARK_COLOUR, ls='--')
+    carriers.axvline(
+        load_element('byte').settings.register.omega_c, color=style.MARK_COLOUR, ls='--'
+    )
     carriers.set(xlabel=r'carrier $\omega_c$', ylabel='least difference, %', ylim=(0.0, None))
     style.label_panel(carriers, 'c', 'which carrier tells all words apart')
     return figure

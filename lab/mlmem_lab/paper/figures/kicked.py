@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Erase, MemoryElement, Write, preset
+from mlmem import Erase, MemoryElement, Write, load_element
+from mlmem.element_file import use_kicks
 from mlmem.physics import CASE_II
 from mlmem.physics.potential import Array
-from mlmem.presets import use_kicks
 
 from ...studies import style
 from ...studies.trace import Trace, record_procedure
@@ -23,7 +23,7 @@ FIGURE = Figure('kicked', 'Every level written by a kick, after one that erases'
 @FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return frames of the configuration, and how the ends move, while all levels are written."""
-    element, trace = MemoryElement(use_kicks(preset('case_2'))), Trace()
+    element, trace = MemoryElement(use_kicks(load_element('case_2'))), Trace()
     # written in this order, so that most are far from the one before; then the element is erased
     level_order = (7, 0, 6, 1, 5, 2, 4, 3)
     levels = level_order[: quality.pick(2, len(level_order))]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mlmem import MemoryElement, Write, preset
+from mlmem import MemoryElement, Write, load_element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, scattered
 
@@ -18,7 +18,7 @@ from ..film import save_film
 
 FIGURE = Figure('robust', 'A robust element of uneven parts, written eight times', seconds=10)
 
-PRESET = preset('robust_3')
+SHIPPED = load_element('robust_3')
 
 SCATTER = 0.03
 """Standard deviation of on-site stiffness, springs and masses, relative."""
@@ -30,9 +30,9 @@ LEVEL_ORDER = (7, 0, 6, 1, 5, 2, 4, 3)
 @FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return frames of the configuration and the left end while the levels are written."""
-    made = scattered(PRESET.design, Scatter(alpha=SCATTER, k_r=SCATTER, mass=SCATTER), 1)
-    driver = Simulation.of(made, PRESET.settings.time)
-    element, trace = MemoryElement(PRESET, driver=driver), Trace()
+    made = scattered(SHIPPED.design, Scatter(alpha=SCATTER, k_r=SCATTER, mass=SCATTER), 1)
+    driver = Simulation.of(made, SHIPPED.settings.time)
+    element, trace = MemoryElement(SHIPPED, driver=driver), Trace()
     captions: list[str] = []
     for level in LEVEL_ORDER[: quality.pick(2, len(LEVEL_ORDER))]:
         record_procedure(element, Write(level), trace)
@@ -49,4 +49,4 @@ def compute_data(quality: Quality) -> Data:
 @FIGURE.register_film
 def save_movie(data: Data, stem: Path) -> list[Path]:
     """Write the film over the motion of the left end; return the file."""
-    return save_film(PRESET.design, data, data['field'][:, 0], 'left end', stem)
+    return save_film(SHIPPED.design, data, data['field'][:, 0], 'left end', stem)

@@ -71,7 +71,7 @@ AMOUNT_COUNT = 10
 )
 def tolerance(arguments: argparse.Namespace) -> int:
     """Run the study; return 0 when it is done, 1 when it cannot be, 2 for a wrong argument."""
-    from mlmem.presets import load_preset
+    from mlmem import load_element
 
     from .element import ALL_KINDS
     from .study import Tolerance, count_curve
@@ -79,8 +79,9 @@ def tolerance(arguments: argparse.Namespace) -> int:
     console = create_console(aside=arguments.json)
     try:
         study = Tolerance(
-            *load_preset(arguments.design), tuple(arguments.kinds) or ALL_KINDS,
-            tuple(arguments.tried), arguments.amounts, arguments.most, arguments.seed,
+            *load_element(arguments.design).design_and_settings,
+            tuple(arguments.kinds) or ALL_KINDS, tuple(arguments.tried), arguments.amounts,
+            arguments.most, arguments.seed,
         )  # fmt: skip
     except ValueError as error:
         return print_failure('tolerance', error, 2)
