@@ -20,7 +20,7 @@ from .instrument.faults import Faults
 from .instrument.instrument import MAX_RUN_TICKS
 from .memory import Memory
 from .physics import Design
-from .procedure_table import PROCEDURES, Abort, Procedures
+from .procedure_table import PROCEDURES, Abort, Calibrate, Procedures, Reset
 from .procedures import Procedure, Result
 from .readers.calibration import Calibration
 from .rejections import ErrorCode
@@ -241,6 +241,12 @@ class MemoryElement(Memory):
             )  # fmt: skip
         if not isinstance(command, Abort):  # all others listen
             self._check_amplitudes()
+        able = isinstance(command, Abort | Calibrate | Reset)
+        if not able and self.reader.needs_calibration(self):
+            raise Refused(
+                f'{name} needs the records of a calibration: calibrate the element first',
+                code=ErrorCode.UNSUPPORTED, field='read.method',
+            )  # fmt: skip
         steps = procedures.find_steps(name)
         before, self.progress = self.progress, Progress(name, self.ticks)
         try:

@@ -87,7 +87,7 @@ def examples():
         'code': '1', 'end': 'left', 'checks': {'erase': 'blank'}, 'failed': ['levels'],
         'delays': {'left': [1.0]}, 'path': 'bag', 'details': {}, 'walls': 1, 'reason': 'why',
         'position': 9.5, 'position_std': 0.1, 'cells': '4 9', 'kinds': 'wall', 'stuck_cell': 7,
-        'shots': 3, 'half': 'tension', 'confidence': 0.5, 'kick_factor': 0.9,
+        'shots': 3, 'half': 'tension', 'confidence': 0.5, 'kick_factor': 0.9, 'loss_factor': 1.1,
     }  # fmt: skip
     found = {
         records.Header: json.loads(jazzy.deserialize_message(header, records.STRING_TYPE).data),

@@ -11,21 +11,23 @@ from dataclasses import replace
 from functools import singledispatch
 from typing import Any
 
-from ..errors import ProcedureFailed, SettingsError
+from ..errors import Astray, ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
 from ..instrument.end import End
 from ..memory import Memory
 from ..moves.corrections import PulseCorrection, is_kicked, make_corrections
+from ..moves.kick import kick_out
 from ..moves.strain_cycle import return_to_zero
 from ..readers.calibration import Calibration, DelayTable
 from ..readers.decoding import measure_agreement, primary_end
 from ..readers.delay_reader import DelayReader
-from ..readers.listening import wait_until_pinned
+from ..readers.listening import record_waveforms, wait_until_pinned
 from ..readers.reader import Reader
 from ..readers.reading import BLANK, UNDECODABLE, Reading, describe_level
 from ..readers.record_reader import RecordReader
+from ..readers.waveform_reader import WaveformReader
 from .blocks import Result
-from .driving import erase, go_to_level
+from .driving import erase, go_to_level, seems_blank
 from .reading import take_settled_reading
 from .writing import correct_speed, restore_content, write
 
@@ -75,8 +77,8 @@ def _keep_unless_measured(element: Memory) -> Iterator[None]:
 def calibrate_reader(reader: Reader, element: Memory) -> Procedure[dict[str, Any]]:
     """Write one wall to every level that can be used: each must be read as forecast.
 
-    If kicks write every level, one factor on their speeds is found first: it makes up for damping
-    and friction that are not those of the design.
+    If kicks write every level, the factor on damping and friction of the design is found first,
+    and then one factor on the speeds of all kicks, which makes up for it.
 
     Returns:
         Fields of the result.
@@ -88,10 +90,45 @@ def calibrate_reader(reader: Reader, element: Memory) -> Procedure[dict[str, Any
     found: dict[str, float] = {}
     kicked = all(is_kicked(element.settings, level) for level in levels)
     if kicked and len(levels) > 1 and not reader.holds_words:
-        found = {'kick_factor': (yield from _find_kick_factor(element, reader))}
+        with _keep_unless_measured(element):
+            found = yield from _find_factors(element, reader)
     for each in reader.single_walls.values():
         yield from write(element, each)
     return {'found': found}
+
+
+def _find_factors(element: Memory, reader: Reader) -> Procedure[dict[str, float]]:
+    """Find the factors on losses and on the speeds of kicks; return them by name.
+
+    Raises:
+        ProcedureFailed: As `_find_loss_factor` and `_find_kick_factor`.
+    """
+    found = {}
+    if isinstance(reader, WaveformReader) and reader.made is not None:
+        loss_factor = yield from _find_loss_factor(element, reader)
+        element.calibration = replace(element.calibration, loss_factor=loss_factor)
+        found['loss_factor'] = loss_factor
+    return found | {'kick_factor': (yield from _find_kick_factor(element, reader))}
+
+
+def _find_loss_factor(element: Memory, reader: WaveformReader) -> Procedure[float]:
+    """Find the factor on damping and friction by the answer of the blank element.
+
+    No reading tells that it is blank, because a reader needs this factor; the ends do.
+
+    Raises:
+        ProcedureFailed: The ends are not those of a blank element after `write.attempts` kicks, or
+            do not become quiet.
+    """
+    for attempt in range(1, element.settings.write.attempts + 1):
+        if (yield from seems_blank(element)):
+            break
+        yield from kick_out(element, attempt)
+    try:
+        shot, _ = yield from record_waveforms(element, reader.forecasts, reader.forecasts.end)
+    except Astray as error:
+        raise ProcedureFailed(str(error)) from error
+    return reader.fit_losses(shot, element.settings)
 
 
 def _find_kick_factor(element: Memory, reader: Reader) -> Procedure[float]:
@@ -102,28 +139,26 @@ def _find_kick_factor(element: Memory, reader: Reader) -> Procedure[float]:
     wall that left the element. The last level, whose wall could, is not tried.
 
     Raises:
-        ProcedureFailed: No factor reaches any level, or the element cannot be made blank; the old
-            corrections are kept.
+        ProcedureFailed: No factor reaches any level, or the element cannot be made blank.
     """
     reached, passed = dict[int, list[float]](), set[int]()
     levels, least = element.design.levels, element.settings.write.min_margin
     tried = {level: it for level, it in reader.single_walls.items() if level < levels - 1}
-    with _keep_unless_measured(element):
-        for factor in KICK_FACTORS:
-            _set_corrections(element, [PulseCorrection(speed=factor)] * levels)
-            for level in sorted(tried.keys() - passed):
-                yield from erase(element)
-                yield from go_to_level(element, BLANK, level)
-                reading = yield from reader.read(element)
-                if reading.level == tried[level] and reading.level_margin >= least:
-                    reached.setdefault(level, []).append(factor)
-                elif reading.level > tried[level]:
-                    passed.add(level)
-        if not reached:
-            raise ProcedureFailed(
-                f'no factor from {KICK_FACTORS[0]:.2f} to {KICK_FACTORS[-1]:.2f} on the speeds of '
-                'kicks reaches any level'
-            )
+    for factor in KICK_FACTORS:
+        _set_corrections(element, [PulseCorrection(speed=factor)] * levels)
+        for level in sorted(tried.keys() - passed):
+            yield from erase(element)
+            yield from go_to_level(element, BLANK, level)
+            reading = yield from reader.read(element)
+            if reading.level == tried[level] and reading.level_margin >= least:
+                reached.setdefault(level, []).append(factor)
+            elif reading.level > tried[level]:
+                passed.add(level)
+    if not reached:
+        raise ProcedureFailed(
+            f'no factor from {KICK_FACTORS[0]:.2f} to {KICK_FACTORS[-1]:.2f} on the speeds of '
+            'kicks reaches any level'
+        )
     slowest = max(each[0] for each in reached.values())
     fastest = min(each[-1] for each in reached.values())
     found = round(math.sqrt(slowest * fastest), 6)
@@ -146,14 +181,14 @@ def calibrate_records(reader: RecordReader, element: Memory) -> Procedure[dict[s
     element.reader = reader.by_forecast
     try:
         with _keep_unless_measured(element):
-            factor = yield from _find_kick_factor(element, element.reader)
+            factors = yield from _find_factors(element, reader.by_forecast)
             records = []
             for content in (BLANK, *reader.single_walls.values()):
                 records.append((yield from _record_content(reader, element, content)))
             element.calibration = replace(element.calibration, records=tuple(records))
     finally:
         element.reader = reader
-    return {'found': {'kick_factor': factor}}
+    return {'found': factors}
 
 
 def _record_content(

@@ -34,7 +34,7 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
             return Result((yield from move.drive(element, _drive(element))))
         for attempt in range(1, settings.write.attempts + 1):
             element.progress.tried('erase', attempt)
-            if attempt > 1 or not (yield from _seems_blank(element)):
+            if attempt > 1 or not (yield from seems_blank(element)):
                 yield from move.drive(element, _drive(element, attempt))
             reading = yield from element.reader.read(element)
             if reading.level == blank_content(settings):
@@ -52,7 +52,7 @@ def _drive(element: Memory, attempt: int = 1) -> Drive:
     return Drive(element.calibration.corrections_by_level(element.settings), attempt=attempt)
 
 
-def _seems_blank(element: Memory) -> Procedure[bool]:
+def seems_blank(element: Memory) -> Procedure[bool]:
     """Return whether the ends are those of a blank element, which tells nothing of many walls."""
     if element.settings.register.spacing:
         return False

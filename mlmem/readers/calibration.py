@@ -179,12 +179,15 @@ class Calibration:
         right: Table of the right end, which also detects a blank element.
         pulse_corrections: Corrections of launch and steps, or None if all are as in the settings.
         records: Those of an element with one transducer; empty before its calibration.
+        loss_factor: Damping and friction over those of the design, of an element that is read by
+            waveforms.
     """
 
     left: DelayTable | None
     right: DelayTable
     pulse_corrections: PulseCorrections | None = None
     records: Records = ()
+    loss_factor: float = 1.0
 
     @property
     def ends(self) -> tuple[End, ...]:
@@ -208,6 +211,8 @@ class Calibration:
         if known is not None and (count := len(known.steps)) != levels:
             expected = f'{levels}, one for every level'
             raise SettingsError.of_value(ErrorCode.CONFLICT, 'pulse_corrections', count, expected)
+        if not 0.1 <= self.loss_factor <= 10.0:
+            raise SettingsError.out_of_range('loss_factor', self.loss_factor, 'from 0.1 to 10')
         lengths = {len(each) for each in self.records}
         if len(lengths) > 1 or not all(np.isfinite(each).all() for each in self.records):
             raise SettingsError.of_value(

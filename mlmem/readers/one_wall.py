@@ -14,7 +14,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 
@@ -32,6 +32,9 @@ from .calibration import Calibration, DelayTable
 from .reading import BLANK, UNDECODABLE, Reading
 from .register import Content, Forecasts, Match, explain_unreadable, pin_walls
 from .waveforms import Delays, Ends, Listener, simulate_answers
+
+LOSS_FACTORS = np.linspace(0.6, 1.5, 19)
+"""Factors on damping and friction that `fit_loss_factor` compares."""
 
 MAX_LATE_SHARE = 0.45
 """How far what is heard may be on the way to another content with a late end; half-way is nearer
@@ -154,17 +157,53 @@ def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:
             contents.append(Content(UNDECODABLE, pair, ''))
     end = End.RIGHT if settings.read.end == 'right' else End.LEFT
     listener = Listener(settings, compared_ends=2 if settings.read.end == 'both' else 1)
-    if design.friction:
-        forecast = partial(simulate_answers, made, settings=settings, listener=listener, end=end)
-    else:
-        forecast = partial(Ends(made, settings, listener).heard, made, end=end)
-    delays = list_delays(settings, listener)
+    forecast, delays = (
+        make_forecast(made, settings, listener, end),
+        list_delays(settings, listener),
+    )
     late_parts = forecast(states[: 1 + design.levels], delays=delays)
     return WallForecasts(
         contents, forecast(states), forecast(list(hold_tail_walls(made))),
         late_parts.reshape(len(delays), 1 + design.levels, -1),
         listener, end, settings.register.max_residual,
     )  # fmt: skip
+
+
+def make_forecast(
+    made: Specimen, settings: Settings, listener: Listener, end: End
+) -> Callable[..., Array]:
+    """Return the function that forecasts the answers of an element to a pulse of an end; its
+    arguments are the displacements in which the element rests, and delays (`Ends.heard`).
+    """
+    if made.design.friction:
+        return partial(simulate_answers, made, settings=settings, listener=listener, end=end)
+    return partial(Ends(made, settings, listener).heard, made, end=end)
+
+
+def scale_losses(made: Specimen, factor: float) -> Specimen:
+    """Return an element whose damping and friction are so many times as great."""
+    design = replace(made.design, friction=factor * made.design.friction)
+    return replace(made, design=design, eta_factor=factor * made.eta_factor)
+
+
+def fit_loss_factor(
+    made: Specimen, settings: Settings, listener: Listener, end: End, part: Array
+) -> float:
+    """Return the factor on damping and friction with which the blank element's forecast is nearest
+    to what the ends did.
+
+    Between `LOSS_FACTORS` the square of the distance is taken for a parabola.
+    """
+    squares = []
+    for factor in LOSS_FACTORS:
+        other = scale_losses(made, float(factor))
+        forecast = make_forecast(other, settings, listener, end)
+        squares.append(float(np.square(forecast([pin_walls(other, ())])[0] - part).sum()))
+    nearest = int(np.clip(np.argmin(squares), 1, len(squares) - 2))
+    about = slice(nearest - 1, nearest + 2)
+    curvature, slope, _ = np.polyfit(LOSS_FACTORS[about], squares[about], 2)
+    found = float(np.clip(-0.5 * slope / curvature, LOSS_FACTORS[0], LOSS_FACTORS[-1]))
+    return round(found, 6)
 
 
 def list_delays(settings: Settings, listener: Listener) -> list[Delays]:

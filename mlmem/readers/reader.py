@@ -61,6 +61,9 @@ class Reader(Protocol):
             ProcedureFailed: The element does not come to rest.
         """
 
+    def needs_calibration(self, element: Memory) -> bool:
+        """Return whether nothing can be decoded before the element is calibrated."""
+
     def needs_second_read(self, reading: Reading) -> bool:
         """Return whether a second read may decode what this one, after a move, has not."""
 
@@ -87,6 +90,6 @@ def choose_reader(design: Design, settings: Settings) -> Reader:
         from .record_reader import RecordReader, forecast_ideal_records  # few are read by them
 
         return RecordReader(*forecast_ideal_records(design, settings))
-    from .waveform_reader import WaveformReader, forecast_ideal  # most are read by delays
+    from .waveform_reader import read_ideal  # most are read by delays
 
-    return WaveformReader(forecast_ideal(design, settings))
+    return read_ideal(design, settings)

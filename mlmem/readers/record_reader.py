@@ -92,15 +92,20 @@ class RecordReader(WaveformReader):
         Raises:
             ProcedureFailed: The left end does not become quiet within `read.settle_timeout`.
         """
-        records = element.calibration.records
-        if np.shape(records) != (len(self._contents), self.by_forecast.forecasts.parts.shape[1]):
+        if self.needs_calibration(element):
             return element.store_unreadable(
                 'the element has no records of its contents: calibrate it first'
             )
+        records = element.calibration.records
         if records is not self._records:
             self._records, self.forecasts = records, self._build_forecasts(records)
         reading = yield from super().read(element, end)
         return reading
+
+    def needs_calibration(self, element: Memory) -> bool:
+        """Return whether the element has no records of its contents yet."""
+        expected = len(self._contents), self.by_forecast.forecasts.parts.shape[1]
+        return np.shape(element.calibration.records) != expected
 
     def record(self, element: Memory) -> Procedure[tuple[Reading, tuple[float, ...]]]:
         """Fire a pulse; return the content whose forecast is nearest, and what the left end does.

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 
 from ..errors import Astray, SettingsError
 from ..instrument.blocks import Procedure
-from ..instrument.end import End
+from ..instrument.end import End, Shot
 from ..physics import Design, Specimen
 from ..rejections import ErrorCode
 from ..settings import Settings
 from .bad_cells import forecast_bad_cells
 from .echo import EchoDetector
 from .listening import record_waveforms, swinging_time, wait_until_pinned
-from .one_wall import forecast_ideal_levels, forecast_levels
+from .one_wall import fit_loss_factor, forecast_ideal_levels, forecast_levels, scale_losses
 from .reading import UNDECODABLE, Reading
 from .register import Forecasts, forecast_ideal_words, forecast_words
 
@@ -33,11 +33,14 @@ class WaveformReader:
 
     Attributes:
         forecasts: What the ends do, by content.
+        made: The element of one wall to whose damping and friction a calibration finds a factor;
+            None if it finds none.
     """
 
-    def __init__(self, forecasts: Forecasts) -> None:
-        """Read by these forecasts."""
-        self.forecasts = forecasts
+    def __init__(self, forecasts: Forecasts, made: Specimen | None = None) -> None:
+        """Read by these forecasts, which are those of the element as made."""
+        self.forecasts, self.made = forecasts, made
+        self._loss_factor = 1.0
 
     @property
     def holds_words(self) -> bool:
@@ -83,11 +86,26 @@ class WaveformReader:
         Raises:
             ProcedureFailed: The ends do not become quiet within `read.settle_timeout`.
         """
+        self.scale_losses(element.calibration.loss_factor, element.settings)
         reading = yield from self._read_once(element)
         if reading.level == UNDECODABLE and swinging_time(element) > 0.0:
             yield from wait_until_pinned(element)
             reading = yield from self._read_once(element)
         return reading
+
+    def fit_losses(self, shot: Shot, settings: Settings) -> float:
+        """Return the factor on damping and friction of the element as made with which the blank
+        element would answer a pulse as it did; needs `made`.
+        """
+        assert self.made is not None
+        listener, end = self.forecasts.listener, self.forecasts.end
+        return fit_loss_factor(self.made, settings, listener, end, listener.project_shot(shot))
+
+    def scale_losses(self, factor: float, settings: Settings) -> None:
+        """Forecast with the damping and friction that a calibration found."""
+        if self.made is not None and factor != self._loss_factor:
+            self.forecasts = forecast_levels(scale_losses(self.made, factor), settings)
+            self._loss_factor = factor
 
     def _read_once(self, element: Memory) -> Procedure[Reading]:
         """Fire the pulse of a read and decode what the ends do.
@@ -110,6 +128,10 @@ class WaveformReader:
             return element.store_unreadable(str(error))
         return element.store_word(reading, detector.echo(forecasts.end))
 
+    def needs_calibration(self, element: Memory) -> bool:
+        """Return False: forecasts serve."""
+        return False
+
     def needs_second_read(self, reading: Reading) -> bool:
         """Return whether nothing was decoded: waves of the last move are dying away."""
         return reading.level == UNDECODABLE
@@ -125,18 +147,19 @@ class WaveformReader:
                 ErrorCode.CONFLICT, 'element.bad_cells', settings.element.bad_cells,
                 'empty for a reader that forecasts by a twin',
             )  # fmt: skip
-        forecast = forecast_words if settings.register.spacing else forecast_levels
-        return WaveformReader(forecast(twin, settings))
+        if settings.register.spacing:
+            return WaveformReader(forecast_words(twin, settings))
+        return WaveformReader(forecast_levels(twin, settings), twin)
 
 
-def forecast_ideal(design: Design, settings: Settings) -> Forecasts:
-    """Return the forecasts of an ideal element, or of one with the known bad cells.
+def read_ideal(design: Design, settings: Settings) -> WaveformReader:
+    """Return the reader of an ideal element, or of one with the known bad cells.
 
     Raises:
         SettingsError: As `forecast_words`, `forecast_bad_cells` or `forecast_levels`.
     """
     if settings.register.spacing:
-        return forecast_ideal_words(design, settings)
+        return WaveformReader(forecast_ideal_words(design, settings))
     if settings.element.bad_cells:
-        return forecast_bad_cells(design, settings)
-    return forecast_ideal_levels(design, settings)
+        return WaveformReader(forecast_bad_cells(design, settings))
+    return WaveformReader(forecast_ideal_levels(design, settings), Specimen(design))

@@ -137,7 +137,8 @@ class Decoded(Done):
 @dataclass(frozen=True)
 class Calibrated(Decoded):
     """The answer of calibrate: the restored content, and what was measured: delays of an element
-    that is read by them, the factor on kicks of one that is read by waveforms.
+    that is read by them, the factors on losses and kicks of one that is read by
+    waveforms.
     """
 
     delays: Mapping[str, tuple[float, ...]] | None = declare_field(
@@ -146,6 +147,10 @@ class Calibrated(Decoded):
         'time units',
         default=None,
     )
+    loss_factor: float | None = declare_field(
+        'float64', 'damping and friction over those of the design', '1', default=None,
+        absent=math.nan,
+    )  # fmt: skip
     kick_factor: float | None = declare_field(
         'float64', 'factor found on the speeds of all kicks', '1', default=None, absent=math.nan
     )

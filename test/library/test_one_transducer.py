@@ -27,6 +27,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.physics import Scatter, find_walls, scattered
 from mlmem.procedure_table import Survey
+from mlmem.rejections import ErrorCode
 from mlmem.snapshot import restore_snapshot, take_snapshot
 
 SHIPPED = load_element('robust_3_one_end')
@@ -97,12 +98,13 @@ def test_cell_that_breaks_later_makes_no_read_wrong(element, site, weak):
         element.apply(SetFaults(Faults()))
 
 
-def test_uncalibrated_element_is_not_read():
+@pytest.mark.parametrize('command', [Read(), Write(2), Erase()])
+def test_uncalibrated_element_asks_for_a_calibration_at_once(command):
     element = make_scattered(1)
-    outcome = element.perform(Read())
-    assert not outcome.success
-    assert element.reading.content == UNDECODABLE
-    assert 'calibrate' in outcome.error
+    with pytest.raises(Refused, match='calibrate the element first') as refused:
+        element.apply(command)
+    assert (refused.value.code, refused.value.field) == (ErrorCode.UNSUPPORTED, 'read.method')
+    assert element.ticks == 0
 
 
 def test_element_that_has_changed_asks_for_a_calibration(element):

@@ -134,16 +134,37 @@ def test_forecasts_carry_the_friction_of_the_element_file():
     assert margins[smooth] < 0.5
 
 
+def lossy(name, **losses):
+    """Return an element whose damping or friction are so many times those of its design."""
+    shipped = load_element(name)
+    changes = {name: factor * getattr(shipped.design, name) for name, factor in losses.items()}
+    design = dataclasses.replace(shipped.design, **changes)
+    driver = Simulation.of(design, shipped.settings.time)
+    return MemoryElement(shipped.design, shipped.settings, driver=driver)
+
+
 @pytest.mark.parametrize('damping', [0.8, 1.2])
-def test_calibration_finds_one_factor_for_other_damping(damping):
-    """A wall that is damped a fifth less or more needs slower or faster kicks."""
-    shipped = load_element('robust_2')
-    damped = dataclasses.replace(shipped.design, eta=damping * shipped.design.eta)
-    driver = Simulation.of(damped, shipped.settings.time)
-    element = MemoryElement(shipped.design, shipped.settings, driver=driver)
+def test_calibration_finds_factors_on_losses_and_kicks(damping):
+    """A wall that is damped a fifth less or more needs slower or faster kicks, and answers
+    otherwise.
+    """
+    element = lossy('robust_2', eta=damping)
     outcome = element.perform(Calibrate())
     assert outcome.success
     assert (outcome.end_tick - outcome.start_tick) * element.settings.tick_seconds < 60.0
+    assert outcome.found['loss_factor'] == pytest.approx(damping, abs=0.05)
     assert (outcome.found['kick_factor'] > 1.0) == (damping > 1.0)
     for level in range(element.design.levels):
         assert element.perform(Write(level)).attempts == 1
+
+
+def test_calibration_makes_an_element_with_less_friction_read_better():
+    """Forecasts with the friction of the design are far from what it answers."""
+    element = lossy('robust_2_friction', friction=0.8)
+    element.chain.place(pin_walls(element.chain.specimen, (1,)))
+    element.transducer.assume_equilibrium()
+    before = element.perform(Read())
+    assert element.perform(Calibrate()).found['loss_factor'] == pytest.approx(0.8, abs=0.05)
+    after = element.perform(Write(1))
+    left = [each.reading.threshold_margin for each in (before, after)]
+    assert left[1] > 2.0 * left[0]
