@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import fcntl
 import gc
-import hashlib
 import importlib.util
 import os
 import signal
@@ -34,7 +33,7 @@ pytest.register_assert_rewrite('mlmem_ros.testing')  # before anything imports i
 
 ROOT = Path(__file__).parent
 HAVE_ROS = importlib.util.find_spec('rclpy') is not None
-NEED_ROS = {'ros', 'view', 'docs', 'test_reference.py'}
+NEED_ROS = {'ros', 'view', 'docs'}
 
 
 def remove_stale_memory():
@@ -137,31 +136,14 @@ def real_processes(monkeypatch):
 
 @pytest.fixture(scope='session', autouse=True)
 def compiled_once(tmp_path_factory):
-    """Let one worker compile a loop while others that need it wait: in a fresh clone all would."""
-    if 'PYTEST_XDIST_WORKER' not in os.environ:
-        yield
-        return
-    from computed import alone
-    from numba.core.compiler_lock import global_compiler_lock
-    from numba.core.dispatcher import Dispatcher
+    """Let one worker compile the default loop while others wait: in a fresh clone all would."""
+    if 'PYTEST_XDIST_WORKER' in os.environ:
+        from computed import alone
 
-    from mlmem.physics import CASE_II, Chain
-    from mlmem.physics.jit import _Cache
+        from mlmem.physics import CASE_II, Chain
 
-    compile_here = Dispatcher.compile
-
-    def compile_alone(loop, types):
-        cache = loop._cache
-        if not isinstance(cache, _Cache) or cache.has_entry(types, loop.targetctx.codegen()):
-            return compile_here(loop, types)
-        name = hashlib.sha256(f'{loop.py_func.__qualname__} {types}'.encode()).hexdigest()
-        with global_compiler_lock, alone(tmp_path_factory, name):  # threads first, then workers
-            return compile_here(loop, types)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Dispatcher, 'compile', compile_alone)
-        Chain(CASE_II).rest(1)  # before any other process loads it
-        yield
+        with alone(tmp_path_factory, 'compiled'):
+            Chain(CASE_II).rest(1)
 
 
 @pytest.fixture(scope='module')

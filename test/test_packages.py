@@ -1,30 +1,29 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Optional packages are imported only where needed; an error says how to install them."""
+"""Optional packages, the laboratory among them: an error says in one line how to install them."""
 
 import subprocess
 import sys
+from importlib.metadata import EntryPoints
+from pathlib import Path
 
 import pytest
 
 from mlmem_ros import packages
+from mlmem_tools.cli import laboratory
+from mlmem_tools.cli import main as cli
 
-HIDDEN = """
+INSPECT_WITHOUT_PACKAGES = """
 import sys
 sys.modules.update(dict.fromkeys('mcap rosbags lz4 zstandard scipy matplotlib rich PIL'.split()))
+import mlmem_tools.cli.main as cli
+sys.exit(cli.main(['inspect', 'bag']))
 """
 
 
-def python(code, *arguments):
-    """Run code without the packages that a node does not need."""
-    command = [sys.executable, '-c', HIDDEN + code, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-
-
 def test_command_names_the_missing_package():
-    done = python(
-        'import mlmem_tools.cli.main as cli; sys.exit(cli.main(sys.argv[1:]))', 'inspect', 'bag'
-    )
+    command = [sys.executable, '-c', INSPECT_WITHOUT_PACKAGES]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 1
     assert done.stderr.startswith('mlmem inspect: the Python package ')
     assert 'install' in done.stderr
@@ -51,3 +50,19 @@ def test_installed_library_is_a_tested_version(library):
     """We use private names of it: every node and client of the tests does."""
     pytest.importorskip(library)
     assert packages.is_version_tested(library), packages.find_library_version(library)
+
+
+@pytest.mark.parametrize(
+    'words',
+    [
+        *([name, '--json'] for name in laboratory.LABORATORY_COMMANDS),
+        ['design', '--levels', '2'],
+        ['design', 'prove', 'bits_1'],
+        ['inspect', str(Path(__file__).parent / 'data/life'), '--plot', 'session.png'],
+    ],
+    ids=lambda words: f'{words[0]} {words[-1]}',
+)
+def test_command_without_the_laboratory_says_what_to_install(words, monkeypatch, capsys):
+    monkeypatch.setattr(packages, 'list_entry_points', EntryPoints)
+    assert cli.main(words) == 1
+    assert 'the laboratory is missing; in a checkout: pip install' in capsys.readouterr().err

@@ -1,10 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What users get with a checkout: a licence, and declared dependencies."""
+"""What users get with a checkout: a licence, declared dependencies, and generated pages."""
 
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).parent.parent
 HEADER = ['# Copyright 2026 The mlmem_ros authors', '# SPDX-License-Identifier: Apache-2.0']
@@ -31,3 +33,14 @@ def test_imported_ros_packages_are_declared():
 def test_versions_of_setup_and_package_agree():
     version = f"version='{PACKAGE.findtext('version')}'"
     assert version in (ROOT / 'setup.py').read_text(encoding='utf-8')
+
+
+def test_reference_pages_and_policy_are_up_to_date():
+    pytest.importorskip('rclpy')
+    import reference
+
+    folder, pages = ROOT / 'docs' / 'reference', reference.pages()
+    found = {name: (folder / name).read_text(encoding='utf-8') for name in pages}
+    found['sros2_policy.xml'] = (ROOT / 'config/sros2_policy.xml').read_text(encoding='utf-8')
+    pages['sros2_policy.xml'] = reference.policy()
+    assert found == pages, 'run .venv/bin/python scripts/reference.py'
