@@ -2,18 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Replay of other recorders' bags, of damaged ones and of bags without a session."""
 
+import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from mlmem import MemoryElement
+from mlmem import MemoryElement, Refused
 from mlmem.instrument.instrument import Units
 from mlmem.physics import CASE_II
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.mcap_part import RECORD_BYTES
+from mlmem_ros.contract.commands import parse_acceleration, parse_trajectory
 from mlmem_ros.session import data
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import replay_commands, run_replay
@@ -63,12 +66,12 @@ def test_bag_of_another_recorder_is_read_by_time(tmp_path):
     ]
 
 
-def test_foreign_bag_that_takes_too_much_memory_is_rejected(tmp_path, monkeypatch):
+def test_bag_that_takes_too_much_memory_is_rejected(tmp_path, monkeypatch):
     monkeypatch.setattr(data, 'MAX_SESSION_BYTES', 10 * RECORD_BYTES)
-    bag = foreign_bag(tmp_path / 'bag', 10 * WRITE_LEVEL_1_THEN_PROBE)
-    with pytest.raises(BagError) as caught:
-        load_session(bag)
-    assert caught.value.code == 'too_large'
+    for bag in (foreign_bag(tmp_path / 'bag', 10 * WRITE_LEVEL_1_THEN_PROBE), DATA / 'life'):
+        with pytest.raises(BagError) as caught:
+            load_session(bag)
+        assert caught.value.code == 'too_large'
 
 
 def test_session_with_a_clock_set_back_is_exact(tmp_path):
@@ -101,37 +104,6 @@ def test_command_while_busy_is_rejected_in_a_replay(tmp_path):
     assert report.levels[-1] == 1
 
 
-def imu(acceleration, covariance=0.0):
-    """Return the values of an Imu message that tells an acceleration along the chain."""
-    vector, quaternion = JAZZY.types['geometry_msgs/msg/Vector3'], 'geometry_msgs/msg/Quaternion'
-    time = JAZZY.types['builtin_interfaces/msg/Time'](0, 0)
-    return {
-        'header': JAZZY.types['std_msgs/msg/Header'](time, 'base_link'),
-        'orientation': JAZZY.types[quaternion](0.0, 0.0, 0.0, 1.0),
-        'orientation_covariance': np.zeros(9),
-        'angular_velocity': vector(0.0, 0.0, 0.0),
-        'angular_velocity_covariance': np.zeros(9),
-        'linear_acceleration': vector(acceleration, 0.0, 9.81),
-        'linear_acceleration_covariance': np.array([covariance] + [0.0] * 8),
-    }
-
-
-def test_imu_of_a_robots_bag_shakes_the_base(tmp_path):
-    """An IMU at 100 Hz: at 1 cm and (0.1 ms)^2 a hundred m/s^2 are 1e-4 of the unit."""
-    kind = 'sensor_msgs/msg/Imu'
-    told = [(0.01 * n, 'disturbance', kind, imu(100.0 * (-1) ** n)) for n in range(10)]
-    told.append((0.1, 'disturbance', kind, imu(0.0, covariance=-1.0)))  # no accelerometer
-    session = load_session(foreign_bag(tmp_path / 'bag', told))
-    assert [command.acceleration for _, command in session.commands[:2]] == pytest.approx(
-        [1e-4, -1e-4]
-    )
-    element = MemoryElement(CASE_II)
-    report = replay_commands(element, session)
-    (refusal,) = report.refused
-    assert 'acceleration must be a finite number' in refusal
-    assert element.base.state.acceleration == pytest.approx(-1e-4)
-
-
 def test_bag_without_our_topics_is_rejected(tmp_path):
     chatter = [(0.0, 'chatter', 'std_msgs/msg/String', {'data': 'hello'})]
     with pytest.raises(BagError, match=r'/talker/chatter'):
@@ -150,44 +122,59 @@ def test_bag_of_several_nodes_needs_a_name(tmp_path):
     assert len(load_session(tmp_path / 'bag', '/b').commands) == 1
 
 
-TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
+def joint_state(name, position):
+    """Return the values of a JointState."""
+    stamp = JAZZY.types['builtin_interfaces/msg/Time'](0, 0)
+    header = JAZZY.types['std_msgs/msg/Header'](stamp, '')
+    absent = {'velocity': np.array([]), 'effort': np.array([])}
+    return {'header': header, 'name': [name], 'position': np.array([position]), **absent}
 
 
-def message(name, **values):
-    """Return a message of a type such as `Time`, of builtin_interfaces by default."""
-    return JAZZY.types[name if '/' in name else f'builtin_interfaces/msg/{name}'](**values)
+def test_message_that_is_no_command_is_refused_in_a_replay(tmp_path):
+    """A position that is NaN asks for nothing: ros2_control sends it before a controller does."""
+    states = [('substrate', np.nan), ('elbow', 0.1), ('substrate', 0.02 * Units().elongation)]
+    drive = [
+        (0.1 * n, 'joint_commands', 'sensor_msgs/msg/JointState', joint_state(*state))
+        for n, state in enumerate(states)
+    ]
+    element = MemoryElement(CASE_II)
+    report = replay_commands(element, load_session(foreign_bag(tmp_path / 'bag', drive)))
+    (refusal,) = report.refused
+    assert "it must have a position of the joint 'substrate'; got ['elbow']" in refusal
+    assert report.commands == 1
+    assert element.actuator.motion.target == pytest.approx(0.02)
+
+
+def test_acceleration_of_an_imu_is_in_units_of_the_element():
+    """At 1 cm and (0.1 ms)^2 a hundred m/s^2 are 1e-4 of the unit."""
+    message = SimpleNamespace(
+        linear_acceleration=SimpleNamespace(x=-100.0), linear_acceleration_covariance=[0.0]
+    )
+    assert parse_acceleration(message, Units()).acceleration == pytest.approx(-1e-4)
+    message.linear_acceleration_covariance[0] = -1.0  # no accelerometer
+    assert math.isnan(parse_acceleration(message, Units()).acceleration)
 
 
 def trajectory(*points):
-    """Return the values of a JointTrajectory of points (seconds, positions, velocities)."""
-    header = message('std_msgs/msg/Header', stamp=message('Time', sec=0, nanosec=0), frame_id='')
+    """Return a JointTrajectory of points (seconds, positions, velocities)."""
     found = [
-        message(
-            f'{TRAJECTORY}Point',
-            positions=np.array(positions, dtype=float),
-            velocities=np.array(velocities, dtype=float),
-            accelerations=np.array([]),
-            effort=np.array([]),
-            time_from_start=message(
-                'Duration', sec=int(seconds), nanosec=round(1e9 * (seconds % 1.0))
-            ),
+        SimpleNamespace(
+            positions=positions, velocities=velocities,
+            time_from_start=SimpleNamespace(sec=int(t), nanosec=round(1e9 * (t % 1.0))),
         )
-        for seconds, positions, velocities in points
-    ]
-    return {'header': header, 'joint_names': ['substrate'], 'points': found}
+        for t, positions, velocities in points
+    ]  # fmt: skip
+    return SimpleNamespace(points=found, joint_names=['substrate'])
 
 
-def test_trajectory_by_hand_is_replayed(tmp_path):
+def test_trajectory_in_metres_is_a_profile_of_strains():
     length = Units().elongation
-    points = ((0.02, [0.02 * length], []), (0.06, [-0.01 * length], []))
-    drive = [(0.0, 'strain_trajectory', TRAJECTORY, trajectory(*points))]
-    element = MemoryElement(CASE_II)
-    report = replay_commands(element, load_session(foreign_bag(tmp_path / 'bag', drive)))
-    assert report.refused == []
-    for ticks, strain in ((9, 0.02), (20, -0.01)):  # one tick of 2 ms is done
-        for _ in range(ticks):
-            element.advance()
-        assert element.actuator.strain == pytest.approx(strain, abs=1e-15)
+    message = trajectory((0.02, [0.02 * length], [0.0]), (1.06, [-0.01 * length], [0.1 * length]))
+    command = parse_trajectory(message, Units())
+    assert command.times == pytest.approx((0.02, 1.06))
+    assert command.strains == pytest.approx((0.02, -0.01))
+    assert command.rates == pytest.approx((0.0, 0.1))
+    assert command.joint == 'substrate'
 
 
 @pytest.mark.parametrize(
@@ -200,16 +187,9 @@ def test_trajectory_by_hand_is_replayed(tmp_path):
     ],
     ids=str,
 )
-def test_trajectory_point_without_one_position_is_rejected(tmp_path, points, word):
-    drive = [
-        (0.0, 'strain_trajectory', TRAJECTORY, trajectory(*points)),
-        (0.1, 'strain', 'std_msgs/msg/Float64', {'data': 0.01}),
-    ]
-    session = load_session(foreign_bag(tmp_path / 'bag', drive))
-    report = replay_commands(MemoryElement(CASE_II), session)
-    (refusal,) = report.refused
-    assert word in refusal
-    assert report.commands == 1
+def test_trajectory_point_without_one_position_is_refused(points, word):
+    with pytest.raises(Refused, match=word):
+        parse_trajectory(trajectory(*points), Units())
 
 
 def test_texts_from_a_bag_are_not_markup(tmp_path, capsys):
