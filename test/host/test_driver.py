@@ -4,35 +4,16 @@
 
 import pytest
 
-from mlmem import Driver, DriverError, Refused, Settings, SettingsError, Write
-from mlmem.instrument.drivers import Simulation
-from mlmem.physics import CASE_II
+from mlmem import DriverError, Refused, SettingsError, Write
 from mlmem_ros.host.settings import DeviceSettings
+from test.rig.lines import FailingDriver, raising
 
 
-class Sour(Driver):
+class Sour(FailingDriver):
     """Raises where its address says."""
 
     def __init__(self, design, settings, address):
-        self._where = address
-        self._simulation = Simulation.of(CASE_II, Settings().time)
-        self.dt, self.nodes = self._simulation.dt, self._simulation.nodes
-        self.end = self._simulation.end
-        self._pass('opening')
-
-    def _pass(self, here):
-        if here == self._where:
-            raise LookupError('turned sour')
-
-    def advance(self, *given):
-        self._pass('playing')
-        return self._simulation.advance(*given)
-
-    def end(self, site):
-        """Return what the simulation measures."""
-
-    def close(self):
-        self._pass('closing')
+        super().__init__(address, raising(LookupError('turned sour')))
 
 
 @pytest.mark.parametrize('where', ['opening', 'playing', 'closing'])
@@ -50,7 +31,7 @@ def test_exception_of_a_driver_is_logged(serve, log, where):
     elif where == 'closing':
         host.close()
     (trace,) = [line for line in log.of('error') if 'Traceback' in line]
-    assert "raise LookupError('turned sour')" in trace
+    assert 'LookupError: turned sour' in trace
     assert f'failed while {where}: ' in trace
 
 

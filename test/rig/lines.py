@@ -1,15 +1,20 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Lines to an emulated rig without clock or thread: every answer is immediate."""
+"""Lines to an emulated rig, most without clock or thread: every answer is immediate; and drivers
+of a local simulation.
+"""
 
+import contextlib
+import threading
 import time
 from functools import cache
 
-from mlmem import MemoryElement, Settings, factory_calibration
+from mlmem import Driver, MemoryElement, Settings, factory_calibration
+from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II
 from mlmem_ros.rig import Rig
 from mlmem_ros.rig.frames import Parser, encode_frame
-from mlmem_tools.rig.emulated import EmulatedRig
+from mlmem_tools.rig.emulated import EmulatedRig, LineProperties, Server
 
 PAUSE = 1e-3
 """Seconds for which a line is silent at a time, so that a driver that waits keeps no core busy."""
@@ -70,3 +75,60 @@ def driven(line, settings=None, address=ADDRESS):
     settings = settings or Settings()
     driver = Rig(CASE_II, settings, address, line)
     return MemoryElement(CASE_II, settings, calibration(), driver)
+
+
+@contextlib.contextmanager
+def serving(rig, line=None, port=0):
+    """Serve a rig in a thread, by default without a delay; yield its server."""
+    server = Server(rig, line or LineProperties(), port=port)
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    try:
+        yield server
+    finally:
+        server.restart()
+        server.close()
+        thread.join()
+
+
+class LocalDriver(Driver):
+    """A simulation without a line."""
+
+    def __init__(self):
+        self._simulation = Simulation.of(CASE_II, Settings().time)
+        self.dt, self.nodes = self._simulation.dt, self._simulation.nodes
+
+    def advance(self, *given):
+        return self._simulation.advance(*given)
+
+    def end(self, site):
+        return self._simulation.end(site)
+
+
+class FailingDriver(LocalDriver):
+    """Calls a function while opening, playing or closing."""
+
+    def __init__(self, where, act):
+        super().__init__()
+        self._where, self._act = where, act
+        self._pass('opening')
+
+    def _pass(self, here):
+        if here == self._where:
+            self._act()
+
+    def advance(self, *given):
+        self._pass('playing')
+        return super().advance(*given)
+
+    def close(self):
+        self._pass('closing')
+
+
+def raising(error):
+    """Return a function that raises an error, whatever it is given."""
+
+    def fail(*_):
+        raise error
+
+    return fail

@@ -2,9 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Real lines: TCP with latency, jitter and losses to a rig with a clock, and a serial port."""
 
-import contextlib
 import os
-import threading
 import zlib
 
 import pytest
@@ -15,25 +13,11 @@ from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.settings import ScaleSettings
 from mlmem_ros.rig.frames import HEADER_LAYOUT, FrameKind, Parser, encode_frame
-from mlmem_tools.rig.emulated import EmulatedRig, LineProperties, Server
+from mlmem_tools.rig.emulated import EmulatedRig, LineProperties
 
-from .lines import calibration
+from .lines import calibration, serving
 
 FAST = Settings(scale=ScaleSettings(time=1e-5))
-
-
-@contextlib.contextmanager
-def serving(line, **options):
-    """Serve an emulated rig in a thread; yield it, and its server."""
-    rig = EmulatedRig(CASE_II, FAST, **options)
-    server = Server(rig, line)
-    thread = threading.Thread(target=server.run)
-    thread.start()
-    try:
-        yield rig, server
-    finally:
-        server.close()
-        thread.join()
 
 
 def element_at(address, settings=FAST):
@@ -46,7 +30,8 @@ LATE = LineProperties(latency=0.002, jitter=0.003, loss=0.003, seed=3)
 
 def test_latency_shifts_no_echo():
     """Five milliseconds are 500 time units here; the delay is that of the calibration."""
-    with serving(LATE, drift=2e-4) as (rig, server):
+    rig = EmulatedRig(CASE_II, FAST, drift=2e-4)
+    with serving(rig, LATE) as server:
         rig.chain.place(find_pinned_wall(Specimen(CASE_II), 2))
         element = element_at(f'tcp://127.0.0.1:{server.port}?lead=0.2&patience=10')
         assert element.driver.lag == 1000

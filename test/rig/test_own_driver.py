@@ -11,13 +11,13 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from mlmem import Driver, DriverError, Erase, MemoryElement, Read, Settings, SettingsError, Write
+from mlmem import DriverError, Erase, MemoryElement, Read, Settings, SettingsError, Write
 from mlmem.instrument import drivers
 from mlmem.instrument.drivers import Simulation, Watchdog
 from mlmem.physics import CASE_II, HeldCell, substep_times
 from mlmem.settings import TimeSettings
 
-from .lines import calibration
+from .lines import FailingDriver, calibration, raising
 
 PAGE = Path(__file__).parents[2] / 'docs' / 'drivers.md'
 UM = 1e4  # micrometres of a cell
@@ -92,33 +92,9 @@ def test_driver_of_the_page_writes_and_reads(bench):
     assert driver.driver._card.closed
 
 
-class Misbehaves(Driver):
-    """Calls a function in one of its methods."""
-
-    def __init__(self, where, act):
-        self._where, self._act = where, act
-        self._simulation = Simulation.of(CASE_II, Settings().time)
-        self.dt, self.nodes = self._simulation.dt, self._simulation.nodes
-        self._pass('opening')
-
-    def _pass(self, here):
-        if here == self._where:
-            self._act()
-
-    def advance(self, *given):
-        self._pass('playing')
-        return self._simulation.advance(*given)
-
-    def end(self, site):
-        return self._simulation.end(site)
-
-    def close(self):
-        self._pass('closing')
-
-
 def use(where, act, **options):
     """Open, advance and close a driver that calls a function in one of these."""
-    driver = Watchdog('bench:Bench', lambda: Misbehaves(where, act), 1e-4, **options)
+    driver = Watchdog('bench:Bench', lambda: FailingDriver(where, act), 1e-4, **options)
     MemoryElement(CASE_II, Settings(), calibration(), driver).advance()
     driver.close()
 
@@ -126,12 +102,9 @@ def use(where, act, **options):
 @pytest.mark.parametrize('where', ['opening', 'playing', 'closing'])
 @pytest.mark.parametrize('error', [TypeError('no number'), SystemExit(2), KeyboardInterrupt()])
 def test_driver_that_raises_anything_fails(where, error):
-    def act():
-        raise error
-
     why = re.escape(f'bench:Bench has failed while {where}: {error!r}')
     with pytest.raises(DriverError, match=why) as caught:
-        use(where, act)
+        use(where, raising(error))
     assert caught.value.__cause__ is error
 
 

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from mlmem import (
-    Driver,
     End,
     Erase,
     Faults,
@@ -29,35 +28,34 @@ from mlmem import (
     snapshot,
 )
 from mlmem.element_file import use_kicks
-from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II
 from mlmem.settings import ScaleSettings, TimeSettings
 from mlmem_ros.rig.driver import Rig
 from mlmem_ros.rig.frames import encode_frame
 from mlmem_tools.rig.emulated import Sensors
 
-from .lines import ADDRESS, TamperedLine, calibration, driven, emulated
+from .lines import ADDRESS, LocalDriver, TamperedLine, calibration, driven, emulated
 
 SLOW = pytest.mark.slow
 
 STORY = (Write(2), Read('both'), Write(1), Erase())
 
 
-class Late(Driver):
+class Late(LocalDriver):
     """A local simulation whose samples arrive some ticks late."""
 
     def __init__(self, lag):
-        self._simulation = Simulation.of(CASE_II, Settings().time)
-        self.dt, self.nodes, self.lag = self._simulation.dt, self._simulation.nodes, lag
+        super().__init__()
+        self.lag = lag
         steps = lag * round(Settings().time.tick / self.dt)
-        self._line = self._simulation.advance(np.zeros(steps * len(self.nodes)))
+        self._line = super().advance(np.zeros(steps * len(self.nodes)))
         self._last = self._line[:, -1]
 
     def advance(self, V_N, held_cell=None, shake=None, looks=1):
-        line = np.concatenate((self._line, self._simulation.advance(V_N, held_cell)), axis=1)
-        told, self._line = np.split(line, [line.shape[1] - self._line.shape[1]], axis=1)
-        self._last, self.V_N = told[:, -1], float(V_N[-1])
-        return told
+        line = np.concatenate((self._line, super().advance(V_N, held_cell)), axis=1)
+        arrived, self._line = np.split(line, [line.shape[1] - self._line.shape[1]], axis=1)
+        self._last, self.V_N = arrived[:, -1], float(V_N[-1])
+        return arrived
 
     def end(self, site):
         return float(self._last[0 if site == 1 else 1])

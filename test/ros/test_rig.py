@@ -5,10 +5,7 @@
 test_contract.py has the whole contract over a rig in another process, as slow tests.
 """
 
-import contextlib
 import socket
-import threading
-import time
 from concurrent.futures import Future
 from dataclasses import replace
 from types import SimpleNamespace
@@ -19,30 +16,16 @@ from nodes import QUICK
 from robot import Robot, values
 
 from mlmem import DriverError, DriverHangs, load_element
-from mlmem.instrument.drivers import Simulation
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.ros.node import node as node_module
 from mlmem_ros.ros.node.starting import Retries
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
-from mlmem_tools.rig.emulated import EmulatedRig, LineProperties, Server
+from mlmem_tools.rig.emulated import EmulatedRig, LineProperties
+from test.rig.lines import serving
 
 UNKNOWN = -2
-
-
-@contextlib.contextmanager
-def serving(*rig, line=None, port=0):
-    """Serve a rig in a thread, at a port that may have been in use until now."""
-    server = Server(EmulatedRig(DESIGN, *rig, at_once=line is None), line or NO_DELAY, port=port)
-    thread = threading.Thread(target=server.run)
-    thread.start()
-    try:
-        yield server
-    finally:
-        server.restart()
-        server.close()
-        thread.join()
 
 
 def run_with_element(node, question):
@@ -53,12 +36,11 @@ def run_with_element(node, question):
 
 DESIGN, SETTINGS = load_element(QUICK['element']).design_and_settings
 FAST = replace(SETTINGS, scale=replace(SETTINGS.scale, time=QUICK['scale.time']))
-NO_DELAY = LineProperties()
 
 
 def test_node_over_a_rig_writes_records_and_reconnects(start, tmp_path):
     line = LineProperties(latency=0.002, jitter=0.003, loss=0.002)
-    with serving(SETTINGS, line=line) as server:
+    with serving(EmulatedRig(DESIGN, SETTINGS), line) as server:
         node = start({
             'device.driver': 'rig',
             'device.address': f'tcp://127.0.0.1:{server.port}?lead=0.2&patience=10',
@@ -104,7 +86,7 @@ def test_rig_that_was_off_or_lost_is_taken_back(start, monkeypatch):
     monkeypatch.setattr(node_module, 'CHECK_PERIOD_S', 0.05)
     with socket.create_server(('127.0.0.1', 0)) as free:
         port = free.getsockname()[1]
-    rig = FAST, Simulation.of(DESIGN, FAST.time)
+    rig = EmulatedRig(DESIGN, FAST, at_once=True)
     node = start({
         'device.driver': 'rig', 'device.retry': 0.1,
         'device.address': f'tcp://127.0.0.1:{port}?lead=0.002&patience=10',
@@ -121,13 +103,13 @@ def test_rig_that_was_off_or_lost_is_taken_back(start, monkeypatch):
     with Robot(node.element) as robot:
         wait_for_status(b'\2', 'waiting for the element since ')
         assert 'waiting for the element' in robot.trigger('read')['error']
-        with serving(*rig, port=port):
+        with serving(rig, port=port):
             robot.wait(is_active, 'the node active')
             assert robot.write(0)['level'] == 0
             assert run_with_element(node, lambda element: element.statistics.writes) == 1
         wait_for_status(b'\2', 'waiting for the element since ')
         assert not is_active()
-        with serving(*rig, port=port) as server:
+        with serving(rig, port=port) as server:
             robot.wait(is_active, 'the node active again')
             assert robot.trigger('read')['level'] == 0
             assert run_with_element(node, lambda element: element.statistics.writes) == 1
@@ -137,23 +119,6 @@ def test_rig_that_was_off_or_lost_is_taken_back(start, monkeypatch):
             assert not is_active()
     assert node.output.count('the element is back after ') == 2
     assert node.output.count('preparing the device') == 1  # not at every attempt
-
-
-def test_node_answers_while_it_tries_to_reach_a_rig(start, monkeypatch):
-    """A rig that takes the line and says nothing holds up each attempt."""
-    monkeypatch.setattr(node_module, 'CHECK_PERIOD_S', 0.05)
-    with socket.create_server(('127.0.0.1', 0)) as free:
-        address = free.getsockname()
-    node = start({
-        'device.driver': 'rig', 'device.retry': 0.1,
-        'device.address': f'tcp://127.0.0.1:{address[1]}?lead=0.002&patience=5',
-    })  # fmt: skip
-    with Robot(node.element) as robot:
-        assert robot.state
-        with socket.create_server(address) as silent, silent.accept()[0]:
-            begun = time.monotonic()
-            assert robot.state
-            assert time.monotonic() - begun < 2.5  # half the time that the attempt takes
 
 
 @pytest.mark.parametrize(
