@@ -10,7 +10,7 @@ from itertools import pairwise
 import pytest
 import zstandard
 from mcap.data_stream import RecordBuilder
-from mcap.records import Attachment, Channel, Chunk, Footer, Message, Schema
+from mcap.records import Channel, Chunk, Footer, Message
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 from sampled import sampled
 
@@ -165,28 +165,6 @@ def test_messages_of_a_lost_channel_are_reported(tmp_path):
     part = McapPart(path)
     reasons = [loss.reason for loss in part.losses]
     assert reasons.count('1 messages belong to channels whose definition is lost') == 3
-
-
-def test_file_of_another_format_is_rejected(tmp_path):
-    (tmp_path / 'a.mcap').write_bytes(b'SQLite format 3\0')
-    with pytest.raises(BagError, match=r'a\.mcap must be an MCAP file; it begins with'):
-        McapPart(tmp_path / 'a.mcap')
-
-
-def test_chunk_without_messages_declares_channels(tmp_path):
-    """A record that does not belong into a chunk is skipped."""
-    schema = Schema(1, b'uint8 data', 'ros2msg', 'std_msgs/msg/UInt8')
-    channel = Channel(7, '/n', 'cdr', {}, 1)
-    inside = encode(schema, Attachment(0, 0, 'a.txt', 'text/plain', b'hello'), channel)
-    chunk = Chunk('', inside, 0, 0, 0, len(inside))
-    path = tmp_path / 'other.mcap'
-    message = Message(channel_id=7, log_time=5, publish_time=5, sequence=0, data=b'')
-    path.write_bytes(MCAP0_MAGIC + encode(chunk, message, Footer(0, 0, 0)) + MCAP0_MAGIC)
-    part = McapPart(path)
-    assert part.losses == []
-    assert part.schemas == {1: schema}
-    assert part.channels == {7: channel}
-    assert [(block.chunked, block.counts) for block in part.blocks] == [(False, {7: 1})]
 
 
 def file_of(**changes):

@@ -22,15 +22,14 @@ from mlmem_ros.bag.contents import (
 )
 from mlmem_ros.bag.errors import BagError
 
-# Printed by yaml-cpp 0.8 from nodes put together as rosbag2_storage/yaml.hpp (Jazzy) does.
-TEXT = """\
+# As rosbag2 (Jazzy) prints it by yaml-cpp 0.8, but in fewer lines.
+FOREVER = '{sec: 9223372036, nsec: 854775807}'
+TEXT = f"""\
 rosbag2_bagfile_information:
   version: 9
   storage_identifier: mcap
-  duration:
-    nanoseconds: 1500
-  starting_time:
-    nanoseconds_since_epoch: 1000
+  duration: {{nanoseconds: 1500}}
+  starting_time: {{nanoseconds_since_epoch: 1000}}
   message_count: 3
   topics_with_message_count:
     - topic_metadata:
@@ -42,16 +41,10 @@ rosbag2_bagfile_information:
             depth: 0
             reliability: reliable
             durability: transient_local
-            deadline:
-              sec: 9223372036
-              nsec: 854775807
-            lifespan:
-              sec: 9223372036
-              nsec: 854775807
+            deadline: {FOREVER}
+            lifespan: {FOREVER}
             liveliness: automatic
-            liveliness_lease_duration:
-              sec: 9223372036
-              nsec: 854775807
+            liveliness_lease_duration: {FOREVER}
             avoid_ros_namespace_conventions: false
         type_description_hash: RIHS01_abc
       message_count: 3
@@ -59,24 +52,20 @@ rosbag2_bagfile_information:
         name: /bare
         type: std_msgs/msg/Int16
         serialization_format: cdr
-        offered_qos_profiles:
-          []
+        offered_qos_profiles: []
         type_description_hash: ""
       message_count: 0
   compression_format: ""
   compression_mode: ""
-  relative_file_paths:
-    - bag_0.mcap
+  relative_file_paths: [bag_0.mcap]
   files:
     - path: bag_0.mcap
-      starting_time:
-        nanoseconds_since_epoch: 1000
-      duration:
-        nanoseconds: 1500
+      starting_time: {{nanoseconds_since_epoch: 1000}}
+      duration: {{nanoseconds: 1500}}
       message_count: 3
   custom_data:
     seed: 42
-    design: "{\\"a\\": 1}"
+    design: "{{\\"a\\": 1}}"
     note: "plain words, and: no"
     two: "x\\ny"
   ros_distro: jazzy"""
@@ -90,26 +79,6 @@ BAG = (
     (FileInfo('bag_0.mcap', 1000, 1500, 3),),
     CUSTOM,
 )
-
-# As in rosbag2_transport/test/resources/mcap/rewriter_a/metadata.yaml: profiles are a text.
-VERSION_5_TEXT = """\
-rosbag2_bagfile_information:
-  version: 5
-  storage_identifier: mcap
-  duration: {nanoseconds: 100000000}
-  starting_time: {nanoseconds_since_epoch: 0}
-  message_count: 50
-  topics_with_message_count:
-    - topic_metadata:
-        name: b_basictypes
-        type: test_msgs/msg/BasicTypes
-        serialization_format: cdr
-        offered_qos_profiles: "- history: 1\\n  depth: 1"
-      message_count: 50
-  compression_format: ""
-  compression_mode: ""
-  relative_file_paths: [rewriter_a_0.mcap]
-"""
 
 
 def said(text):
@@ -144,10 +113,14 @@ def test_metadata_that_was_written_is_read(text):
 
 
 def test_version_5_is_understood():
-    metadata = parse_metadata(VERSION_5_TEXT)
-    assert metadata.files == ('rewriter_a_0.mcap',)
-    assert metadata.message_counts == {'b_basictypes': 50}
-    assert metadata.custom_data == {}  # came with version 6
+    """Its profiles are a text; it has no custom data, which came with version 6."""
+    document = yaml.safe_load(TEXT)
+    (root,) = document.values()
+    root['topics_with_message_count'][0]['topic_metadata']['offered_qos_profiles'] = '- depth: 1'
+    del root['custom_data'], root['ros_distro'], root['files']
+    metadata = parse_metadata(yaml.safe_dump(document))
+    assert (metadata.files, metadata.message_count) == (('bag_0.mcap',), 3)
+    assert metadata.custom_data == {}
 
 
 @pytest.mark.parametrize(
@@ -196,22 +169,10 @@ def test_text_that_is_a_list_of_aliases_is_rejected(key):
 
 
 # rosbag2_storage/test/rosbag2_storage/test_qos.cpp, "supports_version_4".
-VERSION_4_TEXT = """\
-- history: 1
-  depth: 10
-  reliability: 1
-  durability: 2
-  deadline:
-    sec: 0
-    nsec: 0
-  lifespan:
-    sec: 0
-    nsec: 0
-  liveliness: 0
-  liveliness_lease_duration:
-    sec: 0
-    nsec: 0
-  avoid_ros_namespace_conventions: false
+NEVER = '{sec: 0, nsec: 0}'
+VERSION_4_TEXT = f"""\
+- {{history: 1, depth: 10, reliability: 1, durability: 2, deadline: {NEVER}, lifespan: {NEVER},
+   liveliness: 0, liveliness_lease_duration: {NEVER}, avoid_ros_namespace_conventions: false}}
 """
 
 
@@ -223,15 +184,10 @@ def test_own_qos_is_that_of_jazzy(text):
 
 
 def test_numbers_of_version_4_become_words():
-    words = renew_qos(VERSION_4_TEXT).split()
-    for name, value in (
-        ('history', 'keep_last'),
-        ('depth', '10'),
-        ('reliability', 'reliable'),
-        ('durability', 'volatile'),
-        ('liveliness', 'system_default'),
-    ):
-        assert words[words.index(f'{name}:') + 1] == value
+    (profile,) = yaml.safe_load(renew_qos(VERSION_4_TEXT))
+    assert (profile['history'], profile['depth']) == ('keep_last', 10)
+    assert (profile['reliability'], profile['durability']) == ('reliable', 'volatile')
+    assert profile['liveliness'] == 'system_default'
 
 
 @pytest.mark.parametrize('text', ['', '{', 'word', '- 1', '- history: 1', '- {depth: x}'])

@@ -120,12 +120,6 @@ def test_queue_is_bounded_in_bytes_too(make, monkeypatch):
     released.set()
 
 
-def test_message_larger_than_the_queue_fits_alone(make):
-    recorder = make(max_queued_bytes=1)
-    assert recorder.put('/level', level(1), 1)
-    assert recorder.close(60).messages == 1
-
-
 @pytest.mark.parametrize('item', [('/none', b'', 0), ('/level', None, 0), ('/level', b'', 'now')])
 def test_put_raises_nothing_whatever_it_is_given(make, item):
     errors = []

@@ -68,18 +68,6 @@ def test_order_is_that_of_writing_across_chunks_and_files(tmp_path):
     assert [(m.log_time, m.cdr[4]) for m in reader] == [(i, i) for i in times]
 
 
-def test_chunk_is_read_when_its_turn_has_come(record, monkeypatch):
-    """A bag of many gigabytes is read with a few chunks in memory."""
-    reader = BagReader(record(sync_each=True))
-    read, breakup = [], mcap_part.breakup_chunk
-    monkeypatch.setattr(
-        mcap_part, 'breakup_chunk', lambda *a, **k: read.append(a) or breakup(*a, **k)
-    )
-    for number, _ in enumerate(reader):
-        assert len(read) <= number + 2
-    assert len(read) == 30
-
-
 def test_single_file_is_a_bag(record, messages):
     reader = BagReader(record(custom_data={'seed': '42'}) / 'bag_0.mcap')
     assert list(reader) == messages
@@ -161,27 +149,6 @@ def test_path_without_a_bag_is_rejected(tmp_path):
             BagReader(path)
 
 
-@pytest.mark.parametrize('count', [0, 1])
-def test_file_with_damaged_qos_and_metadata_is_read(tmp_path, count):
-    """Without a message it spans no time."""
-    path = tmp_path / 'other.mcap'
-    with path.open('wb') as stream:
-        writer = mcap.writer.Writer(stream)
-        writer.start()
-        writer.add_metadata('rosbag2', {'serialized_metadata': 'this: is\n not: metadata'})
-        schema = writer.register_schema(FLOAT, 'ros2msg', b'float64 data')
-        channel = writer.register_channel('/x', 'cdr', schema, {'offered_qos_profiles': '- {'})
-        for _ in range(count):
-            writer.add_message(channel, 1, bytes([0, 1, 0, 0]) + bytes(8), 1)
-        writer.finish()
-    reader = BagReader(path)
-    assert reader.metadata is None
-    assert values(reader) == count * [0.0]
-    assert reader.span == ((1, 1) if count else None)
-    assert reader.losses == ()
-    assert [renew_qos(topic.offered_qos) for topic in reader.topics.values()] == ['']
-
-
 def test_chunks_that_overlap_in_time_are_read_one_at_a_time(tmp_path):
     """Each of 30 chunks of zeros has its last message after the first of every other."""
     path = tmp_path / 'small.mcap'
@@ -201,3 +168,24 @@ def test_chunks_that_overlap_in_time_are_read_one_at_a_time(tmp_path):
         assert tracemalloc.get_traced_memory()[1] < mcap_part.MAX_HELD_BYTES
     finally:
         tracemalloc.stop()
+
+
+@pytest.mark.parametrize('count', [0, 1])
+def test_file_with_damaged_qos_and_metadata_is_read(tmp_path, count):
+    """Without a message it spans no time."""
+    path = tmp_path / 'other.mcap'
+    with path.open('wb') as stream:
+        writer = mcap.writer.Writer(stream)
+        writer.start()
+        writer.add_metadata('rosbag2', {'serialized_metadata': 'this: is\n not: metadata'})
+        schema = writer.register_schema(FLOAT, 'ros2msg', b'float64 data')
+        channel = writer.register_channel('/x', 'cdr', schema, {'offered_qos_profiles': '- {'})
+        for _ in range(count):
+            writer.add_message(channel, 1, bytes([0, 1, 0, 0]) + bytes(8), 1)
+        writer.finish()
+    reader = BagReader(path)
+    assert reader.metadata is None
+    assert values(reader) == count * [0.0]
+    assert reader.span == ((1, 1) if count else None)
+    assert reader.losses == ()
+    assert [renew_qos(topic.offered_qos) for topic in reader.topics.values()] == ['']
