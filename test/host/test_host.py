@@ -6,7 +6,6 @@ The disk is real; where it has to fail or hang, a function replaces it.
 """
 
 import dataclasses
-import os
 import re
 import shutil
 import threading
@@ -58,15 +57,6 @@ def until(host, over):
 
 
 # --- what is acknowledged is safe -------------------------------------------------------------
-
-
-def test_write_is_on_the_disk_before_its_answer(serve, file, kept):
-    host = serve(**kept).activate()
-    outcome = host.submit(Write(0)).answer.result(SOON)
-    assert outcome.success
-    saved = state_file.load_snapshot(file)
-    assert saved['reading']['level'] == 0
-    assert saved['statistics']['writes'] == 1
 
 
 def test_write_is_saved_before_the_next_command(serve, file, kept):
@@ -277,6 +267,16 @@ def test_recording_on_a_hanging_disk_blocks_nothing_else(serve, record, monkeypa
     assert host.sessions.current is None
 
 
+def test_session_does_not_begin_while_a_procedure_runs(serve, record):
+    service = serve()
+    host = service.activate()
+    host.pause(True).result(SOON)
+    host.submit(Write(0))
+    host.step().answer.result(SOON)
+    with pytest.raises(Refused, match='write is running'):
+        host.record(service.plan(record)).result(SOON)
+
+
 def test_stop_of_a_failed_recording_reports_the_failure(serve, record):
     service = serve()
     host = service.activate()
@@ -309,37 +309,6 @@ def test_request_to_an_inactive_host_is_rejected(serve, record):
     host.set_faults(Faults(sensor_noise=1e-6))
     host.on_timer()
     host.close()
-
-
-def make_no_file(kind, path):
-    """Make a path lead to what is no file of usual size; return it."""
-    if kind == 'pipe':
-        os.mkfifo(path)
-    elif kind == 'device':
-        path.symlink_to('/dev/zero')
-    elif kind == 'folder':
-        path.mkdir()
-    elif kind == 'huge':
-        with path.open('wb') as file:
-            file.truncate(50 * 10**9)
-    return str(path) + ('\0' if kind == 'NUL' else '')
-
-
-@pytest.mark.parametrize('kind', ['pipe', 'device', 'huge', 'NUL', 'folder'])
-@pytest.mark.parametrize('suffix', ['.yaml', '.json', '.calibration.json'])
-def test_path_that_is_no_file_is_rejected_at_once(serve, tmp_path, suffix, kind):
-    """The file of a twin, of a state, or of the calibrations beside it."""
-    path = make_no_file(kind, tmp_path / f'element{suffix}')
-    if suffix == '.yaml':
-        service = serve(twin=path)
-    else:
-        service = serve(state=StateSettings(path=path.replace('.calibration', '')))
-    begun = time.monotonic()
-    with pytest.raises((SettingsError, StateError)) as refusal:
-        service.host.configure(service.given)
-    assert time.monotonic() - begun < 5.0  # the worker waits for 10 s
-    assert len(str(refusal.value)) < 600
-    assert service.host.element is None
 
 
 def test_initial_content_of_a_simulated_element_is_read(serve):

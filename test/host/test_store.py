@@ -4,7 +4,6 @@
 
 import dataclasses
 import logging
-import threading
 
 import pytest
 
@@ -57,27 +56,13 @@ def test_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
         kept(loop).restore(element)
 
 
-def test_states_are_saved_in_order(file, monkeypatch, kept):
-    """A disk that is slow once does not restore an older state."""
-    element, store, slow = MemoryElement(CASE_II), kept(file), threading.Event()
-    save = state_file.save_snapshot
-
-    def slowly(path, taken):
-        slow.wait(20.0)
-        save(path, taken)
-
-    monkeypatch.setattr(state_file, 'save_snapshot', slowly)
-    older = store.keep(element)
-    element.advance()
-    newer = store.keep(element)
-    assert not older.done()
-    slow.set()
-    assert newer.result(20.0) is None
-    assert store.close()
-    assert state_file.load_snapshot(file)['ticks'] == element.ticks == 1
-
-
 # --- calibrations -----------------------------------------------------------------------------
+
+
+def test_state_below_a_file_is_rejected(file, kept):
+    file.touch()
+    with pytest.raises(StateError, match='cannot be kept'):
+        kept(file / 'element.json').new_element(CASE_II, Settings())
 
 
 @pytest.fixture

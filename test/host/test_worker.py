@@ -39,9 +39,11 @@ def alive(name='test'):
     return [thread for thread in threading.enumerate() if thread.name == name]
 
 
-def test_worker_does_jobs_in_order(worker):
+def test_worker_does_jobs_in_order(worker, disk):
     done = []
+    worker.do('work', disk.wait)
     answers = [worker.do('work', lambda n=n: done.append(n) or n) for n in range(50)]
+    disk.set()
     assert [answer.result(SOON) for answer in answers] == list(range(50)) == done
     assert worker.wait(SOON)
     for thread in alive():
@@ -77,24 +79,6 @@ def test_job_on_a_hanging_disk_times_out(worker, disk, later):
     disk.set()
     assert worker.wait(SOON)
     assert worker.do('more', lambda: 'again').result(SOON) == 'again'
-
-
-def test_step_after_the_timeout_is_not_taken(worker, disk, later):
-    taken = []
-
-    def work():
-        disk.wait()
-        worker.unless_given_up(lambda: taken.append(1))
-
-    wanted = worker.do('work', lambda: worker.unless_given_up(lambda: 'in time'))
-    assert wanted.result(SOON) == 'in time'
-    late = worker.do('work', work)
-    later()
-    worker.on_timer()
-    disk.set()
-    assert worker.wait(SOON)
-    assert isinstance(late.exception(0.0), Overdue)
-    assert not taken
 
 
 def test_thread_that_does_not_start_rejects_its_job(worker, monkeypatch):
