@@ -5,6 +5,7 @@
 import os
 import resource
 import shutil
+from contextlib import suppress
 
 import pytest
 from mcap.records import Chunk
@@ -75,17 +76,6 @@ def test_existing_path_is_never_touched(record, tmp_path):
     (tmp_path / 'file').touch()
     with pytest.raises(BagError, match='exists already'):
         BagWriter(tmp_path / 'file')
-
-
-def test_bag_that_cannot_be_created_leaves_no_open_file(tmp_path, monkeypatch):
-    def fill_disk(descriptor):
-        raise OSError(28, 'No space left on device')
-
-    monkeypatch.setattr(os, 'fsync', fill_disk)
-    before = os.listdir('/proc/self/fd')
-    with pytest.raises(BagError):
-        BagWriter(tmp_path / 'bag')
-    assert os.listdir('/proc/self/fd') == before
 
 
 @pytest.mark.parametrize(
@@ -190,3 +180,21 @@ def test_long_recording_is_cut_into_small_chunks(tmp_path):
     with path.open('rb') as stream:
         records = list(StreamReader(stream, validate_crcs=True, emit_chunks=True).records)
     assert [r.uncompressed_size // 100_000 for r in records if type(r) is Chunk] == [3, 3, 3, 1]
+
+
+@pytest.mark.parametrize('calls', range(1, 8))
+def test_bag_that_cannot_be_created_leaves_no_open_file(tmp_path, monkeypatch, calls):
+    before = os.listdir('/proc/self/fd')
+    sync = os.fsync
+    left = [calls]
+
+    def fails_after_some(descriptor):
+        left[0] -= 1
+        if left[0] <= 0:
+            raise OSError(28, 'No space left on device')
+        sync(descriptor)
+
+    monkeypatch.setattr(os, 'fsync', fails_after_some)
+    with suppress(BagError):
+        BagWriter(tmp_path / 'bag').close()
+    assert os.listdir('/proc/self/fd') == before
