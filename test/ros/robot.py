@@ -114,11 +114,10 @@ def common():
 class Robot:
     """A client of one element. It waits with deadlines and keeps every message it receives."""
 
-    def __init__(self, element='/mlmem', name='robot', context=None):
-        self.element = element
-        context = context or common()
+    def __init__(self, element='/mlmem'):
+        self.element, context = element, common()
         self.node = rclpy.create_node(
-            name,
+            'robot',
             context=context,
             use_global_arguments=False,
             start_parameter_services=False,

@@ -77,14 +77,6 @@ def test_bad_message_is_rejected_in_one_line(memory, written, topic, send, word)
     assert word in line
 
 
-@pytest.mark.parametrize('level', [8, -2])
-def test_target_level_out_of_range_is_rejected(written, level):
-    with unchanged(written):
-        result = written.try_set('target_level', level)
-    assert not result.successful
-    assert 'target_level' in result.reason
-
-
 def refused_until_now(robot):
     """Return the count of refused requests from a report made after this call."""
     robot.next('/diagnostics')  # made before the call, perhaps

@@ -10,11 +10,13 @@ import sys
 import time
 
 import pytest
+from nodes import QUICK, node_parameters
 from robot import BLANK, Robot
 
 from mlmem_ros import MemoryClient
 from mlmem_ros.ros.node_process import run_child_process
 from mlmem_ros.session.data import load_session
+from mlmem_ros.testing import memory_node
 from mlmem_tools.cli.main import main
 
 
@@ -164,3 +166,18 @@ def test_ctrl_c_while_a_command_waits_ends_it(start):
             assert command.stderr.read() == 'mlmem write: interrupted\n'
         robot.pause(False)
         robot.latest('level', lambda level: level.data == 1)
+
+
+def test_command_to_two_nodes_of_one_name_warns(capsys):
+    with memory_node(node_parameters(QUICK), name='twin'):
+        assert main(['read', '--node', 'twin']) == 0
+        assert capsys.readouterr().err.count('nodes of this name') == 0
+        given = node_parameters(QUICK)
+        with memory_node(given, name='twin') as second, Robot(second.element) as robot:
+            robot.wait(lambda: robot.node.count_publishers('/twin/alive') == 2, 'both')
+            # A command that is answered before it has discovered the other node cannot warn.
+            for _ in range(10):
+                assert main(['read', '--node', 'twin', '--wait', '20']) == 0
+                if warning := capsys.readouterr().err:
+                    break
+            assert 'mlmem read: 2 nodes of this name are on the graph' in warning

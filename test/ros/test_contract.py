@@ -214,20 +214,16 @@ def test_pause_holds_time_and_step_makes_one_tick(robot):
     assert held.success, held
     try:
         robot.publish('strain', 0.06)  # takes 600 time units, 30 ticks
-        strains, ticks = {strain_of(robot)}, []
+        ticks = []
 
-        def moved():  # joint states come every few ticks; the set-point may come late, too
-            stepped = robot.trigger('step')
-            assert stepped.success, stepped
-            ticks.append(stepped['tick'])
-            strains.add(strain_of(robot))
-            return len(strains) > 1
+        def moved():  # joint states come every few ticks
+            ticks.append(robot.trigger('step')['tick'])
+            return abs(strain_of(robot)) > 1e-6
 
         robot.wait(moved, 'a joint state with another strain')
         assert ticks == list(range(ticks[0], ticks[-1] + 1))
-        assert sorted(strains)[0] == pytest.approx(0.0, abs=1e-6)
         most = 1.125 * len(ticks) / 30  # of a smooth ramp x^2 (3 - 2 x), after so many ticks
-        assert 0.0 < sorted(strains)[-1] <= 0.06 * min(most, 1.0) + 1e-9
+        assert 0.0 < strain_of(robot) <= 0.06 * min(most, 1.0) + 1e-9
     finally:
         assert robot.pause(False).success
     robot.wait(lambda: strain_is(robot, 0.06), 'the strain after the pause')

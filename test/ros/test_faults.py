@@ -38,23 +38,6 @@ def imu(acceleration):
     return message
 
 
-@pytest.mark.parametrize(
-    ('name', 'value'),
-    [
-        ('weak_cell', 226),
-        ('stuck_cell', 1),
-        ('sensor_noise', -1.0),
-        ('sensor_noise', math.nan),
-    ],
-)
-def test_impossible_fault_is_rejected(robot, name, value):
-    before = robot.get(f'faults.{name}')
-    result = robot.try_set(f'faults.{name}', value)
-    assert not result.successful
-    assert name in result.reason
-    assert robot.get(f'faults.{name}') == before
-
-
 def test_base_shakes_the_chain_and_stops_by_itself(robot):
     """An acceleration of a thousandth of the unit bends inactive cells by 1e-3 / k_s1 = 4.5e-3."""
 

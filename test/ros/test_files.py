@@ -41,6 +41,12 @@ def test_path_is_accepted_if_it_is_below_the_root(root, path, below):
         assert settings.confine_path(path) == root.resolve() / below
 
 
+@pytest.mark.parametrize('path', ['~nosuchuser/x', 'a\0b', 'x' * 300, '/', '..'])
+def test_path_that_cannot_be_a_file_is_rejected(path):
+    with pytest.raises(SettingsError, match=r'must be (a writable path|the path of a file)'):
+        FileSettings().confine_path(path)
+
+
 def test_node_writes_only_below_its_root(start, root, tmp_path):
     node = start({'files.root': str(root), 'state.path': 'element.json'})
     with Robot() as robot:

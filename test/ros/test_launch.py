@@ -130,56 +130,6 @@ def test_launch_arguments_reach_the_node(ros2, tmp_path):
     assert {topic for topic, _, _ in check_closed(bag)} >= {'/arm/left/wall', '/arm/left/field'}
 
 
-PARENT = """
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, GroupAction, IncludeLaunchDescription, LogInfo
-from launch.launch_description_sources import PythonLaunchDescriptionSource
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import PushRosNamespace
-from launch_ros.substitutions import FindPackageShare
-
-OWN = ('config', 'name', 'namespace', 'managed', 'record')
-
-
-def memory(**arguments):
-    file = PathJoinSubstitution([FindPackageShare('mlmem_ros'), 'launch', 'memory.launch.py'])
-    source = PythonLaunchDescriptionSource(file)
-    return IncludeLaunchDescription(source, launch_arguments=arguments.items())
-
-
-def generate_launch_description():
-    first = {'element': 'bits_1', 'node_name': 'first', 'write.attempts': '7', 'linger': '0.1'}
-    return LaunchDescription([
-        *(DeclareLaunchArgument(name, default_value='true') for name in OWN),
-        memory(**first),
-        memory(),
-        GroupAction([PushRosNamespace('arm'), memory(node_namespace='left', element='bits_1')]),
-        *(LogInfo(msg=[f'own {name} ', LaunchConfiguration(name)]) for name in OWN),
-    ])
-"""
-
-
-def test_launch_includes_share_no_argument(ros2, tmp_path):
-    """Neither with each other nor with a parent that has arguments of usual names."""
-    file = tmp_path / 'parent.launch.py'
-    file.write_text(PARENT)
-    names = ('element', 'write.attempts', 'linger', 'record.path', 'autostart')
-    expected = {
-        '/first': ('bits_1', 7, 0.1, '', True),
-        '/mlmem': ('case_2', 0, 0.0, '', True),
-        '/arm/left/mlmem': ('bits_1', 0, 0.0, '', True),
-    }
-    found = {}
-    with running(tmp_path, 'launch', str(file)) as output:
-        for element in expected:
-            with Robot(element) as robot:
-                robot.next('wall')
-                found[element] = tuple(robot.get(name) for name in names)
-    assert found == expected
-    for name in ('config', 'name', 'namespace', 'managed', 'record'):
-        assert f'own {name} true' in output.read_text()
-
-
 def test_launch_shows_every_parameter_as_an_argument(ros2):
     told = ros2('launch', 'mlmem_ros', 'memory.launch.py', '--show-args')
     for name, _, description in declare_parameters():
@@ -214,7 +164,7 @@ def test_launch_bank_starts_two_elements(ros2, tmp_path):
     command = ('launch', 'mlmem_ros', 'bank.launch.py', *arguments)
     with running(tmp_path, *command) as output:
         for place in range(2):
-            with Robot(f'/bank/element_{place}/mlmem', 'bank_robot') as robot:
+            with Robot(f'/bank/element_{place}/mlmem') as robot:
                 robot.next('wall')
                 assert robot.get('element') == ELEMENT
     assert output.read_text().count('process has finished cleanly') == 1

@@ -3,6 +3,7 @@
 """Processes that end with their parent, and no sooner; parameters on their command line."""
 
 import subprocess
+from xml.etree import ElementTree
 
 import pytest
 import rclpy
@@ -10,6 +11,10 @@ from nodes import program
 from rclpy.node import Node
 
 from mlmem_ros.ros.node_process import build_node_arguments
+from mlmem_ros.ros.process import (
+    find_profile_variable,
+    use_profile,
+)
 
 SERVES = 'http.server', ['0', '--bind', '127.0.0.1']
 """A program that runs until it is ended."""
@@ -45,3 +50,20 @@ def test_any_text_survives_as_a_parameter(text):
         node.destroy_node()
     finally:
         rclpy.try_shutdown(context=context)
+
+
+def test_node_uses_the_profile_unless_it_has_one(tmp_path):
+    environment = {}
+    use_profile(environment)
+    profile = ElementTree.parse(environment[find_profile_variable({})])
+    (period,) = profile.iterfind('.//{*}leaseAnnouncement/{*}nanosec')
+    assert float(period.text) < 0.5e9
+    properties = {each.findtext('{*}name'): each for each in profile.iterfind('.//{*}property')}
+    apart = properties['fastdds.ignore_local_endpoints']  # or a bank of a hundred starts slowly
+    assert apart.findtext('{*}value') == 'true'
+    given = {'FASTDDS_DEFAULT_PROFILES_FILE': 'mine.xml'}
+    use_profile(given)
+    assert given == {'FASTDDS_DEFAULT_PROFILES_FILE': 'mine.xml'}
+    (tmp_path / 'share' / 'fastdds').mkdir(parents=True)
+    third = find_profile_variable({'AMENT_PREFIX_PATH': str(tmp_path)})
+    assert third == 'FASTDDS_DEFAULT_PROFILES_FILE'

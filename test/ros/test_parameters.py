@@ -7,6 +7,10 @@ from dataclasses import replace
 import pytest
 from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.parameter import Parameter
+from rclpy.qos import qos_profile_system_default
+from robot import Robot
+from service_msgs.msg import ServiceEventInfo
+from std_srvs.srv import Trigger
 
 from mlmem import ELEMENT_NAMES, Settings, SettingsError, element_file, load_element
 from mlmem_ros.host.settings import declare_parameters
@@ -188,3 +192,35 @@ def test_actuator_absent_with_method_strain_is_rejected(declared):
     given.lock(8)  # as a configured node does
     assert not set_all(node, {'write.method': 'strain'}).successful
     assert set_all(node, {'write.method': 'kick'}).successful
+
+
+def test_qos_overrides_of_a_publisher_and_a_subscription_apply(start):
+    start({
+        'qos_overrides./mlmem/field.publisher.depth': 7,
+        'qos_overrides./mlmem/field.publisher.reliability': 'best_effort',
+        'qos_overrides./mlmem/probe.subscription.depth': 9,
+    })  # fmt: skip
+    with Robot() as robot:
+        assert robot.get('qos_overrides./mlmem/probe.subscription.depth') == 9
+        robot.wait(lambda: robot.node.count_publishers('/mlmem/field'), 'the publisher')
+        (field,) = robot.node.get_publishers_info_by_topic('/mlmem/field')
+    assert field.qos_profile.reliability.name == 'BEST_EFFORT'
+
+
+def test_service_introspection_publishes_requests_and_answers(start):
+    start()
+    with Robot() as robot:
+        events = []
+        robot.node.create_subscription(
+            Trigger.Event, '/mlmem/read/_service_event', events.append, qos_profile_system_default
+        )
+        robot.trigger('read')
+        assert not events
+        robot.set(service_configure_introspection='contents')
+        robot.wait(
+            lambda: robot.node.count_publishers('/mlmem/read/_service_event'), 'a publisher'
+        )
+        robot.trigger('read')
+        kinds = ServiceEventInfo.REQUEST_RECEIVED, ServiceEventInfo.RESPONSE_SENT
+        robot.wait(lambda: {each.info.event_type for each in events} >= set(kinds), 'both events')
+        assert [each.response[0].success for each in events if each.response] == [True]

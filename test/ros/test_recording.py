@@ -10,7 +10,7 @@ import signal
 from collections import defaultdict
 
 import pytest
-from nodes import arrived, end_node
+from nodes import end_node
 from rclpy.serialization import serialize_message
 from robot import OUT, Robot, type_name
 from rosbags.highlevel import AnyReader
@@ -149,25 +149,3 @@ def test_kill_loses_no_acknowledged_write(start, tmp_path, capsys):
     assert_replays(mended, incomplete=True).assert_levels([1], incomplete=True)
     with Robot(start(kept, name='again').element) as robot:
         assert robot.trigger('read')['level'] == 1
-
-
-def test_second_session_overwrites_nothing(start, tmp_path):
-    bag = tmp_path / 'session'
-    node = start()
-    with Robot() as robot:
-        assert robot.write(1).success
-        robot.set(record__path=str(bag))
-        assert robot.record(True)['path'] == str(bag)
-        assert 'busy' in robot.record(True)['error']
-        assert robot.trigger('read')['level'] == 1
-        assert robot.record(False)['path'] == str(bag)
-        again = robot.record(True)['path']
-        assert again.startswith(str(bag))
-        assert again != str(bag)
-        assert robot.record(False).success
-        robot.pause(True)
-        robot.ask('write', level=3)
-        arrived(node)
-        assert 'write is running' in robot.record(True)['error']
-    report = run_replay(load_session(bag))  # begun with the wall at level 1
-    assert (report.exact, report.levels) == (True, [1, 1])

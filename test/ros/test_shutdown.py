@@ -49,16 +49,6 @@ def test_robot_stopped_with_its_memory_writes_once_more(start, tmp_path):
     assert state_file.load_snapshot(state)['reading']['level'] == 0
 
 
-def test_node_waits_until_its_clients_have_left(start):
-    node = start({'linger': 60.0}, apart=True)
-    with standalone() as memory:
-        assert memory.read(timeout=SOON).wait().blank
-        node.signal(signal.SIGINT)
-        time.sleep(2.0 * CLIENT_ABSENCE_S)
-        assert memory.read(timeout=SOON).wait().blank  # a client that was quiet, and lives
-    assert node.exit_status(SOON) == 0
-
-
 @pytest.mark.parametrize('longest', [0.8, 60.0])
 def test_linger_ends_with_its_time_or_sigterm(longest):
     assert longest > CLIENT_ABSENCE_S  # or it would end for want of clients

@@ -88,6 +88,31 @@ def test_twin_names_the_cell_that_became_weaker(start, file):
         robot.next_status('twin', lambda status: status.message.startswith(weaker))
 
 
+def test_twin_that_cannot_be_used_ends_the_start(refused, tmp_path):
+    file = tmp_path / 'element.yaml'
+    made = scattered(BYTE, Scatter(alpha=0.1), 3)
+    element_file.write_element_file(file, element_file.Element(made, np.zeros(BYTE.N)))
+    given = {'element': 'byte', 'design.check': 'skip'}
+    assert '01011001 cannot be held' in refused(given | {'twin': str(file)})
+    assert 'twin: /nowhere.yaml: ' in refused(given | {'twin': '/nowhere.yaml'})
+
+
+def test_stuck_cell_of_the_file_is_reported(start, tmp_path):
+    """Level 3 of bits_2 lies behind the stuck cell 31: refused by name, and in the diagnostics."""
+    design, settings = load_element('bits_2').design_and_settings
+    file = tmp_path / 'element.yaml'
+    made = Specimen(design, stuck=(31,))
+    element = element_file.Element(made, np.zeros(design.N), settings=quick(settings))
+    element_file.write_element_file(file, element)
+    start({'element': str(file), 'twin': str(file)})
+    with Robot() as robot:
+        assert robot.write(1).success
+        assert 'cell 31 is stuck' in robot.write(3)['error']
+        assert robot.trigger('read')['level'] == 1
+        status = robot.next_status('memory', lambda status: 'bad_cells' in values(status))
+        assert 'level 3 cannot be reached' in values(status)['bad_cells']
+
+
 @pytest.fixture(scope='module')
 def byte(tmp_path_factory):
     """A byte with what `mlmem plan` finds; the design's forecasts tell hardly a word, and the
@@ -125,28 +150,3 @@ def test_register_with_a_twin_writes_and_replays(start, byte, tmp_path):
     assert report.exact
     assert report.recorded_endings == ['write 64', 'read 64']
     assert [each.reading.level for each in report.outcomes] == [64, 64]
-
-
-def test_twin_that_cannot_be_used_ends_the_start(refused, tmp_path):
-    file = tmp_path / 'element.yaml'
-    made = scattered(BYTE, Scatter(alpha=0.1), 3)
-    element_file.write_element_file(file, element_file.Element(made, np.zeros(BYTE.N)))
-    given = {'element': 'byte', 'design.check': 'skip'}
-    assert '01011001 cannot be held' in refused(given | {'twin': str(file)})
-    assert 'twin: /nowhere.yaml: ' in refused(given | {'twin': '/nowhere.yaml'})
-
-
-def test_stuck_cell_of_the_file_is_reported(start, tmp_path):
-    """Level 3 of bits_2 lies behind the stuck cell 31: refused by name, and in the diagnostics."""
-    design, settings = load_element('bits_2').design_and_settings
-    file = tmp_path / 'element.yaml'
-    made = Specimen(design, stuck=(31,))
-    element = element_file.Element(made, np.zeros(design.N), settings=quick(settings))
-    element_file.write_element_file(file, element)
-    start({'element': str(file), 'twin': str(file)})
-    with Robot() as robot:
-        assert robot.write(1).success
-        assert 'cell 31 is stuck' in robot.write(3)['error']
-        assert robot.trigger('read')['level'] == 1
-        status = robot.next_status('memory', lambda status: 'bad_cells' in values(status))
-        assert 'level 3 cannot be reached' in values(status)['bad_cells']
