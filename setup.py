@@ -100,13 +100,13 @@ setup(
             'memory_node = mlmem_ros.ros.main:main',
             'memory_bank = mlmem_ros.ros.main:bank',
             'memory_clock = mlmem_ros.ros.clock:main',
+            'memory_monitor = mlmem_tools.identification.monitor_node:main',
             'mlmem = mlmem_tools.cli.main:main',
         ],
         # How mlmem_ros reaches mlmem_tools, which imports it.
         'mlmem_ros.tools': [
             'command_line = mlmem_tools.cli.main:main',
             'design_check = mlmem_tools.checks:check',
-            'residual_monitor = mlmem_tools.identification.watcher:Watcher',
             'BankCheckFailed = mlmem_tools.bank.bank:BankCheckFailed',
             'BankValue = mlmem_tools.bank.bank:BankValue',
             'MemoryBank = mlmem_tools.bank.bank:MemoryBank',

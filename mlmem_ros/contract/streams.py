@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mlmem import UNDECODABLE, EchoReceived, Event, MemoryElement, Outcome, Shot, Unknown
+from mlmem import UNDECODABLE, EchoReceived, End, Event, MemoryElement, Outcome, Shot, Unknown
 from mlmem.physics import find_walls
 from mlmem.physics.potential import Array
 
@@ -25,6 +25,9 @@ from .topics import LATCHED_QOS, RELIABLE_QOS, STREAM_QOS, Topic
 
 SHOT_HEAD_SIZE = 9
 """Numbers that describe a shot, before its samples."""
+
+READ_HEAD_SIZE = SHOT_HEAD_SIZE + 4
+"""Numbers that describe a shot of a read."""
 
 
 class Joints(NamedTuple):
@@ -41,6 +44,21 @@ class Joints(NamedTuple):
     efforts: tuple[float, ...]
 
 
+class ReadShot(NamedTuple):
+    """A pulse of a read, and what became of the read.
+
+    Attributes:
+        level: The level as decoded; -1 blank, -2 undecodable.
+        tick: Tick after which the read was published.
+        disturbed: Whether the base shook.
+    """
+
+    shot: Shot
+    level: int
+    tick: int
+    disturbed: bool
+
+
 @dataclass(frozen=True)
 class Stream(Topic):
     """What a node publishes on one topic.
@@ -49,11 +67,12 @@ class Stream(Topic):
         when: Types of the events that it reports, or the parameter with the ticks between two of
             its messages.
         values: Returns what it says of an element and the event, or of None between events, in
-            the form that the type of its messages takes (see `messages.build_message`).
+            the form that the type of its messages takes (see `messages.build_message`); None if
+            it says nothing.
         of: The elements that have it: `wall` (of one wall), `register`, `simulated`; empty: all.
         dimensions: Labels and sizes of the dimensions of an array; -1 is the size that follows.
         offset: Numbers before the array.
-        is_view: Whether it is a picture for people, made only for a subscriber.
+        is_recorded: Whether a session keeps it; others are made only for subscribers.
     """
 
     when: tuple[type[Event], ...] | str = ()
@@ -61,7 +80,7 @@ class Stream(Topic):
     of: str = ''
     dimensions: tuple[tuple[str, int], ...] = ()
     offset: int = 0
-    is_view: bool = False
+    is_recorded: bool = True
 
     @property
     def is_periodic(self) -> bool:
@@ -121,6 +140,28 @@ def encode_shot(_: MemoryElement | None, shot: Shot) -> Array:
     return np.concatenate((head, shot.samples.ravel()))
 
 
+def encode_read_shot(element: MemoryElement, event: EchoReceived) -> Array | None:
+    """Return a pulse of a read as the numbers of its message, `READ_HEAD_SIZE` of them before its
+    samples, or None if the read did not record what both ends did.
+    """
+    echo = event.echo
+    if echo.shot is None:
+        return None
+    encoded = encode_shot(None, echo.shot)
+    read = echo.shot.unrest, event.reading.level, element.ticks, echo.shaken or echo.spoiled
+    return np.concatenate((encoded[:SHOT_HEAD_SIZE], read, encoded[SHOT_HEAD_SIZE:]))
+
+
+def decode_read_shot(data: Array) -> ReadShot:
+    """Return the pulse of a read that `encode_read_shot` gave."""
+    row, omega_c, A, sigma, wall, strain, dt = map(float, data[:7])
+    unrest, level, tick, disturbed = map(float, data[SHOT_HEAD_SIZE:READ_HEAD_SIZE])
+    rest, samples = data[7:SHOT_HEAD_SIZE], data[READ_HEAD_SIZE:].reshape(2, -1)
+    end = End.RIGHT if row else End.LEFT
+    shot = Shot(end, omega_c, A, sigma, wall, strain, dt, rest, samples, unrest)
+    return ReadShot(shot, int(level), int(tick), bool(disturbed))
+
+
 def measure_distance(element: MemoryElement, event: EchoReceived) -> Array:
     """Return the distance from the probed end to the wall, infinite without an echo, and the
     length of the element, in m.
@@ -178,6 +219,20 @@ _TABLE = (
         values=encode_shot,
         dimensions=(('end', 2), ('sample', -1)),
         offset=SHOT_HEAD_SIZE,
+    ),
+    Stream(
+        'read_waveform',
+        'std_msgs/msg/Float64MultiArray',
+        RELIABLE_QOS,
+        'the same for each pulse of a read by delays, to subscribers alone; four more numbers '
+        'before `data_offset`: root mean square motion of the ends before the pulse, level as '
+        'decoded, tick, and whether the base shook (0, 1)',
+        when=(EchoReceived,),
+        values=encode_read_shot,
+        of='wall',
+        dimensions=(('end', 2), ('sample', -1)),
+        offset=READ_HEAD_SIZE,
+        is_recorded=False,
     ),
     Stream(
         'outcome',
@@ -250,7 +305,7 @@ _TABLE = (
         'the configuration (site upward) over the last seconds, rgb8',
         when='publish.views_every',
         of='simulated',
-        is_view=True,
+        is_recorded=False,
     ),
     Stream(
         'markers',
@@ -259,7 +314,7 @@ _TABLE = (
         'the chain for RViz and Foxglove: cells by phase, substrate, levels, walls, content',
         when='publish.views_every',
         of='simulated',
-        is_view=True,
+        is_recorded=False,
     ),
 )
 

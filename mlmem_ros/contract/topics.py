@@ -76,7 +76,7 @@ DIAGNOSTICS_TOPIC = Topic(
     '/diagnostics',
     'diagnostic_msgs/msg/DiagnosticArray',
     RELIABLE_QOS,
-    'health of loop, material, actuator, transducers, memory, faults, twin and recorder, once a '
-    'second',
+    'health of loop, material, actuator, transducers, memory, faults and recorder, once a second; '
+    'of the twin, from `memory_monitor`',
 )
 """The one topic that all nodes share."""

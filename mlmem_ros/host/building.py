@@ -1,20 +1,18 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a configuration makes: the device of a checked design, its files, and what watches it."""
+"""What a configuration makes: the device of a checked design, and its files."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 from mlmem import (
     Calibration,
     Driver,
     DriverError,
-    Event,
     Faults,
     Loop,
     MemoryElement,
@@ -30,7 +28,6 @@ from mlmem.loop.mailbox import Asked
 from mlmem.physics import Design, StateError
 from mlmem.procedure_table import UNSET_CONTENT
 
-from ..packages import find_tool
 from .design_check import check_design
 from .settings import Parameters
 from .worker import ThrottledLog, Worker
@@ -42,11 +39,10 @@ if TYPE_CHECKING:
 
 
 class Built(NamedTuple):
-    """A device, what keeps its state, and what compares its reads with a twin's forecast."""
+    """A device, and what keeps its state."""
 
     element: MemoryElement
     store: Store | NullStore
-    watcher: ResidualMonitor | None
 
 
 def build_device(
@@ -76,16 +72,15 @@ def build_device(
         undo.callback(store.close)
         element = store.new_element(given.design, given.settings, driver)
         element.loudest = loudest
-        watcher = None
         if twin is not None:
-            watcher = attach_twin(element, twin, log)
+            attach_twin(element, twin, log)
         _check_faults(element, given.faults)
         if given.initial_content != UNSET_CONTENT:
             place_initial_content(element, given.initial_content)
         if not blank:
             store.restore(element)
         undo.pop_all()
-    return Built(element, store, watcher)
+    return Built(element, store)
 
 
 def place_initial_content(element: MemoryElement, content: int) -> None:
@@ -182,21 +177,8 @@ def _check_faults(element: MemoryElement, faults: Faults) -> None:
         raise SettingsError(f'parameters {refusal}') from refusal
 
 
-class ResidualMonitor(Protocol):
-    """Compares every clean read with its forecast (`mlmem_tools.identification.watcher`)."""
-
-    text: str
-    """What has changed, in words; empty as long as all is as forecast."""
-
-    def hear(self, events: Sequence[Event]) -> None:
-        """Take the events of a tick, in the loop's thread."""
-
-    def values(self) -> dict[str, Any]:
-        """Return values for diagnostics, by name."""
-
-
-def attach_twin(element: MemoryElement, twin: Element, log: ThrottledLog) -> ResidualMonitor:
-    """Let a twin forecast the answers of its element; return what compares these.
+def attach_twin(element: MemoryElement, twin: Element, log: ThrottledLog) -> None:
+    """Let a twin forecast the answers of its element.
 
     Raises:
         SettingsError: The twin does not hold every word of a register, or every level of a wall
@@ -210,8 +192,6 @@ def attach_twin(element: MemoryElement, twin: Element, log: ThrottledLog) -> Res
             raise SettingsError(f'twin: {error}') from error
     else:
         element.forecast = _forecast_calibration(element, twin, log)
-    monitor: ResidualMonitor = find_tool('residual_monitor').load()(twin, element, log)
-    return monitor
 
 
 def _forecast_calibration(element: MemoryElement, twin: Element, log: ThrottledLog) -> Calibration:

@@ -21,7 +21,7 @@ from .settings import Parameters, SessionPlan
 from .worker import REFUSALS, Log, ThrottledLog, Worker
 
 if TYPE_CHECKING:
-    from .building import NullStore, ResidualMonitor
+    from .building import NullStore
     from .recording import Recording
     from .store import Store
 
@@ -36,7 +36,6 @@ class Host(RequestGate):
     `activate`, `deactivate`, `release`, `fail` and `on_timer`; requests may come from any thread.
 
     Attributes:
-        residual_monitor: Compares its reads with a twin's forecast; None without one.
         preparing: What is being done to configure the device; empty if nothing is.
         held_up: What its time waits for, such as /clock; empty if for nothing.
     """
@@ -58,7 +57,6 @@ class Host(RequestGate):
         """
         self.log = ThrottledLog(log)
         super().__init__(Sessions(self.log, now))
-        self.residual_monitor: ResidualMonitor | None = None
         self.preparing = self.held_up = ''
         self._unsaved = False  # the content, at the end of the last life
         self._cut_short = 0  # recordings
@@ -107,10 +105,10 @@ class Host(RequestGate):
 
     def adopt(self, device: Built, blank: bool = False) -> MemoryElement:
         """Put a device that was built into service."""
-        element, store, monitor = device
+        element, store = device
         self.stopped = ''
         self._rescue.restore(None if blank else element)
-        self.element, self._store, self.residual_monitor = element, store, monitor
+        self.element, self._store = element, store
         return element
 
     def activate(
@@ -140,7 +138,7 @@ class Host(RequestGate):
         """
         assert self.element is not None
         assert self._store is not None
-        element, store, monitor = self.element, self._store, self.residual_monitor
+        element, store = self.element, self._store
         if given.record.path:
             self.sessions.begin(plan, element)
         if given.record.last_seconds:
@@ -153,9 +151,6 @@ class Host(RequestGate):
                     recording.put_commands(commands)
             with guard('publishing'):
                 listener(events)
-            if monitor is not None:
-                with guard('watching'):
-                    monitor.hear(events)
             if recording is not None:
                 with guard('recording'):
                     recording.tick(element)

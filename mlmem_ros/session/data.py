@@ -227,7 +227,7 @@ class _Collector:
             **{
                 stream.name: (stream.type, self._create_event_handler(stream))
                 for stream in STREAMS.values()
-                if not stream.is_periodic
+                if stream.is_recorded and not stream.is_periodic
             },
             **{
                 topic.name: (topic.type, self._create_command_handler(topic.parse))

@@ -22,7 +22,7 @@ from mlmem.element_file import Element
 from mlmem.instrument.end import End, Shot
 from mlmem.physics import Design, Integrator
 from mlmem.physics.potential import Array
-from mlmem.readers.reading import UNDECODABLE, Reading
+from mlmem.readers.reading import UNDECODABLE
 
 from .forward import MAX_WALL_OFFSET_CELLS, Clock, Forward, find_equilibria
 from .noise import estimate_noise, whiten_waveforms
@@ -374,16 +374,15 @@ class Residuals:
         return None, ''
 
 
-def locate_wall(
-    design: Design, reading: Reading, known: float | None, moved: bool
-) -> float | None:
+def locate_wall(design: Design, level: int, known: float | None, moved: bool) -> float | None:
     """Return the cell of the wall that was read, 0 without a wall, or None if it is not known.
 
     Args:
+        level: As decoded; -1 blank, -2 undecodable.
         known: The cell before.
         moved: Whether the wall may be elsewhere by now; otherwise, if the reading does not tell,
             it is where it was.
     """
-    if reading.level == UNDECODABLE:
+    if level == UNDECODABLE:
         return None if moved else known
-    return float(design.defect_site(reading.level)) if reading.level >= 0 else 0.0
+    return float(design.defect_site(level)) if level >= 0 else 0.0

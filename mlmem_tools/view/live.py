@@ -104,6 +104,7 @@ class Live:
         self._last_message, self._present, self._ticks = -MAX_SILENCE_S, False, 0.0
         self._meeting: asyncio.Task[None] | None = None
         self._left = time.monotonic()
+        self._twin: tuple[float, dict[str, Status]] = -MAX_SILENCE_S, {}
         self._streams: list[Any] = []
         self._subscribe_topics()
         self._watch_streams(True)
@@ -210,8 +211,12 @@ class Live:
 
     def _on_diagnostics(self, message: Any) -> None:
         parts = _parse_components(message, self._client.name)
+        if 'twin' in parts:  # from the residual monitor, a node of its own
+            self._twin = time.monotonic(), parts
         if 'loop' not in parts:
             return
+        if time.monotonic() - self._twin[0] < MAX_SILENCE_S:
+            parts |= self._twin[1]
         self._note_message()
         loop = parts['loop'].values
         self._activity.take_report(loop.get('procedure', ''))

@@ -21,10 +21,10 @@ from mlmem_ros.contract.commands import COMMAND_TOPICS
 from mlmem_ros.contract.services import ACTION_TYPE_NAMES
 from mlmem_ros.contract.streams import STREAMS
 from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, Topic
-from mlmem_ros.host import ThrottledLog
 from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.diagnostics import Pace
-from mlmem_tools.identification.watcher import Watcher
+from mlmem_tools.identification.monitor_node import report_twin
+from mlmem_tools.identification.residual_monitor import ResidualMonitor
 from mlmem_tools.identification.watching import Change, Comparison
 
 from .table import listing, table
@@ -146,9 +146,8 @@ def _list_diagnostics() -> str:
     element.perform(Read())
     host = SimpleNamespace(refused=0, held_up='', log=SimpleNamespace(caught=0))
     known = element_file.Element(element.made, np.zeros(element.design.N))
-    host.residual_monitor = Watcher(known, element, ThrottledLog(SimpleNamespace()))
-    change = Change('cell', 1, 0.0, 0.0)
-    host.residual_monitor.last = Comparison(1.0, np.zeros(2), change)
+    monitor = ResidualMonitor(known, None)
+    monitor.last = Comparison(1.0, np.zeros(2), 0.0, Change('cell', 1, 0.0, 0.0))
     with tempfile.TemporaryDirectory() as folder:
         recorder = QueuedWriter(BagWriter(Path(folder, 'bag')), dropped_topic='/dropped')
         recorder.close()
@@ -157,8 +156,8 @@ def _list_diagnostics() -> str:
         asked = {
             'loop': (Pace.health, Pace(host).health(Loop(element, lambda *_: None))),
             **{name: (tell, tell(element)) for name, tell in diagnostics.ELEMENT_REPORTS.items()},
-            'twin': (diagnostics.report_twin, diagnostics.report_twin(host)),
             'recorder': (diagnostics.report_recorder, diagnostics.report_recorder(host)),
+            'twin': (report_twin, report_twin(monitor)),
         }
     rows = [
         [name, ', '.join(f'`{key}`' for key in health.values) or '-', _first_line(tell)]

@@ -20,9 +20,7 @@ from mlmem_ros.host import State
 from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.diagnostics import ERROR, OK, WARN, Health, Hysteresis, Pace
 
-COMPONENTS = (
-    'loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 'twin', 'recorder'
-)  # fmt: skip
+COMPONENTS = ('loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 'recorder')
 
 
 def reported(array):
@@ -206,5 +204,5 @@ def test_inactive_node_reports_every_component(start):
         robot.change_state('deactivate')
         array = robot.next('/diagnostics', lambda a: reported(a)['loop'].message == 'inactive')
         for name, status in reported(array).items():
-            text = {'recorder': 'not recording', 'twin': 'no twin'}.get(name, 'inactive')
+            text = 'not recording' if name == 'recorder' else 'inactive'
             assert (status.level, status.message, status.hardware_id) == (OK, text, '/idle')

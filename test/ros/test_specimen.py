@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node with the file of a fitted element: it simulates it, or knows that it is this one."""
 
+import subprocess
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from robot import Robot, values
 from mlmem import element_file, load_element
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.physics import Scatter, Specimen, scattered
+from mlmem_ros.ros.node_process import run_child_process
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 
@@ -59,13 +61,20 @@ def test_calibrate_of_a_twin_uses_its_planned_pulses(start, file, tmp_path, plan
     assert report.outcomes
 
 
-def test_twin_names_the_cell_that_became_weaker(start, file):
-    start(node_of(file, **{'twin': str(file)}))
-    with Robot() as robot:
+def run_monitor(twin, **options):
+    """Return a context in which a monitor with a twin runs beside the node."""
+    given = ['--ros-args', '-p', f'twin:={twin}']
+    return run_child_process('mlmem_tools.identification.monitor_node', given, **options)
+
+
+def test_monitor_names_the_cell_that_became_weaker(start, file):
+    start(node_of(file))
+    with Robot() as robot, run_monitor(file):
         assert robot.write(1).success
 
         def status_after_a_read():
             """Return what is reported once a read has been compared."""
+            robot.next_status('twin')
             robot.next_status('twin')  # the element comes to rest until the next one
             before = compared(robot.next_status('twin'))
             assert robot.trigger('read').success
@@ -113,6 +122,13 @@ def test_stuck_cell_of_the_file_is_reported(start, tmp_path):
         assert 'level 3 cannot be reached' in values(status)['bad_cells']
 
 
+def test_monitor_of_a_register_ends_with_the_reason(start, byte):
+    start(node_of(byte, **{'write.method': 'kick'}))
+    with run_monitor(byte, stderr=subprocess.PIPE, text=True) as process:
+        assert 'the element must hold one wall' in process.communicate(timeout=60.0)[1]
+        assert process.returncode == 1
+
+
 @pytest.fixture(scope='module')
 def byte(tmp_path_factory):
     """A byte with what `mlmem plan` finds; the design's forecasts tell hardly a word, and the
@@ -143,8 +159,6 @@ def test_register_with_a_twin_writes_and_replays(start, byte, tmp_path):
         robot.set(target_word=64)
         assert robot.trigger('write')['attempts'] == 1
         assert robot.trigger('read')['word'] == 64
-        # a register compares by itself, in every read
-        assert robot.next_status('twin').message == 'no read compared yet'
         end_node(node)
     report = run_replay(load_session(bag))
     assert report.exact

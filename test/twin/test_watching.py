@@ -12,7 +12,7 @@ from mlmem import EchoReceived, Faults, MemoryElement, Read, SetFaults, Write, l
 from mlmem.element_file import Element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import INTEGRATORS, Scatter, scattered
-from mlmem.readers.reading import BLANK, UNDECODABLE, Reading
+from mlmem.readers.reading import BLANK, UNDECODABLE
 from mlmem_tools.identification.watching import Residuals, locate_wall
 from mlmem_tools.rig.emulated import Sensors
 
@@ -139,10 +139,8 @@ def test_stuck_cell_is_not_taken_for_a_weak_one(bench):
 
 def test_wall_after_a_failed_write_is_not_known():
     """Compared with where it was before, a healthy element would seem to have changed."""
-    unclear = Reading(UNDECODABLE, '', 'both', None, 0.0, 0.0, math.inf)
-    clear = replace(unclear, level=1)
     before, there = float(DESIGN.defect_site(0)), float(DESIGN.defect_site(1))
-    assert locate_wall(DESIGN, unclear, before, moved=True) is None
-    assert locate_wall(DESIGN, unclear, before, moved=False) == before  # a stuck cell hides it
-    assert locate_wall(DESIGN, clear, before, moved=True) == there
-    assert locate_wall(DESIGN, replace(unclear, level=BLANK), before, moved=False) == 0.0
+    assert locate_wall(DESIGN, UNDECODABLE, before, moved=True) is None
+    assert locate_wall(DESIGN, UNDECODABLE, before, moved=False) == before  # a stuck cell hides it
+    assert locate_wall(DESIGN, 1, before, moved=True) == there
+    assert locate_wall(DESIGN, BLANK, before, moved=False) == 0.0

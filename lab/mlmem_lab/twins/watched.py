@@ -98,7 +98,7 @@ class WatchedElement:
         if not heard:
             return None
         heard = [each for each in heard if each.reading is heard[-1].reading]
-        self.wall = locate_wall(self.element.design, heard[-1].reading, self.wall, moved)
+        self.wall = locate_wall(self.element.design, heard[-1].reading.level, self.wall, moved)
         shots = [each.echo.shot for each in heard if each.echo.shot is not None]
         shots.sort(key=lambda shot: -shot.samples.shape[1])
         if self.wall is None or not self.watch.was_at_rest(shots):

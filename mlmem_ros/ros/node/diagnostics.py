@@ -265,16 +265,6 @@ def report_recorder(host: Host) -> Health:
     return Health(OK, status.state, values)
 
 
-def report_twin(host: Host) -> Health:
-    """Report the residual of reads against a twin's forecast, in cells; warn of what changed."""
-    if (watcher := host.residual_monitor) is None:
-        return Health(OK, 'no twin')
-    values = watcher.values()
-    if watcher.text:
-        return Health(WARN, watcher.text, values)
-    return Health(OK, 'as forecast' if values['compared'] else 'no read compared yet', values)
-
-
 class Diagnostics:
     """Publishes one status for every component, once a period."""
 
@@ -287,9 +277,7 @@ class Diagnostics:
         self._seen: dict[str, Health] = {}  # of the device, as last sampled
         self._still: tuple[int, Reading | None] | None = None  # what it rests with as sampled
         self._made: dict[str, tuple[Health, DiagnosticStatus]] = {}
-        self._held = {
-            name: Hysteresis() for name in ('loop', *ELEMENT_REPORTS, 'twin', 'recorder')
-        }
+        self._held = {name: Hysteresis() for name in ('loop', *ELEMENT_REPORTS, 'recorder')}
         self._held['memory'] = Hysteresis(0)  # what it held before is not so
         self._publisher = node.create_publisher(
             DiagnosticArray, DIAGNOSTICS_TOPIC.name, build_qos_profile(DIAGNOSTICS_TOPIC.qos)
@@ -330,7 +318,6 @@ class Diagnostics:
         present = {
             'loop': self._pace.health(loop, procedure),
             **{name: self._seen.get(name, INACTIVE_HEALTH) for name in ELEMENT_REPORTS},
-            'twin': report_twin(self._host),
             'recorder': report_recorder(self._host),
         }
         self._publish_health(
@@ -341,16 +328,22 @@ class Diagnostics:
         message = DiagnosticArray()
         for component, health in present.items():
             if component not in self._made or self._made[component][0] != health:
-                self._made[component] = health, self._build_status(component, health)
+                status = build_health_status(self._name, component, health)
+                self._made[component] = health, status
             message.status.append(self._made[component][1])
         message.header.stamp = self._clock.now().to_msg()
         self._publisher.publish(message)
 
-    def _build_status(self, component: str, health: Health) -> DiagnosticStatus:
-        status = DiagnosticStatus(level=health.level, message=health.text)
-        status.name, status.hardware_id = f'{self._name[1:]}: {component}', self._name
-        status.values = build_key_values(health.values)
-        return status
+
+def build_health_status(node: str, component: str, health: Health) -> DiagnosticStatus:
+    """Return the status of a component of the node of this full name."""
+    return DiagnosticStatus(
+        level=health.level,
+        name=f'{node[1:]}: {component}',
+        message=health.text,
+        hardware_id=node,
+        values=build_key_values(health.values),
+    )
 
 
 def _read_health(health: Callable[[MemoryElement], Health], element: MemoryElement) -> Health:

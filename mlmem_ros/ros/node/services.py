@@ -159,7 +159,7 @@ def build_session_plan(node: Node, given: Parameters, path: str = '') -> Session
     streams = select_streams(
         bool(given.settings.register.spacing), given.device.driver == drivers.SIMULATION_NAME
     )
-    recorded = [stream for stream in streams if not stream.is_view]
+    recorded = [stream for stream in streams if stream.is_recorded]
     return SessionPlan(
         node.get_fully_qualified_name(),
         settings,

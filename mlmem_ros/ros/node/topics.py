@@ -192,8 +192,8 @@ class Publishers:
                     self._publish_event(stream, event)
 
     def _publish_event(self, stream: Stream, event: Event | None) -> None:
-        values = stream.values(self._element, event)
-        self.publish(stream.name, build_message(stream, values, self._publication))
+        if (values := stream.values(self._element, event)) is not None:
+            self.publish(stream.name, build_message(stream, values, self._publication))
 
     def _build_periodic(self, stream: Stream) -> Any:
         """Return the present message of a stream."""
@@ -231,7 +231,7 @@ class Publishers:
             columns = COLUMN_PERIOD_TICKS if pictured else 0
             self._last_look = ActiveStreams(
                 frozenset(stream.name for stream, _ in active),
-                any(not stream.is_view for stream, _ in active),  # views may be late
+                any(stream.is_recorded for stream, _ in active),  # views may be late
                 math.gcd(*(every for _, every in active), columns),
                 recording,
                 now + 0.02,  # a look takes the middleware microseconds for each stream

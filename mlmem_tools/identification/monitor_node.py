@@ -1,0 +1,157 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The executable `memory_monitor`: compares the reads of a memory node with the forecasts of a
+twin, and reports what has changed on `/diagnostics`.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+
+from mlmem import SettingsError, element_file
+from mlmem.element_file import read_matching_element
+from mlmem.instrument.drivers import SIMULATION_NAME
+from mlmem.physics import INTEGRATORS
+from mlmem_ros.contract.calls import RequestError
+from mlmem_ros.contract.statuses import parse_status
+from mlmem_ros.contract.streams import STREAMS, decode_read_shot
+from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC
+from mlmem_ros.host.settings import DESCRIPTION
+from mlmem_ros.host.worker import ThrottledLog
+from mlmem_ros.ros.client.client import MemoryClient
+from mlmem_ros.ros.middleware import RELIABLE_PROFILE, build_qos_profile
+from mlmem_ros.ros.node.diagnostics import (
+    OK,
+    REPORT_PERIOD_S,
+    WARN,
+    Health,
+    Hysteresis,
+    build_health_status,
+)
+
+from .residual_monitor import ResidualMonitor
+from .watching import MAX_WATCHED_CELLS
+
+WAVEFORM_DELAY_S = 0.2
+"""Seconds after an outcome in which the waveforms of its read come, on another topic."""
+
+DRIVER = 'device.driver'
+
+
+class MonitorNode:
+    """Listens to `~/read_waveform` and `~/outcome` of a memory node that holds one wall.
+
+    Attributes:
+        node: The node by which it listens and reports.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Ask the memory node for its element, and listen.
+
+        Raises:
+            RequestError: The node does not answer.
+            SettingsError: The twin is not one of its element, or no read of this can be compared.
+            ElementFileError: The file of the twin cannot be read.
+        """
+        self.node = node
+        twin, name = (
+            node.declare_parameter(
+                name, default, ParameterDescriptor(description=description, read_only=True)
+            ).value
+            for name, default, description in (
+                ('twin', '', 'file of the fitted element that the node drives'),
+                ('node', 'mlmem', 'name of the memory node'),
+            )
+        )
+        memory = MemoryClient(node, name, actions=False)
+        self._monitored = memory.name
+        self._monitor = _build_monitor(memory, Path(twin))
+        self._log = ThrottledLog(node.get_logger())
+        self._smoother = Hysteresis()
+        self._publisher = node.create_publisher(
+            DiagnosticArray, DIAGNOSTICS_TOPIC.name, build_qos_profile(DIAGNOSTICS_TOPIC.qos)
+        )
+        # a comparison takes seconds
+        for stream, take in (('read_waveform', self._take_shot), ('outcome', self._take_outcome)):
+            node.create_subscription(
+                STREAMS[stream].kind,
+                f'{self._monitored}/{stream}',
+                take,
+                RELIABLE_PROFILE,
+                callback_group=MutuallyExclusiveCallbackGroup(),
+            )
+        node.create_timer(REPORT_PERIOD_S, self._publish_health)
+
+    def _take_shot(self, message: Any) -> None:
+        with self._log.guard_errors('read_waveform'):
+            self._monitor.take_shot(decode_read_shot(np.asarray(message.data)))
+
+    def _take_outcome(self, message: Any) -> None:
+        time.sleep(WAVEFORM_DELAY_S)
+        before = self._monitor.text
+        with self._log.guard_errors('outcome'):
+            self._monitor.end_procedure(parse_status(message).values.get('procedure', ''))
+        if self._monitor.text and not before:
+            self._log.warning(f'twin: {self._monitor.text}')
+
+    def _publish_health(self) -> None:
+        message = DiagnosticArray()
+        message.header.stamp = self.node.get_clock().now().to_msg()
+        health = self._smoother.smooth_health(report_twin(self._monitor))
+        message.status.append(build_health_status(self._monitored, 'twin', health))
+        self._publisher.publish(message)
+
+
+def report_twin(monitor: ResidualMonitor) -> Health:
+    """Report the residual of reads against a twin's forecast, in cells; warn of what changed."""
+    values = monitor.values()
+    if monitor.text:
+        return Health(WARN, monitor.text, values)
+    return Health(OK, 'as forecast' if monitor.compared else 'no read compared yet', values)
+
+
+def _build_monitor(memory: MemoryClient, twin: Path) -> ResidualMonitor:
+    """Return the monitor of the element behind a memory node; raises as `MonitorNode`."""
+    parameters = memory.parameters(DESCRIPTION, DRIVER).wait()
+    element = element_file.parse(parameters[DESCRIPTION], DESCRIPTION)
+    design, settings = element.design, element.settings
+    if settings.compares_waveforms or design.N > MAX_WATCHED_CELLS:
+        raise SettingsError(
+            f'the element must hold one wall that is read by delays, in at most '
+            f'{MAX_WATCHED_CELLS} cells; others compare every read with forecasts by themselves'
+        )
+    simulated = parameters[DRIVER] == SIMULATION_NAME
+    integrator = INTEGRATORS[settings.time.integrator] if simulated else None
+    return ResidualMonitor(read_matching_element(twin, design), integrator)
+
+
+def main() -> int:
+    """Monitor a memory node until SIGINT or SIGTERM; return the exit status."""
+    rclpy.init()
+    executor = MultiThreadedExecutor(3)
+    try:
+        executor.add_node(MonitorNode(Node('memory_monitor')).node)
+        executor.spin()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 0
+    except (RequestError, SettingsError, element_file.ElementFileError) as error:
+        print(f'memory_monitor: {error}', file=sys.stderr)
+        return 1
+    finally:
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
