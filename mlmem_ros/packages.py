@@ -112,11 +112,6 @@ TESTED_LIBRARIES = {
 """All of them, by the name under which the library is imported; `mlmem doctor` warns of others."""
 
 
-def find_library_version(library: str) -> str:
-    """Return the installed version of a library; empty if it is not known."""
-    return find_installed_version(*TESTED_LIBRARIES[library].packages)
-
-
 def find_installed_version(*packages: str) -> str:
     """Return the version of the first of some packages that is installed; empty without any."""
     for package in packages:
@@ -129,7 +124,8 @@ def find_installed_version(*packages: str) -> str:
 
 def is_version_tested(library: str) -> bool:
     """Return whether the installed version of a library is among those tested."""
-    found, known = find_library_version(library), TESTED_LIBRARIES[library]
+    known = TESTED_LIBRARIES[library]
+    found = find_installed_version(*known.packages)
     newest = _parse_version(known.newest)
     return (
         _parse_version(known.oldest) <= _parse_version(found)

@@ -3,48 +3,46 @@
 """The doctor names problems and their cure, whatever is missing."""
 
 import errno
+import json
 import os
 import sys
 
 import pytest
 
 from mlmem import ELEMENT_NAMES
-from mlmem.physics import INTEGRATORS, jit
+from mlmem.physics import jit
 from mlmem_ros.host import design_check
 from mlmem_tools.cli import doctor
 from mlmem_tools.cli.main import main
-
-
-@pytest.mark.parametrize(
-    ('version', 'verdict'),
-    [((3, 9), 'fail'), ((3, 10), 'pass'), ((3, 14), 'pass'), ((3, 15), 'warn')],
-)
-def test_python_version_has_a_verdict(version, verdict):
-    assert doctor.check_python(version).verdict == verdict
 
 
 def test_missing_or_broken_library_gives_advice(tmp_path, monkeypatch):
     (tmp_path / 'broken_library.py').write_text('raise OSError("libfoo.so.1: no such file")')
     monkeypatch.syspath_prepend(tmp_path)
     assert doctor.check_library('broken_library').seen == 'libfoo.so.1: no such file'
-    monkeypatch.setitem(sys.modules, 'numba', None)
-    missing = doctor.check_library('numba')
-    assert missing.verdict == 'fail'
-    assert missing.advice.startswith('sudo apt install python3-numba')
-    monkeypatch.setitem(sys.modules, 'mcap', None)
-    missing = doctor.check_library('mcap')
-    assert missing.verdict == 'warn'
-    assert missing.seen.endswith('no recording and replay')
-    assert missing.advice.startswith('python3 -m pip install mcap')
+    for name, verdict, advice in (
+        ('numba', 'fail', 'sudo apt install python3-numba'),
+        ('mcap', 'warn', 'python3 -m pip install mcap'),
+        ('rclpy', 'fail', 'source /opt/ros/jazzy/setup.bash'),
+    ):
+        monkeypatch.setitem(sys.modules, name, None)
+        missing = doctor.check_library(name)
+        assert missing.verdict == verdict
+        assert missing.advice.startswith(advice)
+
+
+def test_untested_version_is_a_warning(monkeypatch):
+    assert doctor.check_library('numba').verdict == 'pass'
+    monkeypatch.setattr(doctor.packages, 'find_installed_version', lambda *_: '0.99')
+    assert doctor.check_library('numba').verdict == 'warn'
 
 
 @pytest.mark.parametrize(
     ('value', 'verdict'),
-    [('0', 'pass'), ('42', 'pass'), ('101', 'pass'), ('102', 'fail'), ('-1', 'fail'),
-     ('four', 'fail'), ('', 'warn'), (None, 'warn')],
+    [('0', 'pass'), ('101', 'pass'), ('102', 'fail'), ('-1', 'fail'), ('four', 'fail'),
+     ('', 'warn')],
 )  # fmt: skip
-def test_domain_has_a_verdict(value, verdict, monkeypatch):
-    monkeypatch.delenv('ROS_AUTOMATIC_DISCOVERY_RANGE', raising=False)
+def test_domain_has_a_verdict(value, verdict):
     found = doctor.check_domain(value)
     assert found.verdict == verdict
     assert bool(found.advice) == (verdict != 'pass')
@@ -55,19 +53,18 @@ def full_disk(*_):
 
 
 @pytest.mark.parametrize(
-    ('name', 'replaced', 'seen', 'advice'),
+    ('name', 'replaced', 'seen'),
     [
-        ('find_cache_folder', lambda _: None, 'no folder can be written', 'NUMBA_CACHE_DIR'),
-        ('check_cache_space', full_disk, 'No space left on device', 'NUMBA_CACHE_DIR'),
+        ('find_cache_folder', lambda _: None, 'no folder can be written'),
+        ('check_cache_space', full_disk, 'No space left on device'),
     ],
 )
-def test_compile_cache_that_cannot_be_used_is_a_warning(name, replaced, seen, advice, monkeypatch):
+def test_compile_cache_that_cannot_be_used_is_a_warning(name, replaced, seen, monkeypatch):
     assert doctor.check_compile_cache().verdict == 'pass'
     monkeypatch.setattr(jit, name, replaced)
     found = doctor.check_compile_cache()
     assert found.verdict == 'warn'
     assert seen in found.seen
-    assert advice in found.advice
 
 
 def test_element_slower_than_real_time_is_a_warning(monkeypatch):
@@ -78,20 +75,16 @@ def test_element_slower_than_real_time_is_a_warning(monkeypatch):
     assert (found.verdict, found.seen) == ('warn', 'a second of the element takes 3.0 s')
 
 
-def test_doctor_without_ros_says_how_to_install_it(monkeypatch, capsys):
+def test_doctor_without_ros_fails(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, 'rclpy', None)
-    assert main(['doctor']) == 1
-    told = capsys.readouterr().out
-    assert 'fail  ROS 2' in told
-    assert 'setup.bash' in told
+    assert main(['doctor', '--json']) == 1
+    found = json.loads(capsys.readouterr().out)['findings']
+    assert [each['what'] for each in found if each['verdict'] == 'fail'] == ['rclpy']
 
 
-def test_warm_does_all_tasks_of_a_first_start(monkeypatch, capsys):
-    """Every loop with every substrate, and every preset's check."""
+def test_warm_checks_every_shipped_element(monkeypatch):
     checked = []
     monkeypatch.setattr(design_check, 'load_findings', lambda *element: checked.append(element))
     monkeypatch.setattr(doctor, 'examine_machine', lambda: [])
     assert main(['doctor', '--warm']) == 0
     assert len(checked) == len(ELEMENT_NAMES)
-    told = capsys.readouterr().out
-    assert told.count('warm  kernel') == 2 * len(INTEGRATORS)
