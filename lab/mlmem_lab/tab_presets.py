@@ -233,9 +233,7 @@ def main(folder: Path) -> None:
     )
     file.write_text(text + '\n', encoding='utf-8')
     recorded.write_bytes(
-        gzip.compress(
-            load_frame(PAGE_FOLDER.parents[1] / 'test' / 'data' / 'life').frame, 9, mtime=0
-        )
+        gzip.compress(load_frame(PAGE_FOLDER.parents[1] / 'test' / 'data' / 'life'), 9, mtime=0)
     )
     for made in (file, recorded):
         print(f'{made}: {made.stat().st_size} bytes')

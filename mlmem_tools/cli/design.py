@@ -14,7 +14,6 @@ file that cannot be read.
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,7 +28,7 @@ from .command import (
     declare_tasks,
     load_element_option,
 )
-from .output import create_console, create_table, print_failure, print_json
+from .output import create_console, print_failure, print_json, print_rows
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -37,9 +36,6 @@ if TYPE_CHECKING:
     from ..checks import Report
     from ..checks.capacity import Capacity
 
-
-VERDICT_COLOURS = {'pass': 'green', 'warn': 'yellow', 'fail': 'red'}
-"""Colours by verdict."""
 
 PROOF_OPTIONS = (
     declare_option(
@@ -56,9 +52,7 @@ PROOF_OPTIONS = (
     declare_option('source', metavar='ELEMENT', help='shipped element, or element file'),
     ELEMENT_OPTION,
     JSON_OPTION,
-    declare_option(
-        '--brief', action='store_true', help='leave out passes and quotations of the paper'
-    ),
+    declare_option('--brief', action='store_true', help='leave out passes'),
     text='Judge every quantity that the memory depends on, say what goes wrong if one fails,\n'
     'and how much the design holds by one wall and by many.',
 )
@@ -179,59 +173,46 @@ def _reject_request(arguments: argparse.Namespace) -> str:
         )
     report = judge_request(levels, scatter, friction)
     title = f'{levels} levels, scatter {scatter:g}, friction {friction:g}'
-    table = create_table(f'budget of {title}', '', 'quantity', 'value', 'what it means')
-    for finding in report.findings:
-        values = '\n'.join(f'{name} {value:.4g}' for name, value in finding.values.items())
-        table.add_row(finding.verdict.value, finding.name, values, finding.text)
-    create_console(aside=arguments.json).print(table)
+    print_rows(create_console(aside=arguments.json), f'budget of {title}', _list_rows(report))
     return '; '.join(finding.text for finding in report.of(Verdict.FAIL))
 
 
 def print_capacity(console: Console, held: Iterable[Capacity]) -> None:
     """Print how much an element holds, by the way of writing; nothing for none."""
-    if not (held := list(held)):
-        return
-    table = create_table('capacity', 'by', '>words', '>bits', '>least distance in levels', '')
-    for each in held:
-        table.add_row(
-            each.way,
-            f'{each.words}' if each.words <= 2**53 else f'{each.words:.3g}',
-            f'{each.bits:.1f}',
-            '' if each.distance is None else f'{each.distance}',
-            each.why,
-        )
-    console.print(table)
+    rows = [
+        {
+            'by': each.way,
+            'words': each.words if each.words <= 2**53 else float(each.words),
+            'bits': f'{each.bits:.1f}',
+            'least distance in levels': each.distance,
+            '': each.why,
+        }
+        for each in held
+    ]
+    print_rows(console, 'capacity', rows)
 
 
 def print_report(console: Console, source: str, report: Report, brief: bool) -> None:
-    """Print the findings of a check in a table, without passes and sources if `brief`."""
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
+    """Print the findings of a check in a table, without passes if `brief`."""
     from ..checks import Verdict
 
-    table = Table(title=f'{source}: {report.verdict.value}', show_lines=True, box=box.SIMPLE)
-    table.add_column('')
-    table.add_column('quantity', no_wrap=True)
-    table.add_column('values')
-    table.add_column('what it means' + ('' if brief else ', and the paper'))
-    for finding in report.findings:
-        if brief and finding.verdict is Verdict.PASS:
-            continue
-        verdict = finding.verdict.value
-        name = Text.assemble(finding.name, '\n', (finding.unit, 'dim'))
-        numbers = '\n'.join(
-            f'{key} none' if math.isnan(value) else f'{key} {value:.4g}'
-            for key, value in finding.values.items()
-        )
-        where = () if brief else ('\n', (finding.source, 'dim'))
-        text = Text.assemble(finding.text, *where)
-        table.add_row(Text(verdict, VERDICT_COLOURS[verdict]), name, numbers, text)
-    if table.row_count:
-        console.print(table)
+    shown = [row for row in _list_rows(report) if not (brief and row['verdict'] == 'pass')]
+    print_rows(console, f'{source}: {report.verdict.value}', shown)
     counts = {verdict: len(report.of(verdict)) for verdict in Verdict}
     console.print(
         f'{len(report.findings)} quantities: {counts[Verdict.FAIL]} failed, '
         f'{counts[Verdict.WARN]} with a warning'
     )
+
+
+def _list_rows(report: Report) -> list[dict[str, str]]:
+    """Return the findings as rows of a table."""
+    return [
+        {
+            'verdict': finding.verdict.value,
+            'quantity': f'{finding.name} {finding.unit}'.rstrip(),
+            'values': ', '.join(f'{key} {value:.4g}' for key, value in finding.values.items()),
+            'what it means': finding.text,
+        }
+        for finding in report.findings
+    ]

@@ -18,7 +18,7 @@ import math
 from pathlib import Path
 
 from .command import JSON_OPTION, declare_command, declare_option
-from .output import create_console, create_table, print_failure, print_json
+from .output import create_console, print_failure, print_json, print_rows
 
 
 @declare_command(
@@ -56,21 +56,24 @@ def law(arguments: argparse.Namespace) -> int:
         print_json(told)
     else:
         console = create_console()
-        table = create_table('Wells', '>at, mm', '>stiffness, N/m', '>energy, mJ')
-        for well in told['wells']:
-            table.add_row(
-                _format_quantity(well, 'displacement', 1e3), _format_quantity(well, 'stiffness'),
-                _format_quantity(well, 'energy', 1e3),
-            )  # fmt: skip
-        console.print(table)
-        table = create_table('On the way to the next', '>peak, N', '>barrier, mJ', '>set free, mJ')
-        for step in told['barriers']:
-            table.add_row(
-                _format_quantity(step, 'force'),
-                _format_quantity(step, 'barrier', 1e3),
-                _format_quantity(step, 'set_free', 1e3),
-            )
-        console.print(table)
+        places = [
+            {
+                'at, mm': _format_quantity(well, 'displacement', 1e3),
+                'stiffness, N/m': _format_quantity(well, 'stiffness'),
+                'energy, mJ': _format_quantity(well, 'energy', 1e3),
+            }
+            for well in told['wells']
+        ]
+        print_rows(console, 'Wells', places)
+        ways = [
+            {
+                'peak, N': _format_quantity(step, 'force'),
+                'barrier, mJ': _format_quantity(step, 'barrier', 1e3),
+                'set free, mJ': _format_quantity(step, 'set_free', 1e3),
+            }
+            for step in told['barriers']
+        ]
+        print_rows(console, 'On the way to the next', ways)
         for number, step in enumerate(told['barriers']):
             if (depth := step['depth_std']) is not None:
                 console.print(

@@ -8,7 +8,7 @@ import dataclasses
 import json
 import math
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
@@ -58,20 +58,45 @@ def create_table(title: str, *headings: str) -> Table:
     return table
 
 
-def show_progress(
-    console: Console, rows: Iterator[object], done: int, total: int | None, what: str
+def print_rows(
+    console: Console, title: str, rows: Sequence[Mapping[str, Any]], columns: Sequence[str] = ()
 ) -> None:
-    """Go through the rows, and show their number, the elapsed and the remaining time."""
-    from rich import progress as shown
+    """Print mappings as a table, one a row; nothing without any.
 
-    columns = (
-        shown.TextColumn(what), shown.MofNCompleteColumn(), shown.BarColumn(),
-        shown.TimeElapsedColumn(), shown.TextColumn('left'), shown.TimeRemainingColumn(),
-    )  # fmt: skip
-    with shown.Progress(*columns, console=console, speed_estimate_period=120.0) as bar:
-        task = bar.add_task(what, total=total, completed=done)
-        for _ in rows:
-            bar.advance(task)
+    Args:
+        console: Where.
+        title: Above the table.
+        rows: Their values are texts, numbers or None. They may come from a file: whatever would
+            act on the terminal is replaced.
+        columns: Keys to print; by default those of the first row.
+    """
+    cells = [
+        [make_printable(_format_cell(row.get(key)), 300) for key in columns or rows[0]]
+        for row in rows
+    ]
+    if not cells:
+        return
+    headings = [
+        f'>{key}' if all(each == '' or _is_number(each) for each in column) else key
+        for key, column in zip(columns or rows[0], zip(*cells, strict=True), strict=True)
+    ]
+    table = create_table(title, *headings)
+    for row in cells:
+        table.add_row(*row)
+    console.print(table)
+
+
+def _format_cell(value: Any) -> str:
+    if isinstance(value, float):
+        return f'{value:.4g}'
+    return '' if value is None else str(value)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return bool(float(text.split()[0]) or True)
+    except (ValueError, IndexError):
+        return False
 
 
 class ProgressBar:
@@ -82,8 +107,11 @@ class ProgressBar:
 
         columns = (
             shown.TextColumn('{task.description}'), shown.BarColumn(), shown.TimeElapsedColumn(),
+            shown.TextColumn('left'), shown.TimeRemainingColumn(),
         )  # fmt: skip
-        self._bar = shown.Progress(*columns, console=console, transient=True)
+        self._bar = shown.Progress(
+            *columns, console=console, transient=True, speed_estimate_period=120.0
+        )
         self._task = self._bar.add_task('', total=1.0)
 
     def __enter__(self) -> ProgressBar:
@@ -96,6 +124,16 @@ class ProgressBar:
     def __call__(self, what: str, share: float) -> None:
         """Show what is being done, and the fraction done."""
         self._bar.update(self._task, description=what, completed=share)
+
+
+def show_progress(
+    console: Console, rows: Iterator[object], done: int, total: int, what: str
+) -> None:
+    """Go through the rows, and show their number, the elapsed and the remaining time."""
+    with ProgressBar(console) as report:
+        report(f'{done} of {total} {what}', done / total)
+        for number, _ in enumerate(rows, done + 1):
+            report(f'{number} of {total} {what}', number / total)
 
 
 def print_failure(command: str, error: object, status: int) -> int:

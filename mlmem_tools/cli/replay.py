@@ -10,8 +10,7 @@ build every level, and states within 1e-6 cells); 1: it does not, or there is no
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,10 +19,9 @@ from mlmem.schema import make_printable
 
 from .command import JSON_OPTION, declare_command, declare_option
 from .interrupts import note_outcome
-from .output import print_bag_failure, print_failure, print_json
+from .output import ProgressBar, create_console, print_bag_failure, print_failure, print_json
 
 if TYPE_CHECKING:
-    from mlmem_ros.session.replay import Progress
     from mlmem_ros.session.report import ReplayReport
 
 
@@ -73,7 +71,11 @@ def _replay_bag(arguments: argparse.Namespace) -> int:
     session = load_session(arguments.bag, arguments.node, motion=False)
     if arguments.element and session.header is not None:
         raise BagError('--element is for bags written by another recorder; this one has its own')
-    with _create_progress() as progress:
+    with ProgressBar(create_console(aside=True)) as bar:
+
+        def progress(done: int, total: int) -> None:
+            bar('replaying', done / max(1, total))
+
         if session.header is not None:
             report = run_replay(session, progress)
         else:
@@ -145,14 +147,3 @@ def _format_values(values: Sequence[object]) -> str:
 def _print_lines(lines: Sequence[str]) -> None:
     for line in lines:
         print(make_printable(line))
-
-
-@contextmanager
-def _create_progress() -> Iterator[Progress]:
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = TextColumn('replaying'), BarColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task('replaying', total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)

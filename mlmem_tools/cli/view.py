@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem view`: show the element behind a running node, or recorded sessions, in a browser.
 
-Serves a page until Ctrl-C and prints its address. Two sessions stand side by side, with their
-differences. With --start the command fails if its element ends. With --host other machines can
+Serves a page until Ctrl-C and prints its address. Two sessions stand side by side. With
+--start the command fails if its element ends. With --host other machines can
 open the page by the printed address, which holds a token.
 """
 

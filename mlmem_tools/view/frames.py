@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from mlmem_ros.contract import calls
 
+from ..cli.output import to_json_value
 from .about import About
 
 ACTIVE_PHASE_COUNT = 8000
@@ -37,20 +38,9 @@ def pack_frame(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:
         kind = '<i2' if body.dtype.kind == 'i' else '<f4'
         head = {**head, 'body': kind[1:]}
         data = np.ascontiguousarray(body, dtype=kind).tobytes()
-    text = json.dumps(replace_nonfinite(head), separators=(',', ':')).encode()
+    text = json.dumps(to_json_value(head), separators=(',', ':')).encode()
     text += b' ' * (-len(text) % 4)
     return struct.pack('<I', len(text)) + text + data
-
-
-def replace_nonfinite(value: Any) -> Any:
-    """Return a JSON value in which None stands for every number that JSON cannot express."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {str(key): replace_nonfinite(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [replace_nonfinite(item) for item in value]
-    return value
 
 
 def scale_configuration(field: NDArray[Any], phases: tuple[float, float]) -> NDArray[np.int16]:

@@ -22,9 +22,9 @@ from aiohttp.http_exceptions import HttpProcessingError
 
 from mlmem_ros.bag.errors import BagError
 
-from .frames import pack_frame, replace_nonfinite
+from .frames import pack_frame
 from .live import Live, Page
-from .session_frame import SessionFrame, compare_sessions, load_frame
+from .session_frame import load_frame
 
 LOOPBACK_HOSTS = ('127.0.0.1', 'localhost', '::1')
 COOKIE_NAME = 'mlmem_view'
@@ -136,7 +136,6 @@ class Server:
                 web.get('/live', self._serve_socket),
                 web.get('/sessions/{number}', self._serve_session),
                 web.get('/sessions/{number}/bag.zip', self._bag),
-                web.get('/differences/{left}/{right}', self._serve_differences),
                 web.static('/static', STATIC_FOLDER),
             ]
         )
@@ -197,13 +196,12 @@ class Server:
     # --- sessions ------------------------------------------------------------------------
 
     async def _serve_session(self, request: web.Request) -> web.StreamResponse:
-        session = await self._load_session(request.match_info['number'])
-        return web.Response(body=session.frame, content_type='application/octet-stream')
-
-    async def _serve_differences(self, request: web.Request) -> web.StreamResponse:
-        left = await self._load_session(request.match_info['left'])
-        right = await self._load_session(request.match_info['right'])
-        return web.json_response(replace_nonfinite(compare_sessions(left, right)))
+        path = self._find_path(request.match_info['number'])
+        try:
+            frame = await asyncio.to_thread(self._load, str(path))
+        except BagError as error:
+            raise web.HTTPNotFound(text=str(error)) from error
+        return web.Response(body=frame, content_type='application/octet-stream')
 
     async def _bag(self, request: web.Request) -> web.StreamResponse:
         path = self._find_path(request.match_info['number'])
@@ -218,13 +216,6 @@ class Server:
             )
             await response.prepare(request)
         return response
-
-    async def _load_session(self, number: str) -> SessionFrame:
-        path = self._find_path(number)
-        try:
-            return await asyncio.to_thread(self._load, str(path))
-        except BagError as error:
-            raise web.HTTPNotFound(text=str(error)) from error
 
     def _find_path(self, number: str) -> Path:
         """Return the path of a session: one that was given, or `r0`, `r1` ... of pages."""

@@ -1,36 +1,19 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recorded session for a page: its public topics, thinned out to a bounded size; and how two
-differ.
-"""
+"""A recorded session for a page: its public topics, thinned out to a bounded size."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from difflib import SequenceMatcher
-from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mlmem import (
-    Command,
-    Disturb,
-    FollowTrajectory,
-    Read,
-    SetFaults,
-    SetMethod,
-    SetStrain,
-    Write,
-)
-from mlmem.procedure_table import CONTENT_NAMES, describe_content
+from mlmem import Disturb, Write
 from mlmem.schema import short_repr
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.contract import calls
-from mlmem_ros.contract.commands import REQUEST_COMMANDS
 from mlmem_ros.contract.statuses import OK, parse_status
 from mlmem_ros.session.data import iterate_timed
 from mlmem_ros.session.records import (
@@ -42,6 +25,7 @@ from mlmem_ros.session.records import (
     read_header,
 )
 
+from ..describe_command import describe_command
 from .about import About
 from .frames import pack_frame, scale_configuration, thin_echo
 
@@ -50,28 +34,6 @@ MAX_COLUMNS = 12_000
 
 MAX_EVENTS = 5000
 """Most commands, outcomes and echoes shown, of each kind."""
-
-COMMAND_NAMES: dict[type[Any], str] = {
-    **{kind: name for name, kind in REQUEST_COMMANDS.items()},
-    SetStrain: 'strain',
-    SetFaults: 'faults',
-    SetMethod: 'write.method',
-}
-
-
-@dataclass(frozen=True)
-class SessionFrame:
-    """A session as a page shows it.
-
-    Attributes:
-        parameters: What a replay depends on, by name: design, settings, versions.
-        events: Commands and outcomes in order: t, kind, text.
-        frame: Everything a page needs, as a frame.
-    """
-
-    parameters: Mapping[str, Any]
-    events: list[dict[str, Any]]
-    frame: bytes
 
 
 class Columns:
@@ -94,15 +56,14 @@ class Columns:
         self._count += 1
 
 
-def load_frame(path: str | Path) -> SessionFrame:
-    """Read a session.
+def load_frame(path: str | Path) -> bytes:
+    """Return a session as a frame.
 
     Raises:
         BagError: It cannot be read, or holds no session.
     """
     reader = BagReader(path)
     node, header = _read_first_header(reader)
-    groups = {'design': header.design.as_dict(), **header.settings.as_dict()}
     about, known = About.of(header.design, header.settings, node), header.calibration
     collector = _Collector(about)
     collector.take(reader)
@@ -114,12 +75,7 @@ def load_frame(path: str | Path) -> SessionFrame:
         'lost': list(map(str, reader.losses)),
         'duration': collector.duration,
     }
-    parameters = {
-        f'{group}.{name}': value
-        for group, values in {**groups, 'versions': header.versions}.items()
-        for name, value in values.items()
-    }
-    return SessionFrame(parameters, collector.events, collector.frame(head))
+    return collector.frame(head)
 
 
 def _read_first_header(reader: BagReader) -> tuple[str, Header]:
@@ -139,6 +95,7 @@ class _Collector:
 
     def __init__(self, about: About) -> None:
         self._about = about
+        self._content_name = 'word' if about.json['code'] else 'level'
         self._fields, self._strains, self._walls = Columns(), Columns(), Columns()
         self._levels: list[tuple[float, int | str]] = []
         self._echoes: list[dict[str, Any]] = []
@@ -213,81 +170,10 @@ class _Collector:
     def _take_command(self, t: float, message: Any) -> None:
         _, command = read_command(message.data)
         if not isinstance(command, Disturb):  # there are too many
-            text, more = _describe_command(command), {}
-            if isinstance(command, Write):
-                more['content'] = command.level
-                if self._about.json['code']:
-                    text = f'write {describe_content("word", command.level)}'
-            self._add_event(t, 'command', text, **more)
+            written = {'content': command.level} if isinstance(command, Write) else {}
+            text = describe_command(command, self._content_name)
+            self._add_event(t, 'command', text, **written)
 
     def _add_event(self, t: float, kind: str, text: str, **more: Any) -> None:
         if len(self.events) < MAX_EVENTS:
             self.events.append({'t': round(t, 4), 'kind': kind, 'text': text, **more})
-
-
-def _describe_command(command: Command) -> str:
-    name = COMMAND_NAMES[type(command)]
-    match command:
-        case Write(level=level):
-            return f'{name} {level}'
-        case SetStrain(strain=strain):
-            return f'{name} {strain:+.4f}'
-        case FollowTrajectory(strains=strains):
-            return f'{name} to {strains[-1]:+.4f}'
-        case Read(end=end) if end:
-            return f'{name} from {end}'
-        case SetFaults(faults=faults):
-            return f'{name} {", ".join(faults.list_active()) or "healed"}'
-        case SetMethod(method=method):
-            return f'{name} {method}'
-        case _:
-            return name
-
-
-MAX_LISTED_LINES = 200
-"""Lines shown of each kind."""
-
-
-def compare_sessions(left: SessionFrame, right: SessionFrame) -> dict[str, Any]:
-    """Return how two sessions differ.
-
-    Returns:
-        `parameters`: name, value left, value right. `events`: those without a counterpart, in
-        order; pairs of one of either side, or None. `alike`: how many events agree. `more`: how
-        many lines beyond `MAX_LISTED_LINES` of either kind are left out.
-    """
-    names = sorted({*left.parameters, *right.parameters})
-    values = ([name, left.parameters.get(name), right.parameters.get(name)] for name in names)
-    parameters = [each for each in values if each[1] != each[2]]
-    events: list[tuple[Any, Any]] = []
-    alike = 0
-    a, b = ([_format_event(event) for event in each.events] for each in (left, right))
-    matcher = SequenceMatcher(a=a, b=b, autojunk=False)
-    for tag, i, j, k, end in matcher.get_opcodes():
-        if tag == 'equal':
-            alike += j - i
-        else:
-            events += zip_longest(
-                map(_shorten_event, left.events[i:j]), map(_shorten_event, right.events[k:end])
-            )
-    return {
-        'parameters': parameters[:MAX_LISTED_LINES],
-        'events': events[:MAX_LISTED_LINES],
-        'alike': alike,
-        'more': sum(max(0, len(each) - MAX_LISTED_LINES) for each in (parameters, events)),
-    }
-
-
-def _format_event(event: dict[str, Any]) -> str:
-    """Return the part of an event that must agree: not its time or its delay."""
-    values = event.get('values', {})
-    kept = [values[key] for key in (*CONTENT_NAMES, 'attempts') if key in values]
-    return ' '.join([event['kind'], event['text'], *kept])
-
-
-def _shorten_event(event: dict[str, Any]) -> dict[str, Any]:
-    values, text = event.get('values', {}), event['text']
-    for name in CONTENT_NAMES:
-        if name in values:
-            text = f'{text}, {describe_content(name, int(values[name]))}'
-    return {'t': event['t'], 'kind': event['kind'], 'text': text}

@@ -81,13 +81,13 @@ def test_session_of_a_register_is_replayed_and_shown(client, root, capsys):
     assert main(['inspect', path]) == 0
     listed = capsys.readouterr().out
     assert f'{OTHER:08b}' in listed
-    assert f'Write(word {OTHER} ({OTHER:#x}))' in listed
+    assert f'write word {OTHER} ({OTHER:#x})' in listed
     assert main(['inspect', path, '--json']) == 0
     found = json.loads(capsys.readouterr().out)
     assert [each['word'] for each in found['echoes']] == [OTHER, OTHER]
     assert [each['word'] for each in found['procedures']] == [str(OTHER), str(OTHER)]
-    shown = session_frame.load_frame(path)
-    head = json.loads(shown.frame[4 : 4 + int.from_bytes(shown.frame[:4], 'little')])
+    frame = session_frame.load_frame(path)
+    head = json.loads(frame[4 : 4 + int.from_bytes(frame[:4], 'little')])
     assert head['element']['code']['tops'][3] == 8
     assert head['levels'][-1][1] == OTHER
     assert any(f'word {OTHER} ({OTHER:#x})' in event['text'] for event in head['events'])

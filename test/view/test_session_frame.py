@@ -3,7 +3,6 @@
 """A recorded session as it is sent to the page."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ import pytest
 from mlmem_ros.bag.errors import BagError
 from mlmem_tools.view import session_frame
 from mlmem_tools.view.frames import ACTIVE_PHASE_COUNT, scale_configuration
-from mlmem_tools.view.session_frame import MAX_LISTED_LINES, Columns, compare_sessions, load_frame
+from mlmem_tools.view.session_frame import Columns, load_frame
 
 DATA = Path(__file__).parent.parent / 'data'
 
@@ -28,17 +27,18 @@ def life():
 
 
 def test_session_lists_commands_and_outcomes(life):
-    asked = [event['text'] for event in life.events if event['kind'] == 'command']
-    ended = [event['text'] for event in life.events if event['kind'] == 'outcome']
+    events = unpacked(life)[0]['events']
+    asked = [event['text'] for event in events if event['kind'] == 'command']
+    ended = [event['text'] for event in events if event['kind'] == 'outcome']
     assert asked == ['write 2', 'read', 'erase', 'read']
     assert ended == [f'{name.split()[0]} succeeded' for name in asked]
 
 
 def test_configuration_is_sent_as_integers(life):
     """While level 2 is held the first 75 cells are active; an erased element has none."""
-    head, body = unpacked(life.frame)
+    head, body = unpacked(life)
     columns = np.frombuffer(body, dtype='<i2').reshape(len(head['t']), head['element']['rows'])
-    written = next(event['t'] for event in life.events if event['text'] == 'write succeeded')
+    written = next(event['t'] for event in head['events'] if event['text'] == 'write succeeded')
     held = columns[np.searchsorted(head['t'], written) - 1]
     assert abs(held[:65].mean() / ACTIVE_PHASE_COUNT - 1.0) < 0.01
     assert abs(held[85:].mean() / ACTIVE_PHASE_COUNT) < 0.01
@@ -52,22 +52,6 @@ def test_long_session_is_thinned_out_evenly():
     assert session_frame.MAX_COLUMNS / 2 <= len(columns.t) <= session_frame.MAX_COLUMNS
     assert len(set(np.diff(columns.rows))) == 1
     assert columns.t[-1] > 0.1 * 4.99 * session_frame.MAX_COLUMNS
-
-
-def test_differences_are_listed_by_side(life):
-    aborted = load_frame(DATA / 'aborted_write')
-    found = compare_sessions(life, aborted)
-    left = [left['text'] for left, _ in found['events'] if left]
-    right = [right['text'] for _, right in found['events'] if right]
-    assert 'write succeeded, level 2' in left
-    assert any('aborted' in text for text in right)
-
-
-def test_list_of_differences_is_bounded(life):
-    more = {f'design.x{number}': number for number in range(MAX_LISTED_LINES + 7)}
-    found = compare_sessions(life, replace(life, parameters={**life.parameters, **more}))
-    assert len(found['parameters']) == MAX_LISTED_LINES
-    assert found['more'] == 7
 
 
 def test_path_without_a_session_is_rejected(tmp_path):

@@ -3,7 +3,7 @@
 // One or two recorded sessions on the page, with a time line to scrub and to play.
 
 import { probed } from './echo.js';
-import { content, entry, facts, find, found, make, notice, number, row } from './page.js';
+import { content, entry, facts, find, found, make, notice, number } from './page.js';
 import { Panel } from './panel.js';
 import { last, Track } from './track.js';
 import { fetchFrame } from './wire.js';
@@ -26,7 +26,6 @@ export class Sessions {
   /** Fetch and show sessions by their numbers. */
   async fetch(numbers) {
     this.open(await Promise.all(numbers.map((number) => fetchFrame(`/sessions/${number}`))));
-    if (numbers.length === 2) await this.compare(numbers);
   }
 
   /** Show sessions, of which the server, or the page itself, has made frames. */
@@ -121,25 +120,7 @@ export class Sessions {
       );
     }));
   }
-
-  async compare(numbers) {
-    const { parameters, events, alike, more } = await (await fetch(`/differences/${numbers.join('/')}`)).json();
-    const rows = [
-      ...parameters.map(([name, a, b]) => [breakable(name), a ?? '–', b ?? '–']),
-      ...events.map(([left, right]) => [(left ?? right).kind, told(left), told(right)]),
-    ];
-    const count = `Events that agree: ${alike}. ${rows.length ? 'These differ:' : 'Nothing differs.'}`;
-    const table = make('table', {}, row('th', ['', 'A', 'B']), ...rows.map((cells) => row('td', cells)));
-    find('differences').hidden = false;
-    const rest = more ? [`... and ${more} more`] : [];
-    find('differences').lastElementChild.replaceChildren(count, ...(rows.length ? [table, ...rest] : []));
-  }
 }
-
-/** Return a name that may break between its words only. */
-const breakable = (name) => make('span', {}, ...name.split(/(?<=[._])/).flatMap((word) => [word, make('wbr')]));
-
-const told = (event) => (event ? `${event.text} (${event.t.toFixed(2)} s)` : '–');
 
 /** Return which procedure ran when: from its command to its outcome. */
 function runs(events, procedures) {
