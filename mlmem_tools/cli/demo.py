@@ -22,7 +22,6 @@ from mlmem_ros.packages import find_entry_points
 
 from . import laboratory
 from .command import JSON_OPTION, declare_command, declare_option
-from .interrupts import note_outcome
 from .output import create_console, print_json, print_rows, show_progress
 
 if TYPE_CHECKING:
@@ -81,7 +80,6 @@ def demo(arguments: argparse.Namespace) -> int:
     except (RequestError, RuntimeError) as error:
         console.print(f'the demonstration failed: {error}', style='red')
         return 1
-    note_outcome()
     print_rows(console, 'written and read back by echo', [row.as_row() for row in rows])
     found: dict[str, Any] = {'levels': rows}
     if folder is not None:

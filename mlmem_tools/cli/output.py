@@ -14,8 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 from mlmem.schema import make_printable
 
-from .interrupts import note_outcome
-
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
@@ -138,7 +136,6 @@ def show_progress(
 
 def print_failure(command: str, error: object, status: int) -> int:
     """Print in one line on standard error why a sub-command failed; return its exit status."""
-    note_outcome()
     print(make_printable(f'mlmem {command}: {error}'), file=sys.stderr)
     return status
 

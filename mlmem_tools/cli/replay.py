@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 from mlmem.schema import make_printable
 
 from .command import JSON_OPTION, declare_command, declare_option
-from .interrupts import note_outcome
 from .output import ProgressBar, create_console, print_bag_failure, print_failure, print_json
 
 if TYPE_CHECKING:
@@ -81,7 +80,6 @@ def _replay_bag(arguments: argparse.Namespace) -> int:
         else:
             element = MemoryElement(load_element(arguments.element or FOREIGN_BAG_ELEMENT))
             report = replay_commands(element, session, progress)
-    note_outcome()
     if arguments.json:
         print_json(report.as_dict())
     else:

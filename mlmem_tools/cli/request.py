@@ -22,7 +22,6 @@ from .command import (
     declare_option,
     declare_wait,
 )
-from .interrupts import note_outcome
 from .output import print_failure, print_json
 
 if TYPE_CHECKING:
@@ -59,7 +58,6 @@ def _build_request_command(
             with standalone(arguments.node) as client:
                 client.ready(arguments.wait).wait()
                 answer = ask(client, arguments).wait()
-                note_outcome()
                 if (count := client.node_count()) > 1:
                     print_failure(arguments.command, f'{count} {SEVERAL_NODES}', 0)
         except (RequestError, ValueError) as error:
