@@ -52,11 +52,6 @@ WIDEST_WALL = 10.0
 CELLS_PER_WIDTH = 2.0
 """Cells per level over the width of a wall; nearer defects merge."""
 
-PAPER_SOURCE = (
-    'a wall may be injected by an actuator coupled to the boundary site (p. 5); parts that '
-    'scatter or rub are not in the paper'
-)
-
 
 def width_for_scatter(levels: int, scatter: float, share: float) -> float:
     """Return the half width in cells of the narrowest wall that bears a scatter, by law 2.
@@ -209,7 +204,6 @@ def _judge_wide_wall(budget: Budget) -> Iterator[Finding]:
         Verdict.PASS,
         'bounds of the scatter of on-site stiffness, springs and masses at which one write in a '
         'hundred ends off-level; designs reach a quarter to a half of the smaller one',
-        PAPER_SOURCE,
     )
     yield Finding(
         'allowed_damping',
@@ -218,7 +212,6 @@ def _judge_wide_wall(budget: Budget) -> Iterator[Finding]:
         # narrow walls get up to half as much energy again as the law says
         judge_value(budget.damping / eta if eta else math.inf, 0.33, 0.66),
         'damping that lets the fastest wall reach the last level, arcosh(w / 1.97) / (p J)',
-        PAPER_SOURCE,
     )
     yield Finding(
         'allowed_unequal_wells',
@@ -227,7 +220,6 @@ def _judge_wide_wall(budget: Budget) -> Iterator[Finding]:
         Verdict.PASS,
         "bound of the standard deviation between the depths of a cell's two wells: measure this "
         'first',
-        PAPER_SOURCE,
     )
 
 
@@ -241,7 +233,7 @@ def _judge_friction(subject: Subject, budget: Budget) -> Iterator[Finding]:
     text = 'dry friction of a cell that lets the fastest wall reach the last level'
     if verdict is Verdict.FAIL:
         text = f'friction stops every wall before level {math.floor(most)}: choose fewer levels'
-    yield Finding('allowed_friction', values, 'k_r cells', verdict, text, PAPER_SOURCE)
+    yield Finding('allowed_friction', values, 'k_r cells', verdict, text)
     if not design.friction or settings.read.method != 'waveform':
         return
     pulse = settings.register
@@ -253,7 +245,7 @@ def _judge_friction(subject: Subject, budget: Budget) -> Iterator[Finding]:
             'friction swallows echoes from the middle of the element: choose a stronger pulse '
             '(register.A) or fewer cells'
         )
-    yield Finding('echo_reach', {'reach': reach}, 'cells', verdict, text, PAPER_SOURCE)
+    yield Finding('echo_reach', {'reach': reach}, 'cells', verdict, text)
 
 
 def _judge_next_walls(design: Design, is_register: bool) -> Finding:
@@ -267,7 +259,6 @@ def _judge_next_walls(design: Design, is_register: bool) -> Finding:
         'walls',
         Verdict.PASS if is_register or below > 1.0 else Verdict.WARN,
         f'energy of the walls to the next states; {erase}; {words}',
-        PAPER_SOURCE,
     )
 
 
@@ -313,7 +304,6 @@ def judge_request(levels: int, scatter: float, friction: float) -> Report:
         'cells',
         Verdict.PASS,
         'half width of a wall that bears the scatter; wider walls need longer levels',
-        PAPER_SOURCE,
     )
     bounds = {
         'scatter': (scatter, most_levels_with_scatter(scatter)),
@@ -330,5 +320,5 @@ def judge_request(levels: int, scatter: float, friction: float) -> Report:
             )
         verdict = Verdict.PASS if allowed else Verdict.FAIL
         values = {'levels at most': most}
-        findings.append(Finding(f'levels_by_{name}', values, '', verdict, text, PAPER_SOURCE))
+        findings.append(Finding(f'levels_by_{name}', values, '', verdict, text))
     return Report(tuple(findings))

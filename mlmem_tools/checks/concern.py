@@ -29,7 +29,6 @@ class Finding:
         unit: Unit symbol; empty for counts and ratios.
         verdict: Whether the memory will work.
         text: What it means; if it is not a pass, what goes wrong and what to change.
-        source: The sentence of the paper that it rests on.
     """
 
     name: str
@@ -37,14 +36,13 @@ class Finding:
     unit: str
     verdict: Verdict
     text: str
-    source: str
 
     def as_dict(self) -> dict[str, Any]:
         """Return the finding for JSON, with None for NaN."""
         values = {key: v if math.isfinite(v) else None for key, v in self.values.items()}
         return {
             'name': self.name, 'values': values, 'unit': self.unit,
-            'verdict': self.verdict.value, 'text': self.text, 'source': self.source,
+            'verdict': self.verdict.value, 'text': self.text,
         }  # fmt: skip
 
 
@@ -78,11 +76,10 @@ def grade_finding(
     verdict: Verdict,
     good: str,
     bad: str,
-    source: str,
 ) -> Finding:
     """Return a finding with the text `good` if it is a pass, else `bad`."""
     text = good if verdict is Verdict.PASS else bad
-    return Finding(name, values, unit, verdict, text, source)
+    return Finding(name, values, unit, verdict, text)
 
 
 def judge_value(value: float, fail_below: float, warn_below: float) -> Verdict:

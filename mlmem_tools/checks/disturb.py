@@ -34,12 +34,6 @@ AMPLITUDE_STEPS = tuple(1.25**k for k in range(24))
 """Amplitudes that are tried, over that of the pulse: up to 170 times."""
 
 
-PAPER_SOURCE = (
-    'a non-destructive read-out: small amplitude harmonic pulses, which the transition wave '
-    'reflects (p. 5)'
-)
-
-
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the finding on what a read does to the wall; none of an element with many walls, which
     is read by another pulse.
@@ -61,7 +55,6 @@ def check(subject: Subject) -> Iterator[Finding]:
         f'a pulse moves nothing up to {ratios[worst]:.3g} times the amplitude of a read',
         f'a pulse may move the wall beyond {ratios[worst]:.3g} times the amplitude of a read, '
         f'from the {worst} end: choose a smaller A there, and a smaller v_th with it',
-        PAPER_SOURCE,
     )
 
 

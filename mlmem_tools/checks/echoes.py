@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Echoes: how far damping and dispersion let them carry, and those of all levels at both ends,
-forecast from small waves on the resting element, without simulation.
+"""Echoes of all levels at both ends, forecast from small waves on the resting element, without
+simulation.
 
 The equation of motion (1a), linearised about the resting configuration, is a three-term recursion
 in j for every frequency. Its solution from the far end includes all effects of wall, defects,
@@ -23,17 +23,12 @@ from mlmem.physics import INTEGRATORS, PEFRL, Design, Integrator, Specimen, Stat
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.physics.methods.integrator import Complex
 from mlmem.physics.potential import Array
-from mlmem.physics.waves import group_velocity, pass_band
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.readers.decoding import find_exchanged_levels, primary_end
 from mlmem.readers.echo import (
-    MIN_THRESHOLD_CELLS,
     Echo,
     EchoDetector,
-    decaying_threshold,
-    detection_threshold,
     listening_time,
-    window_width,
 )
 from mlmem.settings import ProbeSettings, ReadSettings
 from mlmem_ros.host.design_check import Verdict, find_worst_verdict
@@ -127,15 +122,10 @@ MIN_ECHO_RATIO = 1.25
 
 
 def check(subject: Subject) -> Iterator[Finding]:
-    """Yield the findings on the range of echoes, and on the delays by which one wall is read."""
-    yield from _check_ranges(subject)
-    if not subject.settings.register.spacing:
-        yield from _check_echoes(subject)
-
-
-def _check_echoes(subject: Subject) -> Iterator[Finding]:
-    """Yield the findings on the echoes at either end, and on that of a blank element."""
+    """Yield the findings on the echoes by which one wall is read, and that of a blank element."""
     settings = subject.settings
+    if settings.register.spacing:
+        return
     dt = settings.time.tick / steps_per_tick(subject.made, settings.time)
     integrator = INTEGRATORS[settings.time.integrator]
     walls = {}
@@ -153,7 +143,7 @@ def _check_echoes(subject: Subject) -> Iterator[Finding]:
         margins = {level: echo.threshold_margin for level, echo in echoes.items()}
         delays = [math.nan if echo.delay is None else echo.delay for echo in echoes.values()]
         loudest = max(loudest, max(margins.values(), default=0.0))
-        yield _judge_echoes(end, margins, delays, names=end is primary_end(settings.read))
+        yield _judge_echoes(end, margins, delays, end is primary_end(settings.read))
         latest = max(latest, *delays, 0.0)
         apart[end] = _find_least_spacing(probe, echoes)
     work = len(End) * subject.design.levels * subject.design.N * latest / dt
@@ -177,7 +167,6 @@ def _check_echoes(subject: Subject) -> Iterator[Finding]:
         'a blank element is recognised by the echo of its far end',
         'the far end of a blank element is hardly heard from the right, so an erase cannot be '
         'verified: choose a smaller v_th or another carrier for probe_right',
-        'an echo reveals the distance between the boundary excitation and the wall (p. 5)',
     )
 
 
@@ -235,8 +224,6 @@ def _judge_separation(
         'turns one into another',
         f'the {end} end hardly tells level {level} from another, so reads refuse both: leave more '
         'cells before the first level there, or choose a shorter pulse',
-        'the time interval between excitation and echo reveals the position of the front (p. 5, '
-        'Fig. 4b)',
     )
 
 
@@ -253,27 +240,25 @@ def _judge_reverberation(eta: float, read: ReadSettings, loudest: float) -> Find
         'a pulse that bounces between wall and end fades within read.settle_timeout',
         'a pulse still bounces between wall and end after that time, and the next one would '
         'hear it: choose more damping, a greater v_th or a longer read.settle_timeout',
-        'the governing equations (with on-site viscous damping, eta) (p. 2)',
     )
 
 
 def _judge_echoes(
-    end: End, margins: dict[int, float], delays: list[float], *, names: bool
+    end: End,
+    margins: dict[int, float],
+    delays: list[float],
+    names_level: bool,
 ) -> Finding:
     """Judge the echoes at an end; the one that names the level must tell all apart."""
-    source = (
-        'the time interval between excitation and echo reveals the position of the front; the '
-        'more extended times correspond to higher memory state (p. 5, Fig. 4b)'
-    )
     group = 'probe' if end is End.LEFT else 'probe_right'
     if not margins:
         text = 'no level holds a wall at rest'
-        return Finding(f'echo_{end}', {}, '', Verdict.FAIL, text, source)
+        return Finding(f'echo_{end}', {}, '', Verdict.FAIL, text)
     faintest = min(margins, key=lambda level: margins[level])
     steps = np.diff(delays) * (1.0 if end is End.LEFT else -1.0)
     order = (
         # the end that only confirms needs 90 % of the levels in order
-        bool(np.mean(steps > 0.0) >= (1.0 if names else 0.9)) if len(steps) else True
+        bool(np.mean(steps > 0.0) >= (1.0 if names_level else 0.9)) if len(steps) else True
     )
     heard = judge_value(margins[faintest], 1.0, MIN_ECHO_RATIO)
     verdict = find_worst_verdict((heard, Verdict.PASS if order else Verdict.FAIL))
@@ -297,82 +282,4 @@ def _judge_echoes(
         'least delay': float(np.min(delays)),  # NaN if a level is not heard
         'greatest delay': float(np.max(delays)),
     }
-    return Finding(f'echo_{end}', values, '', verdict, text, source)
-
-
-def _check_ranges(subject: Subject) -> Iterator[Finding]:
-    """Yield the findings on the range of either end."""
-    settings = subject.settings
-    for end in End:
-        yield _judge_range(subject.design, end.probe(settings), end)
-
-
-def _judge_range(design: Design, probe: ProbeSettings, end: End) -> Finding:
-    """Judge the range that damping and dispersion leave, by closed forms."""
-    farthest = max(end.distance(design, level) for level in (0, design.levels - 1))
-    distance = np.arange(1.0, 4.0 * design.N)
-    t, v_c = echo_strength(design, probe, end.k_s(design), distance)
-    audible = v_c > detection_threshold(probe, t)
-    reach = float(distance[-1] if audible.all() else distance[audible.argmin()] - 1.0)
-    last = float(decaying_threshold(probe, t[farthest - 1]))
-    verdict = find_worst_verdict(
-        # below 1e-7 cells a real sensor would have to be very good
-        (judge_value(reach / farthest, 1.0, 1.0), judge_value(last, MIN_THRESHOLD_CELLS, 1e-7))
-    )
-    if verdict is Verdict.PASS:
-        text = f'the farthest wall, {farthest} cells away, is within the range of the echo'
-    elif reach < farthest:
-        text = (
-            f'damping and dispersion leave a range of {reach:.0f} cells, but the farthest wall is '
-            f'{farthest} away: choose less damping, a faster carrier or fewer cells'
-        )
-    else:
-        text = (
-            f'the threshold for the farthest echo is {last:.1g} cells, which is demanding for a '
-            'sensor: choose less damping or fewer cells'
-        )
-    return Finding(
-        f'range_{end}',
-        {'range': reach, 'farthest wall': float(farthest)},
-        'cells',
-        verdict,
-        text,
-        'the elapsed time between injection and echo changes with the distance between source '
-        'and wall (p. 5); with on-site viscous damping eta (Eq. 1a)',
-    )
-
-
-def echo_strength(
-    design: Design, probe: ProbeSettings, k_s: float, distance: Array
-) -> tuple[Array, Array]:
-    """Return when the echo of a perfect mirror arrives, and how strong it is.
-
-    Every frequency of the pulse travels at its own group velocity and keeps exp(-eta t) of its
-    energy over its travel time; the rest of the energy is spread over the arrival times. A free
-    end moves twice as far as the wave, and v_c averages |v| over its window.
-
-    Args:
-        probe: The pulse.
-        k_s: On-site stiffness of the phase it travels in.
-        distance: Cells from the end to the mirror, shape (m,).
-
-    Returns:
-        Mean delay since the pulse began, and greatest v_c in cells, shape (m,) each; for a pulse
-        that does not propagate its own time, and 0.
-    """
-    omega = probe.omega_c + np.linspace(-3.0, 3.0, 301) / probe.sigma
-    density = np.exp(-((probe.sigma * (omega - probe.omega_c)) ** 2))
-    low, high = pass_band(k_s)
-    travels = (omega > low) & (omega < high)
-    if not travels.any():
-        return np.full_like(distance, 6.0 * probe.sigma), np.zeros_like(distance)
-    time = 2.0 * distance[:, None] / group_velocity(omega[travels], k_s)
-    remaining = density[travels] * np.exp(-design.eta * time)
-    energy = np.maximum(remaining.sum(axis=1), 1e-300)
-    mean = (remaining * time).sum(axis=1) / energy
-    spread = (remaining * (time - mean[:, None]) ** 2).sum(axis=1) / energy
-    own = 0.5 * probe.sigma**2  # variance of the pulse's energy in time
-    length = np.sqrt(own + spread)
-    amplitude = 2.0 * probe.A * np.sqrt(energy / density.sum() * math.sqrt(own) / length)
-    covered = np.minimum(1.0, math.sqrt(4.0 * math.pi) * length / window_width(probe))
-    return 6.0 * probe.sigma + mean, 2.0 / math.pi * amplitude * covered
+    return Finding(f'echo_{end}', values, '', verdict, text)

@@ -108,6 +108,4 @@ def _judge_launch(subject: Subject, name: str, position: float | None) -> Findin
         'cells',
         verdict,
         text,
-        'a (anti-)kink may be injected from the boundary with the aid of a solenoid actuator '
-        'coupled to the boundary site (p. 5)',
     )

@@ -14,7 +14,7 @@ import numpy as np
 from mlmem.physics import StateError
 from mlmem_ros.host.design_check import Verdict
 
-from .concern import LAUNCH_LEVEL, MAX_STRAIN, Finding, Subject, grade_finding, judge_value
+from .concern import LAUNCH_LEVEL, Finding, Subject, grade_finding, judge_value
 from .quasistatic import compute_held_landscape, compute_lattice_ripple, compute_self_energy
 
 
@@ -23,12 +23,6 @@ def check(subject: Subject) -> Iterator[Finding]:
     yield _judge_depth(subject)
     if not subject.settings.actuator.present:
         return
-    for kind, forward in (('compression', -1.0), ('tension', 1.0)):
-        compressed = forward < 0.0
-        levels = range(min(2, subject.design.levels))
-        freed = [n for n in levels if subject.design.is_freed_by_compression(n) is compressed]
-        if freed:
-            yield _judge_release(subject, kind, forward, freed[0])
     yield from _check_drift(subject)
 
 
@@ -48,8 +42,6 @@ def _judge_depth(subject: Subject) -> Finding:
         'the defects are deeper than the energy of a wall that the gradient drives in',
         'a wall may run over a defect: choose a softer defect (beta), a smaller gamma or '
         'more damping',
-        'a soft defect locally lowers the energy and, aided by dissipative effects, may pin an '
-        'incoming transition wave (p. 3)',
     )
 
 
@@ -66,39 +58,6 @@ def _pin_depth(subject: Subject, level: int) -> float:
         return math.nan
 
 
-def _judge_release(subject: Subject, kind: str, forward: float, level: int) -> Finding:
-    """Judge a level whose wall is moved on by compression (forward < 0) or tension."""
-    values = {
-        'wall forward': subject.freeing_strain(level, forward),
-        'wall back': subject.freeing_strain(level, -forward),
-        'kink forward': subject.freeing_strain(level, -forward, kink=True),
-        'kink back': subject.freeing_strain(level, forward, kink=True),
-    }
-    held = math.isnan(values['wall forward']) or math.isnan(values['kink forward'])
-    good = (
-        f'strains that free a wall from level {level}: {kind} moves it on; the opposite '
-        'strain moves the kink of an erase'
-    )
-    bad = (
-        f'no strain up to {MAX_STRAIN:g} frees a wall from level {level}: choose a smaller |beta|'
-    )
-    return Finding(
-        f'freed_by_{kind}',
-        values,
-        'strain',
-        Verdict.WARN if held else Verdict.PASS,
-        bad if held else good,
-        'for a sufficient strain, energy extrema not aligned with the defect induce '
-        'de-pinning; the critical strain depends on the deformation mode (p. 4)',
-    )
-
-
-PAPER_SOURCE = (
-    'as the strain decreases, the gradient in psi enforced by alpha drives the transition wave '
-    'to the soft defect pinning site (Fig. 4)'
-)
-
-
 def _check_drift(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the lattice's barrier and on the stiffness of the substrate."""
     try:
@@ -106,7 +65,7 @@ def _check_drift(subject: Subject) -> Iterator[Finding]:
         yield _judge_rigidity(subject)
     except StateError as error:
         text = f'no wall can be held on its way between two defects: {error}'
-        yield Finding('peierls_nabarro', {}, '', Verdict.FAIL, text, PAPER_SOURCE)
+        yield Finding('peierls_nabarro', {}, '', Verdict.FAIL, text)
 
 
 def _judge_lattice(subject: Subject) -> Finding:
@@ -131,7 +90,6 @@ def _judge_lattice(subject: Subject) -> Finding:
         f'the weakest pull is {where}',
         f'the Peierls-Nabarro barrier of the lattice {stops} a wall {where}, before it '
         'reaches the next defect: choose a stronger gradient (gamma), or a smaller J',
-        PAPER_SOURCE,
     )
 
 
@@ -159,7 +117,6 @@ def _judge_rigidity(subject: Subject) -> Finding:
         'the substrate yields under the wall and holds it back where it is softest'
         f'{", which the rigid model neglects" if rigid else ""}: choose a greater s_min; '
         f'{stiffness}',
-        'proper function requires min(s) >> max(k_r, k_si) (p. 2)',
     )
 
 

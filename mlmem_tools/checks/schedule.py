@@ -27,13 +27,6 @@ MAX_END_ACCELERATION = 2e-4
 """Acceleration of the far end, in cells per time squared, up to which an erase is undisturbed.
 With 64 levels and peaks some 10 % off, it was undisturbed at 2e-4, but not at 4e-4."""
 
-QUASI_STATIC_SOURCE = 'deformation due to a prescribed, quasi-static boundary displacement (p. 5)'
-
-STEPS_SOURCE = (
-    'under a non-zero strain a change in the energy landscape releases and repels the domain '
-    'wall from its current pinned position (p. 5)'
-)
-
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on peaks of write and erase, ramps of an erase, and durations."""
@@ -75,7 +68,7 @@ def _judge_peaks(subject: Subject, name: str, frees: dict[int, float]) -> Findin
     verdict = judge_value(ratio, 1.0, MIN_PEAK_MARGIN)
     mover = 'wall' if name == 'write' else 'kink'
     if held:
-        text = f'no strain frees the {mover} from level {held[0]}: see `freed_by_...`'
+        text = f'no strain frees the {mover} from level {held[0]}: choose a smaller |beta|'
     elif not margins:
         text = 'a single level: there are no steps'
     elif verdict is Verdict.PASS:
@@ -89,7 +82,7 @@ def _judge_peaks(subject: Subject, name: str, frees: dict[int, float]) -> Findin
         )
     else:
         text = f'a peak is at {ratio:.0%} of what frees the {mover}: choose greater peaks'
-    return Finding(f'{name}_peaks', values, 'strain', verdict, text, STEPS_SOURCE)
+    return Finding(f'{name}_peaks', values, 'strain', verdict, text)
 
 
 def _judge_wall_hold(subject: Subject, frees: dict[int, float]) -> Finding:
@@ -103,8 +96,6 @@ def _judge_wall_hold(subject: Subject, frees: dict[int, float]) -> Finding:
         'the tension that moves the kink leaves the wall in place, so the kink catches up',
         'the tension that moves the kink also moves the wall, which runs away from it: choose a '
         'smaller erase.tension',
-        'a kink may be established and conveyed across the memory element by a similar cyclic '
-        'prescription of strain (p. 6)',
     )
 
 
@@ -120,7 +111,6 @@ def _judge_ramps(subject: Subject) -> Finding:
         'the strain changes slowly enough, compared with the damping, for kink and wall to follow',
         'ramps this short, compared with the damping time 1 / eta, leave kink and wall ringing; '
         'only a simulation shows where they end',
-        QUASI_STATIC_SOURCE,
     )
 
 
@@ -136,7 +126,6 @@ def _judge_shake(subject: Subject) -> Finding:
         judge_value(MAX_END_ACCELERATION / shaken, 0.0, 1.0),
         'the ramps leave the far end of the element calm',
         'the ramps shake the far end, which pushes a wall there like a strain: choose longer ones',
-        QUASI_STATIC_SOURCE,
     )
 
 
@@ -154,8 +143,6 @@ def _judge_settling(subject: Subject) -> Finding:
         '|gamma| / (2 alpha eta)',
         'the next cycle may begin before the wall has rolled to its defect: choose longer release '
         'and settle, a greater |gamma| or less damping',
-        'a transition wave will propagate to the right with constant speed until entering a '
-        'defect (p. 3)',
     )
 
 
@@ -179,12 +166,10 @@ def _judge_durations(subject: Subject) -> Finding:
             way = find_route(design, settings, start, target)
             values[name] = sum(move.duration for move in way) + heard
     except ProcedureFailed as error:
-        return Finding('durations', values, 'time', Verdict.FAIL, str(error), '')
+        return Finding('durations', values, 'time', Verdict.FAIL, str(error))
     seconds = ', '.join(f'{name} {value * unit:.3g} s' for name, value in values.items())
     return Finding(
         'durations', values, 'time', Verdict.PASS, f'in robot time: {seconds}',
-        'the elapsed time between injection and echo; the schedule of compressive, tensile and '
-        'zero strain (Fig. 4)',
     )  # fmt: skip
 
 

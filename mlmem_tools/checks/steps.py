@@ -20,11 +20,6 @@ from mlmem_ros.host.design_check import Verdict
 from .bare import COARSE_TIME_STEP, measure_departures, scale_peaks
 from .concern import MAX_CELL_STEPS, MIN_STEP_CELLS, Finding, Subject
 
-PAPER_SOURCE = (
-    'upon recovery of the zero strain condition, the transition wave becomes pinned at a soft '
-    'defect site different from the one from which it originated (p. 5)'
-)
-
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the finding on the steps of a write."""
@@ -35,7 +30,7 @@ def check(subject: Subject) -> Iterator[Finding]:
     corners = list(itertools.product((1.0 - peak_deviation, 1.0 + peak_deviation), repeat=2))
     if (1 + len(corners)) * _estimate_work(subject) > MAX_CELL_STEPS:
         text = 'the steps take too long to simulate in a check: choose shorter times (write.*)'
-        yield Finding('write_steps', {}, '', Verdict.WARN, text, PAPER_SOURCE)
+        yield Finding('write_steps', {}, '', Verdict.WARN, text)
         return
     own = _find_lost_levels(subject, 1.0, 1.0)
     off = [] if own else [corner for corner in corners if _find_lost_levels(subject, *corner)]
@@ -61,7 +56,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         'peaks tried': 1.0 if own else 1.0 + len(corners),
         'peaks failed': float(bool(own) or len(off)),
     }
-    yield Finding('write_steps', values, '', verdict, text, PAPER_SOURCE)
+    yield Finding('write_steps', values, '', verdict, text)
 
 
 def _estimate_work(subject: Subject) -> float:

@@ -22,9 +22,6 @@ from mlmem_ros.host.design_check import Verdict
 from .concern import Finding, Subject
 from .disturb import build_bare_chain
 
-PAPER_SOURCE = 'a wall may be injected by an actuator coupled to the boundary site (p. 5)'
-
-
 MIN_SAMPLES = 200
 """Least number of samples of a motion: some end with a jump of the acceleration."""
 
@@ -81,7 +78,7 @@ def check(subject: Subject) -> Iterator[Finding]:
             text = f'the {beyond[0]} needs more than transducer.max_* allows: it is not made'
         verdict = Verdict.WARN if beyond and settings.write.method != 'strain' else Verdict.PASS
         values = {each: unit * value for each, value in found.items()}
-        yield Finding(f'transducer_{name}', values, symbol, verdict, text, PAPER_SOURCE)
+        yield Finding(f'transducer_{name}', values, symbol, verdict, text)
 
 
 def measure_demand(

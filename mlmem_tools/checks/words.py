@@ -23,10 +23,6 @@ LEAST, COMFORT = 0.01, 0.03
 """Least difference between two forecasts, over the pulse, and that from which noise of a
 thousandth of the pulse leaves room."""
 
-PAPER_SOURCE = (
-    'the capacity of one wall is m = floor(log2 p) bits (p. 3); many walls are not in the paper'
-)
-
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the finding on the words of an element with many walls; none for one wall."""
@@ -36,7 +32,7 @@ def check(subject: Subject) -> Iterator[Finding]:
     try:
         found = forecast_words(subject.made, settings)
     except SettingsError as error:
-        yield Finding('words', {}, '', Verdict.FAIL, str(error), PAPER_SOURCE)
+        yield Finding('words', {}, '', Verdict.FAIL, str(error))
         return
     pulse = float(np.linalg.norm(found.parts[0]))  # of the blank element: mostly the pulse itself
     least = float(found.nearest.min()) / pulse
@@ -48,19 +44,15 @@ def check(subject: Subject) -> Iterator[Finding]:
         'walls rest in every word, and no two words answer the pulse of a read alike',
         'two words, or one and walls between levels, answer it nearly alike: choose another '
         'register.omega_c, a shorter register.sigma, or a greater register.spacing',
-        PAPER_SOURCE,
     )
 
 
 def judge_bad_cells(design: Design, settings: Settings) -> Finding:
     """Return the finding on the levels that known bad cells leave; a warning if any is lost."""
-    source = (
-        'a wall is pinned at any one of the soft defects (p. 2); bad cells are not in the paper'
-    )
     try:
         found = forecasts_with(design, settings)
     except SettingsError as error:
-        return Finding('bad_cells', {}, '', Verdict.FAIL, str(error), source)
+        return Finding('bad_cells', {}, '', Verdict.FAIL, str(error))
     values = {'usable levels': float(len(found.usable)), 'levels': float(design.levels)}
     verdict = Verdict.WARN if found.lost else Verdict.PASS
-    return Finding('bad_cells', values, '', verdict, found.describe_limits(), source)
+    return Finding('bad_cells', values, '', verdict, found.describe_limits())

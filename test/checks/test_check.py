@@ -31,7 +31,7 @@ from mlmem_tools.checks import (
     steps,
 )  # fmt: skip
 from mlmem_tools.checks.concern import Subject, sample_levels
-from mlmem_tools.checks.echoes import echo_strength, forecast_echo
+from mlmem_tools.checks.echoes import forecast_echo
 from mlmem_tools.checks.launch import simulate_launch
 
 
@@ -85,11 +85,10 @@ def test_case_i_warns_of_its_carriers_only(case_i):
     assert 'write_steps' not in names
 
 
-def test_finding_quotes_its_source_and_fits_json(case_ii):
+def test_finding_has_a_text_and_fits_json(case_ii):
     findings = case_ii.findings
     names = [finding.name for finding in findings]
     assert len(names) == len(set(names))
-    assert all('(p. ' in f.source or 'Fig.' in f.source for f in findings)
     assert all(finding.text for finding in findings)
     text = json.dumps([finding.as_dict() for finding in findings], allow_nan=False)
     assert 'peierls_nabarro' in text
@@ -99,7 +98,6 @@ def test_numbers_of_case_ii(case_ii):
     """Against measurements on the device and closed forms."""
     energy, _ = quad(lambda D: math.sqrt(2 * CASE_II.potential.energy(D)), CASE_II.D_s1,
                      CASE_II.D_s2)  # fmt: skip
-    assert case_ii['wall_energy'].values['energy'] == pytest.approx(energy, rel=1e-6)
     flat = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
     (held,) = hold_walls(Specimen(flat), np.array([112.5]), np.zeros(225)).energy
     assert energy == pytest.approx(held, rel=0.01)  # continuum against lattice
@@ -109,12 +107,9 @@ def test_numbers_of_case_ii(case_ii):
     first, last = case_ii['gradient'].values.values()
     # E grows with the root of alpha: -gamma E / (2 alpha)
     assert last / first == pytest.approx(0.97**-0.5, rel=1e-3)
-    bands = case_ii['bands'].values
-    assert bands['s1 to'] == pytest.approx(2.0542, abs=1e-4)
-    assert bands['s2 to'] == pytest.approx(2.1427, abs=1e-4)
-    even, odd = (case_ii[f'freed_by_{kind}'].values for kind in ('compression', 'tension'))
-    assert even['wall forward'] == pytest.approx(-0.0204, abs=3e-4)
-    assert odd['wall forward'] == pytest.approx(0.0355, abs=3e-4)
+    needed = case_ii['write_peaks'].values
+    assert needed['compression needed'] == pytest.approx(-0.0204, abs=3e-4)
+    assert needed['tension needed'] == pytest.approx(0.0355, abs=3e-4)
 
 
 # --- spoiled elements ------------------------------------------------------------------------
@@ -137,7 +132,7 @@ def test_weak_gradient_fails_peierls_nabarro():
         ((pinning, schedule), {'beta': 0.05}, {'pin_depth', 'write_peaks', 'erase_peaks'}),
         ((schedule,), {'beta': -0.6}, {'write_peaks', 'erase_peaks'}),
         ((material,), {'d': 0.0061, 'J': 10, 'J_s': 20, 'j_0': 6.8}, {'wall_width'}),
-        ((echoes,), {'eta': 0.5}, {'range_left', 'echo_left', 'range_right', 'echo_right'}),
+        ((echoes,), {'eta': 0.5}, {'echo_left', 'echo_right'}),
     ],
 )  # fmt: skip
 def test_spoiled_design_fails_for_its_reason(concerns, changes, expected):
@@ -154,8 +149,6 @@ def test_spoiled_design_fails_for_its_reason(concerns, changes, expected):
         # A tension of 0.040 frees the wall, which needs 0.0363, and 0.85 of it does not.
         (steps, {'write': {'tension': 0.04}}, 'write_steps',
          {'steps': 6, 'lost': 0, 'peaks tried': 5, 'peaks failed': 2}),
-        # The threshold falls by exp(-0.01 t), to a millionth before the farthest echo is back.
-        (echoes, {'probe': {'gain_decay': 0.01}}, 'range_left', {}),
     ],
 )  # fmt: skip
 def test_settings_that_are_risky_are_a_warning(concern, groups, name, values):
@@ -210,7 +203,7 @@ def test_large_element_is_judged_by_sampled_levels(monkeypatch):
 
 def test_printed_carrier_is_in_neither_band():
     report = spoiled(settings=Settings(probe=ProbeSettings(omega_c=2.4)))
-    assert failed(report) == {'carrier_left', 'range_left', 'echo_left'}
+    assert failed(report) == {'carrier_left', 'echo_left'}
     assert report['carrier_left'].text.startswith(
         '2.4 is in neither band and does not propagate: choose one inside the band of s2, '
         '0.7688 to'
@@ -295,31 +288,6 @@ def test_forecast_margin_is_that_of_the_device():
         CASE_II, find_pinned_wall(Specimen(CASE_II), 7), Settings().probe, End.LEFT, 0.5
     )
     assert echo.threshold_margin == pytest.approx(detector.threshold_margin, rel=0.05)
-
-
-def test_range_by_closed_forms_is_near_the_forecast():
-    """At the band's edge a perfect mirror returns three times as much as the wall.
-
-    The short pulse of the right end spreads into more than a Gaussian, whose height is a fifth
-    higher at most.
-    """
-    settings = Settings()
-    for end, probe, k_s, most in (
-        (End.LEFT, settings.probe, CASE_II.k_s2, 3.5),
-        (End.RIGHT, settings.probe_right, CASE_II.k_s1, 1.25),
-    ):
-        held = forecast_echo(CASE_II, find_pinned_wall(Specimen(CASE_II), 3), probe, end, 0.5)
-        heard = held.v_c[held.t > 150.0].max()
-        distance = 100.0 if end == 'left' else 125.0
-        (_, (bound,)) = echo_strength(CASE_II, probe, k_s, np.array([distance]))
-        assert 0.8 * heard < bound < most * heard
-
-
-def test_pulse_outside_the_band_returns_nothing():
-    above = ProbeSettings(omega_c=6.0, sigma=30.0)  # the band ends at 2.14
-    delay, v_c = echo_strength(CASE_II, above, CASE_II.k_s2, np.array([1.0, 200.0]))
-    assert delay.tolist() == [180.0, 180.0]  # the pulse's own 6 sigma, and no way
-    assert v_c.tolist() == [0.0, 0.0]
 
 
 # --- large elements --------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from mlmem_tools.checks import Verdict, check
 
 QUICK = (checks.material, checks.echoes)
 
-NONE = re.compile(r'freed_by_\w+|launch_\w+|pin_depth|peierls_nabarro|rigidity|echo_(left|right)')
+NONE = re.compile(r'launch_\w+|pin_depth|peierls_nabarro|rigidity|echo_(left|right)')
 """Findings that may lack a number: no strain frees a wall, no wall is left, no echo is heard."""
 
 

@@ -18,9 +18,9 @@ def test_findings_are_kept_for_the_next_process(monkeypatch, tmp_path):
     def check(design, settings):
         checked.append(design)
         found = (
-            Finding('mass', {'m': 1.0}, '', Verdict.PASS, 'text', ''),
-            Finding('carrier', {}, '', Verdict.WARN, 'text', ''),
-            Finding('read_disturb', {'left': 0.25}, '', Verdict.PASS, 'text', ''),
+            Finding('mass', {'m': 1.0}, '', Verdict.PASS, 'text'),
+            Finding('carrier', {}, '', Verdict.WARN, 'text'),
+            Finding('read_disturb', {'left': 0.25}, '', Verdict.PASS, 'text'),
         )
         return Report(found)
 
