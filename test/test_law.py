@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 
 from mlmem.law_file import read_law_file
+from mlmem.parsing import DecodeError
 from mlmem.physics import Design
 from mlmem_tools.cli.law import law
-from mlmem_tools.law.curves import CurveError, average_runs, load_run, save_law
+from mlmem_tools.law.curves import average_runs, load_run, save_law
 
 EXAMPLES = Path(__file__).parents[1] / 'examples/law'
 H, W, TILT = 0.02, 0.015, 0.1
@@ -102,7 +103,7 @@ def test_law_file_makes_a_design(tmp_path):
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
-        ('', 'must begin with a header'),
+        ('', 'the header must name one of displacement_um'),
         ('displacement,force_N\n', r'line 1: the header must name one of displacement_um'),
         ('displacement_mm,force_N\n1,2\n1\n', 'line 3: it must have 2 values; got 1'),
         ('# x\ndisplacement_mm,force_N\n1,nan\n', 'line 3: force_N must be a finite number'),
@@ -112,7 +113,7 @@ def test_law_file_makes_a_design(tmp_path):
 )
 def test_file_that_is_no_curve_is_rejected(tmp_path, text, message):
     (tmp_path / 'bad.csv').write_text(text)
-    with pytest.raises(CurveError, match=message):
+    with pytest.raises(DecodeError, match=message):
         load_run(tmp_path / 'bad.csv')
 
 

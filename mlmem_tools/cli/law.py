@@ -35,8 +35,10 @@ from .output import create_console, print_failure, print_json, print_rows
 )
 def law(arguments: argparse.Namespace) -> int:
     """Read, average, tell; return the exit status."""
+    from mlmem.parsing import DecodeError
+
     from ..checks.budget import describe_erase
-    from ..law.curves import CurveError, average_runs, load_run, save_law
+    from ..law.curves import average_runs, load_run, save_law
 
     chain = arguments.mass, arguments.coupling
     if not 16 <= arguments.knots <= 1024:
@@ -47,7 +49,7 @@ def law(arguments: argparse.Namespace) -> int:
         return print_failure('law', '--mass and --coupling must be above 0 and finite', 2)
     try:
         found = average_runs([load_run(path) for path in arguments.curves], arguments.knots)
-    except CurveError as error:
+    except DecodeError as error:
         return print_failure('law', error, 2)
     told = found.as_dict()
     if chain[0] is not None:

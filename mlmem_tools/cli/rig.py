@@ -3,29 +3,22 @@
 """`mlmem rig`: emulate an element behind a TCP port, for a node with `device.driver:=rig`.
 
 The first line printed is the value for `device.address`. The element keeps its state between
-clients. `--integrator rk4`, from the laboratory, is independent of this package.
+clients.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import sys
-from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from . import laboratory
 from .command import JSON_OPTION, Option, declare_command, declare_option
 from .output import print_failure, print_json
 
 if TYPE_CHECKING:
-    from mlmem import Driver, Element
-    from mlmem.physics import Specimen
+    from mlmem import Element
 
     from ..rig.emulated import EmulatedRig
-
-RK4_INTEGRATOR = 'rk4'
 
 
 def _declare_number(name: str, text: str, metavar: str = 'X', default: float = 0.0) -> Option:
@@ -62,15 +55,6 @@ def _declare_deviation(name: str, of: str, unit: str = 'relative') -> Option:
     _declare_deviation('--gain', 'gain of either transducer'),
     _declare_number('--noise', 'noise of a sample, in cells (s.d.)'),
     _declare_number('--sample-jitter', 'jitter of a sample, in samples (s.d.)'),
-    declare_option(
-        '--integrator',
-        choices=('noh_bathe', 'pefrl', RK4_INTEGRATOR),
-        help='of the element, by default its own',
-    ),
-    _declare_number('--step', 'step of rk4 in time units, at most', default=0.0625),
-    _declare_number('--friction', 'dry friction of a cell in k_r cells; with rk4'),
-    declare_option('--relative-damping', action='store_true', help='damp v - V instead of v'),
-    declare_option('--truth', metavar='FILE', help='write the drawn element to this JSON file'),
     declare_option('--seed', type=int, default=0, help='seed of the random numbers'),
     JSON_OPTION,
     text=__doc__,
@@ -83,12 +67,10 @@ def rig(arguments: argparse.Namespace) -> int:
     from ..rig.emulated import LineProperties, Server
 
     try:
-        emulated, truth = _build_rig(load_element(arguments.element), arguments)
+        emulated = _build_rig(load_element(arguments.element), arguments)
         line = LineProperties(
             arguments.latency, arguments.jitter, arguments.loss, arguments.restart, arguments.seed
         )
-        if arguments.truth:
-            Path(arguments.truth).write_text(json.dumps(truth) + '\n', encoding='utf-8')
         server = Server(emulated, line, arguments.host, arguments.port)
     except (DesignError, StateError, ValueError, OSError) as error:
         return print_failure('rig', error, 2)
@@ -102,68 +84,33 @@ def rig(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _build_rig(chosen: Element, given: argparse.Namespace) -> tuple[EmulatedRig, dict[str, Any]]:
-    from mlmem.instrument.drivers import Simulation, steps_per_tick
+def _build_rig(chosen: Element, given: argparse.Namespace) -> EmulatedRig:
+    from mlmem.instrument.drivers import Simulation
     from mlmem.physics import Scatter, scattered
     from mlmem.rng import Stream, make_generator
 
     from ..rig.emulated import EmulatedRig, Sensors
 
-    settings, own = chosen.settings, given.integrator == RK4_INTEGRATOR
-    if given.integrator and not own:
-        settings = replace(settings, time=replace(settings.time, integrator=given.integrator))
-    if not own and given.friction:
-        raise ValueError(f'--friction needs --integrator {RK4_INTEGRATOR}')
     scatter = Scatter(
         given.scatter, given.scatter_k_r, given.scatter_s, given.scatter_mass,
         given.scatter_offset,
     )  # fmt: skip
     made = scattered(chosen.design, scatter, given.seed)
-    made = replace(made, damped_by_substrate=given.relative_damping)
-    element: Driver
     # by how much steps are shorter than in a node: what stands for a real element has no step, and
     # a fit would hear the errors of the usual one
     step_refinement = 2
-    if own:
-        dt = settings.time.tick / steps_per_tick(chosen.design, settings.time)
-        element = laboratory.load_part('rk4_element')(
-            made, dt, step=given.step, friction=given.friction
-        )
-    else:
-        element = Simulation.of(made, settings.time, step_refinement)
+    element = Simulation.of(made, chosen.settings.time, step_refinement)
     left, right = 1.0 + given.gain * make_generator(given.seed, Stream.GAIN).standard_normal(2)
     sensors = Sensors(
         gain=(float(left), float(right)), noise=given.noise, jitter=given.sample_jitter,
         seed=given.seed,
     )  # fmt: skip
-    emulated = EmulatedRig(
+    return EmulatedRig(
         chosen.design,
-        settings,
+        chosen.settings,
         element,
         sensors,
         drift=given.drift,
         at_once=given.at_once,
         actuator=not given.no_actuator,
     )
-    return emulated, _collect_truth(made, emulated, given)
-
-
-def _collect_truth(made: Specimen, rig: EmulatedRig, given: argparse.Namespace) -> dict[str, Any]:
-    """Return what is true of an emulated element; arrays as in `Specimen`, alpha as a whole."""
-    return {
-        'alpha': made.alpha.tolist(),
-        'k_r': made.k_r.tolist(),
-        's': made.s.tolist(),
-        'mass': made.masses.tolist(),
-        'offset': made.offsets.tolist(),
-        'eta': made.eta,
-        'gain': rig.sensors.gain,
-        'noise': given.noise,
-        'sample_jitter': given.sample_jitter,
-        'drift': given.drift,
-        'friction': given.friction,
-        'relative_damping': given.relative_damping,
-        'integrator': given.integrator,
-        'element': given.element,
-        'seed': given.seed,
-    }

@@ -9,14 +9,14 @@ sample, empty or `nan` where there is none.
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
 from mlmem.instrument.end import End, Shot
 from mlmem.parsing import DecodeError, read_file
-from mlmem.schema import short_repr
+
+from ..csv_rows import parse_number, read_rows
 
 SHOT_HEADINGS = ('end', 'omega_c', 'A', 'sigma', 'wall', 'strain', 'dt', 'rest_left', 'rest_right')
 """What describes a shot; units are lattice constants and time units of the instrument."""
@@ -28,44 +28,27 @@ def load_shot(path: Path) -> Shot:
     Raises:
         DecodeError: The file cannot be read, or holds no shot.
     """
-    try:
-        lines = read_file(path).splitlines()
-        pairs = (line[1:].split(':', 1) for line in lines if line[:1] == '#' and ':' in line)
-        told = {name.strip(): value.strip() for name, value in pairs}
-        if absent := [name for name in SHOT_HEADINGS if name not in told]:
-            raise ValueError(f'it lacks {", ".join(absent)}')
-        end = End(told['end'])
-        omega_c, A, sigma, wall, strain, dt, left, right = (
-            _parse_number(told[name], name) for name in SHOT_HEADINGS[1:]
-        )
-        if not dt > 0.0:
-            raise ValueError(f'dt must be above 0; got {dt:g}')
-        rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and line[:1] != '#']
-        samples = np.array([_parse_row(line, k) for k, line in rows]).reshape(-1, 2).T.copy()
-    except ValueError as error:
-        raise DecodeError(
-            f'{path} must be a shot with {", ".join(SHOT_HEADINGS)}: {error}'
-        ) from error
-    return Shot(end, omega_c, A, sigma, wall, strain, dt, np.array((left, right)), samples)
-
-
-def _parse_row(line: str, number: int) -> list[float]:
-    cells = line.split(',')
-    if len(cells) != 2:
-        raise ValueError(f'line {number}: it must have 2 values; got {len(cells)}')
-    return [
-        math.nan
-        if cell.strip() in ('', 'nan')
-        else _parse_number(cell, f'line {number}: a sample')
-        for cell in cells
+    rows = [
+        [math.nan if cell in ('', 'nan') else parse_number(cell, place) for cell in cells]
+        for place, cells in read_rows(path)
     ]
-
-
-def _parse_number(text: str, name: str) -> float:
-    with suppress(ValueError):
-        if math.isfinite(value := float(text)):
-            return value
-    raise ValueError(f'{name} must be a finite number; got {short_repr(text)}')
+    lines = (line[1:].split(':', 1) for line in read_file(path).splitlines() if line[:1] == '#')
+    told = {name.strip(): value.strip() for name, *values in lines for value in values}
+    absent = [name for name in SHOT_HEADINGS if name not in told]
+    if absent or told['end'] not in list(End) or any(len(row) != 2 for row in rows):
+        raise DecodeError(
+            f'{path} must be a shot with {", ".join(SHOT_HEADINGS)}, end one of '
+            f'{", ".join(End)}, and rows of 2 values; it lacks {", ".join(absent) or "none"}'
+        )
+    omega_c, A, sigma, wall, strain, dt, left, right = (
+        parse_number(told[name], f'{path}: {name}') for name in SHOT_HEADINGS[1:]
+    )
+    if not dt > 0.0:
+        raise DecodeError(f'{path}: dt must be above 0; got {dt:g}')
+    samples = np.array(rows).reshape(-1, 2).T.copy()
+    return Shot(
+        End(told['end']), omega_c, A, sigma, wall, strain, dt, np.array((left, right)), samples
+    )
 
 
 def save_shot(path: Path, shot: Shot) -> None:

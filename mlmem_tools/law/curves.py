@@ -11,9 +11,8 @@ run; several runs, of one specimen or of many, give the mean law and its scatter
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -22,20 +21,18 @@ from typing import Any
 import numpy as np
 
 from mlmem import law_file
-from mlmem.parsing import DecodeError, read_file
+from mlmem.parsing import DecodeError
 from mlmem.physics import DesignError
 from mlmem.physics.curve import Curve
 from mlmem.physics.potential import Array
 from mlmem.physics.wall import next_wall_costs
 from mlmem.schema import short_repr
 
+from ..csv_rows import parse_number, read_rows
+
 LENGTH_UNITS = {'displacement_um': 1e-6, 'displacement_mm': 1e-3, 'displacement_cm': 1e-2,
            'displacement_m': 1.0}  # fmt: skip
 FORCE_UNITS = {'force_mN': 1e-3, 'force_N': 1.0, 'force_kN': 1e3}
-
-
-class CurveError(DecodeError):
-    """A file is no force-displacement curve, or its law is not that of a bistable element."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,94 +74,40 @@ def load_run(path: Path) -> MeasuredCurve:
     """Read a curve.
 
     Raises:
-        CurveError: It is none; the message names the line.
+        DecodeError: It is none; the message names the line.
     """
-    first, names, rows = read_table(path, 'displacement_mm,force_N')
-    x, f = (find_column(path, first, names, known) for known in (LENGTH_UNITS, FORCE_UNITS))
-    values = np.array([parse_numbers(path, k, line, names, (x[0], f[0])) for k, line in rows])
+    (head, names), *rows = list(read_rows(path)) or [(str(path), [''])]
+    columns = [find_column(head, names, known) for known in (LENGTH_UNITS, FORCE_UNITS)]
+    values = np.array([
+        [scale * parse_number(cells[k], f'{place}: {names[k]}') for k, scale in columns]
+        for place, cells in rows
+    ])  # fmt: skip
     min_rows = 16  # fewest rows of a curve
     if len(values) < min_rows:
-        raise CurveError(f'{path}: it must have at least {min_rows} rows; got {len(values)}')
-    D, force = values.T * [[x[1]], [f[1]]]
+        raise DecodeError(f'{path}: it must have at least {min_rows} rows; got {len(values)}')
+    D, force = values.T
     turn = int(np.argmax(D))
     ways = _sort_rising(D[: turn + 1], force[: turn + 1]), _sort_rising(D[turn:], force[turn:])
     if ways[0].shape[1] < min_rows:
-        raise CurveError(f'{path}: its displacement must rise over at least {min_rows} rows')
+        raise DecodeError(f'{path}: its displacement must rise over at least {min_rows} rows')
     return MeasuredCurve(
         str(path), ways[0], ways[1] if ways[1].shape[1] >= min_rows else np.empty((2, 0))
     )
 
 
-def read_table(path: Path, example: str) -> tuple[int, list[str], list[tuple[int, str]]]:
-    """Return the header's line and names, and the rows with their lines, but for comments.
-
-    Raises:
-        CurveError: The file cannot be read, or has no header.
-    """
-    try:
-        lines = read_file(path).splitlines()
-    except DecodeError as error:
-        raise CurveError(f'{path}: {error}') from error
-    max_rows = 300_000  # most rows of a file: minutes of a test machine, and a second of ours
-    if len(lines) > max_rows:
-        raise CurveError(f'{path}: it must have at most {max_rows} lines; got {len(lines)}')
-    rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and line[:1] != '#']
-    if not rows:
-        raise CurveError(f'{path}: it must begin with a header, {example}; got none')
-    (line, head), *rest = rows
-    return line, [name.strip() for name in _split_cells(path, line, head)], rest
-
-
-def _split_cells(path: Path, line: int, text: str) -> list[str]:
-    try:
-        return next(csv.reader([text]))
-    except csv.Error as error:
-        raise CurveError(f'{path}, line {line}: it must be CSV; {error}') from error
-
-
-def find_column(
-    path: Path, line: int, names: Sequence[str], known: Mapping[str, float]
-) -> tuple[int, float]:
+def find_column(place: str, names: Sequence[str], known: Mapping[str, float]) -> tuple[int, float]:
     """Return the place of the one column whose name is known, and its unit.
 
     Raises:
-        CurveError: There is none, or there are several.
+        DecodeError: There is none, or there are several.
     """
     found = [(names.index(name), scale) for name, scale in known.items() if name in names]
     if len(found) != 1:
-        raise CurveError(
-            f'{path}, line {line}: the header must name one of {", ".join(known)}; '
+        raise DecodeError(
+            f'{place}: the header must name one of {", ".join(known)}; '
             f'got {short_repr(",".join(names))}'
         )
     return found[0]
-
-
-def parse_numbers(
-    path: Path, line: int, text: str, names: Sequence[str], columns: Iterable[int]
-) -> list[float]:
-    """Return the numbers of a row in some columns.
-
-    Raises:
-        CurveError: It has other columns than the header, or one is no finite number.
-    """
-    cells = _split_cells(path, line, text)
-    if len(cells) != len(names):
-        raise CurveError(
-            f'{path}, line {line}: it must have {len(names)} values; got {len(cells)}'
-        )
-    found = []
-    for column in columns:
-        try:
-            value = float(cells[column])
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise CurveError(
-                f'{path}, line {line}: {names[column]} must be a finite number; '
-                f'got {short_repr(cells[column])}'
-            )
-        found.append(value)
-    return found
 
 
 def _sort_rising(D: Array, force: Array) -> Array:
@@ -290,12 +233,12 @@ def average_runs(runs: Sequence[MeasuredCurve], knots: int) -> Measured:
     element is pulled as hard, so that the first ground state is in it.
 
     Raises:
-        CurveError: They have no displacements in common.
+        DecodeError: They have no displacements in common.
     """
     low = max(run.range[0] for run in runs)
     high = min(run.range[1] for run in runs)
     if not low < high:
-        raise CurveError('the runs must have displacements in common; got none')
+        raise DecodeError('the runs must have displacements in common; got none')
     places = np.linspace(low, high, knots)
     forces = np.array([run.force(places) for run in runs])
     mean = forces.mean(axis=0)
@@ -311,7 +254,7 @@ def average_runs(runs: Sequence[MeasuredCurve], knots: int) -> Measured:
             for force in (forces.mean(axis=0), *forces)
         )
     except DesignError as error:
-        raise CurveError(f'these are no curves of an element: {error}') from error
+        raise DecodeError(f'these are no curves of an element: {error}') from error
     spread = np.full(forces.shape[1], np.nan)
     if len(runs) > 1:
         spread = forces.std(axis=0, ddof=1)

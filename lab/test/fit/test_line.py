@@ -26,7 +26,7 @@ def emulate_rig():
     for add in rig.options:
         add(parser)
     words = '--element', 'bits_1', '--scatter', '0.01', '--seed', str(SEED), '--at-once'
-    return _build_rig(CHOSEN, parser.parse_args(words))[0]
+    return _build_rig(CHOSEN, parser.parse_args(words))
 
 
 def survey(driver):
