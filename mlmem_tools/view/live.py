@@ -68,11 +68,6 @@ class Page:
 class Pages(set[Page]):
     """All open pages."""
 
-    @property
-    def full(self) -> bool:
-        """Whether no other page is served."""
-        return len(self) >= 16
-
     def tell(self, frame: bytes) -> None:
         """Send news to all of them."""
         for page in self:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import hmac
 import json
-import logging
 import shutil
 import tempfile
 from collections.abc import Awaitable, Callable, Sequence
@@ -18,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 from aiohttp import WSMsgType, web
-from aiohttp.http_exceptions import HttpProcessingError
 
 from mlmem_ros.bag.errors import BagError
 
@@ -109,12 +107,6 @@ DEFAULT_PORT = 8742
 MAX_MESSAGE_BYTES = 4096
 """Longest message of a page in bytes."""
 
-MAX_OPEN_REQUESTS = 8
-"""Most requests of a page under way."""
-
-MAX_REQUEST_RATE_HZ = 30.0
-"""Requests that are taken from a page per second; further ones wait."""
-
 SEND_TIMEOUT_S = 10.0
 """Seconds after which a page that reads nothing is disconnected."""
 
@@ -164,8 +156,6 @@ class Server:
         live = self._live
         if live is None:
             raise web.HTTPNotFound(text='there is no running element')
-        if live.pages.full:
-            raise web.HTTPServiceUnavailable(text='too many pages are open')
         socket = web.WebSocketResponse(
             heartbeat=SEND_TIMEOUT_S, max_msg_size=MAX_MESSAGE_BYTES, compress=False
         )
@@ -180,14 +170,9 @@ class Server:
                 asked = _parse_request(message.data)
                 if asked is None:
                     break
-                if len(under_way) >= MAX_OPEN_REQUESTS:
-                    refusal = {'ok': False, 'kind': 'refused', 'text': 'too many requests at once'}
-                    page.tell(_pack_answer(asked, refusal))
-                else:
-                    task = asyncio.create_task(_serve_request(live, page, asked))
-                    under_way.add(task)
-                    task.add_done_callback(under_way.discard)
-                await asyncio.sleep(1.0 / MAX_REQUEST_RATE_HZ)
+                task = asyncio.create_task(_serve_request(live, page, asked))
+                under_way.add(task)
+                task.add_done_callback(under_way.discard)
         finally:
             live.close(page)
             sender.cancel()
@@ -243,12 +228,9 @@ async def _send_frames(request: web.Request, socket: web.WebSocketResponse, page
 
 
 async def _serve_request(live: Live, page: Page, asked: dict[str, Any]) -> None:
-    page.tell(_pack_answer(asked, await live.requests.ask(asked)))
-
-
-def _pack_answer(asked: dict[str, Any], answer: dict[str, Any]) -> bytes:
-    number = asked.get('id')
-    return pack_frame({'k': 'answer', 'id': number if isinstance(number, int) else None, **answer})
+    number, answer = asked.get('id'), await live.requests.ask(asked)
+    head = {'k': 'answer', 'id': number if isinstance(number, int) else None, **answer}
+    page.tell(pack_frame(head))
 
 
 def _parse_request(text: str) -> dict[str, Any] | None:
@@ -257,19 +239,6 @@ def _parse_request(text: str) -> dict[str, Any] | None:
     except (ValueError, RecursionError):
         return None
     return asked if isinstance(asked, dict) else None
-
-
-def create_runner(server: Server) -> web.AppRunner:
-    """Return what runs a server. It logs its own failures, not those of whoever speaks to it."""
-    log = logging.getLogger(__name__)
-    log.addFilter(_is_own_failure)
-    return web.AppRunner(server.application, access_log=None, logger=log, shutdown_timeout=1.0)
-
-
-def _is_own_failure(record: logging.LogRecord) -> bool:
-    """Return whether a failure is not that of a malformed request, which is answered with 400."""
-    error = record.exc_info[1] if record.exc_info else None
-    return not isinstance(error, HttpProcessingError)
 
 
 async def run_server(
@@ -281,7 +250,7 @@ async def run_server(
     Raises:
         OSError: The port is not available.
     """
-    runner = create_runner(server)
+    runner = web.AppRunner(server.application, access_log=None, shutdown_timeout=1.0)
     await runner.setup()
     try:
         site = web.TCPSite(runner, host, DEFAULT_PORT if port is None else port)
