@@ -62,7 +62,7 @@ def test_from_shots_to_pulses(bench, capsys, fitted, monkeypatch):
     known = element_file.read_element_file(file)
     assert known.specimen.alpha.tolist() == pytest.approx(told['alpha'])
 
-    status, told, _ = run(capsys, 'plan', file, '--design', design, '--json')
+    status, told, _ = run(capsys, 'plan', file, '--json')
     assert status == 0
     assert [step['level'] for step in told['steps']] == [0, 1]
     assert min(step['margin'] for step in told['steps']) >= 0.03
