@@ -14,7 +14,6 @@ file that cannot be read.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from ..checks import Report
-    from ..checks.capacity import Capacity
 
 
 PROOF_OPTIONS = (
@@ -53,27 +51,22 @@ PROOF_OPTIONS = (
     ELEMENT_OPTION,
     JSON_OPTION,
     declare_option('--brief', action='store_true', help='leave out passes'),
-    text='Judge every quantity that the memory depends on, say what goes wrong if one fails,\n'
-    'and how much the design holds by one wall and by many.',
+    text='Judge every quantity that the memory depends on, say what goes wrong if one fails.',
 )
 def check(arguments: argparse.Namespace) -> int:
     """Judge a design."""
     from mlmem import load_element
 
     from .. import checks
-    from ..checks.capacity import list_capacities
 
     design, settings = load_element(arguments.source).design_and_settings
     report = checks.check(design, settings, load_element_option(arguments, design, settings))
     failed = report.verdict is checks.Verdict.FAIL
-    held = [] if failed else list(list_capacities(design, settings))
     if arguments.json:
         findings = [finding.as_dict() for finding in report.findings]
-        found = [each.as_dict() for each in held]
-        print_json({'verdict': report.verdict.value, 'findings': findings, 'capacity': found})
+        print_json({'verdict': report.verdict.value, 'findings': findings})
     else:
         print_report(create_console(), arguments.source, report, arguments.brief)
-        print_capacity(create_console(), held)
     return 1 if failed else 0
 
 
@@ -175,21 +168,6 @@ def _reject_request(arguments: argparse.Namespace) -> str:
     title = f'{levels} levels, scatter {scatter:g}, friction {friction:g}'
     print_rows(create_console(aside=arguments.json), f'budget of {title}', _list_rows(report))
     return '; '.join(finding.text for finding in report.of(Verdict.FAIL))
-
-
-def print_capacity(console: Console, held: Iterable[Capacity]) -> None:
-    """Print how much an element holds, by the way of writing; nothing for none."""
-    rows = [
-        {
-            'by': each.way,
-            'words': each.words if each.words <= 2**53 else float(each.words),
-            'bits': f'{each.bits:.1f}',
-            'least distance in levels': each.distance,
-            '': each.why,
-        }
-        for each in held
-    ]
-    print_rows(console, 'capacity', rows)
 
 
 def print_report(console: Console, source: str, report: Report, brief: bool) -> None:

@@ -33,6 +33,7 @@ from mlmem_tools.checks import (
 from mlmem_tools.checks.concern import Subject, sample_levels
 from mlmem_tools.checks.echoes import forecast_echo
 from mlmem_tools.checks.launch import simulate_launch
+from mlmem_tools.cli.main import main
 
 
 @pytest.fixture(scope='module')
@@ -92,6 +93,16 @@ def test_finding_has_a_text_and_fits_json(case_ii):
     assert all(finding.text for finding in findings)
     text = json.dumps([finding.as_dict() for finding in findings], allow_nan=False)
     assert 'peierls_nabarro' in text
+
+
+def test_brief_check_leaves_out_what_passes(capsys, monkeypatch):
+    monkeypatch.setattr(checks, 'CHECK_MODULES', (material,))
+    assert main(['design', 'check', 'case_1', '--brief']) == 0
+    printed = capsys.readouterr().out
+    assert 'carrier_left' in printed
+    assert 'stiffnesses' not in printed
+    assert main(['design', 'check', 'case_1', '--json']) == 0
+    assert json.loads(capsys.readouterr().out)['verdict'] == 'warn'
 
 
 def test_numbers_of_case_ii(case_ii):

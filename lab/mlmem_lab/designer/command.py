@@ -15,9 +15,8 @@ from mlmem.element_file import as_designed, text_of
 from mlmem.law_file import read_law_file as load_law
 from mlmem.physics import CASE_II
 from mlmem.settings import ScaleSettings
-from mlmem_tools.checks.capacity import list_capacities
 from mlmem_tools.cli.command import load_element_option
-from mlmem_tools.cli.design import print_capacity, print_report
+from mlmem_tools.cli.design import print_report
 from mlmem_tools.cli.output import create_console, create_table, print_failure, print_json
 
 from ..studies.proof import Proof, Tally, describe_proof, evaluate_run
@@ -79,7 +78,6 @@ def _run_find(arguments: argparse.Namespace) -> int:
         for number, reason in found.reasons.items():
             console.print(f'not {number} cells per level: {reason}')
         print_report(console, f'{levels} levels', found.report, brief=True)
-        print_capacity(console, list_capacities(found.design, found.settings))
     if not arguments.prove:
         return 0
     name = f'levels_{levels}'
