@@ -7,7 +7,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,7 +29,7 @@ from mlmem.physics.equilibrium import find_pinned_wall
 
 from .studies.bench import Bench
 from .studies.tolerance.estimate import Rate
-from .study import Study
+from .study import Study, sum_counts
 
 RANDOM_SEED = 1
 
@@ -194,24 +194,19 @@ SHAKING_CASES = [
 ]  # fmt: skip
 
 
-def count_reads(name: str) -> list[dict[str, Any]]:
-    """Return how reads of a preset at random levels ended, case by case."""
-    design, settings = load_element(name).design_and_settings
-    found = []
-    for number, (end, shaking) in enumerate(SHAKING_CASES):
-        random = np.random.default_rng(RANDOM_SEED + 1000 * number)
-        counts = Counter[str]()
-        while counts['reads'] + counts['moved'] < READS:
-            level, seed = int(random.integers(design.levels)), int(random.integers(2**31))
-            counts.update(count_block(design, settings, shaking, end, level, BLOCK, seed))
-        found.append(
-            {'preset': name, 'end': end, 'shaking': str(shaking), **_summarise_counts(counts)}
-        )
-    return found
+CASES = {f'{end}, {shaking}': (end, shaking) for end, shaking in SHAKING_CASES}
+"""End that reads, and disturbance, by the name of the case."""
 
 
-def _summarise_counts(counts: Counter[str]) -> dict[str, Any]:
-    """Return the counts of a case as a result file has them."""
+def count_reads(case: str) -> dict[str, Any]:
+    """Return how reads of `case_2` at random levels ended."""
+    design, settings = load_element('case_2').design_and_settings
+    end, shaking = CASES[case]
+    random = np.random.default_rng(RANDOM_SEED + 1000 * [*CASES].index(case))
+    counts = Counter[str]()
+    while counts['reads'] + counts['moved'] < READS:
+        level, seed = int(random.integers(design.levels)), int(random.integers(2**31))
+        counts.update(count_block(design, settings, shaking, end, level, BLOCK, seed))
     wrong = Rate(counts['wrong blocks'], counts['blocks']).interval if counts['blocks'] else None
     return {key: counts[key] for key in COUNTED} | {
         'wrong blocks, at most (95 %)': wrong and wrong[1],
@@ -219,21 +214,11 @@ def _summarise_counts(counts: Counter[str]) -> dict[str, Any]:
     }
 
 
-def merge_cases(kept: Mapping[str, Any], name: str, found: Sequence[Any]) -> dict[str, Any]:
-    """Return the cases of all presets, and their sum."""
-    others = (one for one in kept.get('cases', ()) if one.get('preset') not in (None, name))
-    cases = [*others, *found]
-    total = {
-        key: sum(one[key] for one in cases) for key in ('reads', 'moved', 'undecodable', 'wrong')
-    }
-    return {'cases': [*cases, {'end': 'all', 'shaking': 'all of these', **total}]}
-
-
 STUDY = Study(
     'shaken',
     count_reads,
-    ('case_2',),
-    ('lab/mlmem_lab/shaken.py', 'lab/mlmem_lab/studies'),
+    tuple(CASES),
+    ('lab/mlmem_lab/shaken.py', 'lab/mlmem_lab/studies/bench.py'),
     RANDOM_SEED,
-    merge_cases,
+    lambda presets: {'all': sum_counts(presets.values())},
 )

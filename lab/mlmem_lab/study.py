@@ -55,17 +55,14 @@ STUDY_PLACES = {
     'robust_writes': 'robust_writes:STUDY',
     'shaken': 'shaken:STUDY',
     'times': 'times:STUDY',
-    'twin': 'twins.study:STUDY',
+    'twin_alarms': 'twins.study:ALARMS_STUDY',
+    'twin_changes': 'twins.study:CHANGES_STUDY',
+    'twin_fits': 'twins.study:FITS_STUDY',
     'unseen': 'measured.study:UNSEEN_STUDY',
     'validity': 'validity:STUDY',
     'words': 'words:STUDY',
 }
 """Module and name of every study, by its own name, which is that of its result file."""
-
-
-def add_by_name(kept: Mapping[str, Any], case: str, found: Any) -> dict[str, Any]:
-    """Return a result that holds each case by its name under `presets`."""
-    return {'presets': kept.get('presets', {}) | {case: found}}
 
 
 def sum_counts(counts: Iterable[Mapping[str, Any]]) -> dict[str, int]:
@@ -85,8 +82,7 @@ class Study:
         measure: Returns what is found of a case. Another process must be able to import it.
         cases: The names of all cases.
         modules: Files of the checkout that are measured in addition to the device.
-        add: Returns the content of the result file with a case that was measured, from the former
-            content, the case, and what was found.
+        summarise: Returns what the result file has in addition, from what was found of every case.
         draw: Returns a Matplotlib figure of a result.
         is_sized: Whether `measure` takes how much is counted of a case, as `count`.
     """
@@ -96,7 +92,7 @@ class Study:
     cases: tuple[str, ...]
     modules: tuple[str, ...]
     seed: int | None = None
-    add: Callable[[Mapping[str, Any], str, Any], dict[str, Any]] = add_by_name
+    summarise: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda presets: {}
     draw: Callable[[Mapping[str, Any]], Any] | None = None
     is_sized: bool = False
 
@@ -115,12 +111,12 @@ class Study:
     def keep(self, case: str, found: Any) -> None:
         """Put what was found of a case into the result file."""
         kept = results.load_kept(self.path)
-        done = [each for each in self.cases if each in kept.get('hashes', {}) or each == case]
-        command = shlex.join(['mlmem', 'study', self.name, *done])
+        known = kept.get('presets', {}) | {case: found}
+        presets = {each: known[each] for each in self.cases if each in known}
+        command = shlex.join(['mlmem', 'study', self.name, *presets])
         modules = [*results.DEVICE_MODULES, *self.modules]
-        results.save_result(
-            self.path, self.add(kept, case, found), command, modules, [case], self.seed, kept
-        )
+        result = {'presets': presets, **self.summarise(presets)}
+        results.save_result(self.path, result, command, modules, [case], self.seed, kept)
 
     def draw_picture(self, picture: Path) -> None:
         """Draw the result file, and note the picture if it is on a page."""

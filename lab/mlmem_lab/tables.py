@@ -39,7 +39,7 @@ VALIDITY_LABELS = {
 
 def validity(result: Mapping[str, Any]) -> Rows:
     """Return the greatest amount of every way at which all was written and read, by preset."""
-    trials = result['trials']
+    trials = _list_trials(result)
     names = [each for each in dict.fromkeys(one['preset'] for one in trials) if 'kick' not in each]
     rows: Rows = [['', *(f'`{name}`' for name in names)]]
     for way, told in VALIDITY_LABELS.items():
@@ -56,7 +56,7 @@ def validity(result: Mapping[str, Any]) -> Rows:
 
 def validity_friction(result: Mapping[str, Any]) -> Rows:
     """Return how many writes by kicks came to their level where cells rub, and were verified."""
-    some = [one for one in result['trials'] if one['way'] == 'friction']
+    some = [one for one in _list_trials(result) if one['way'] == 'friction']
     names = [name for name in dict.fromkeys(one['preset'] for one in some) if 'kick' in name]
     amounts = sorted({one['amount'] for one in some if one['preset'] in names})
     rows: Rows = [['friction', *(f'`{name}`' for name in names)]]
@@ -67,6 +67,10 @@ def validity_friction(result: Mapping[str, Any]) -> Rows:
             row += [f'{one["reached"]}; {one["read"]} of {one["writes"]}' for one in found] or ['']
         rows.append(row)
     return rows
+
+
+def _list_trials(result: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    return [trial for trials in result['presets'].values() for trial in trials]
 
 
 def _greatest_amount(amounts: Sequence[float]) -> str:
@@ -182,15 +186,16 @@ def _word_rows(result: Mapping[str, Any], what: str, healthy: str, sizes: Sequen
 
 def unseen_speeds(result: Mapping[str, Any]) -> Rows:
     """Return what other lattices and the force curves say of each."""
-    rows: Rows = [('rail / spacing', 'measured', 'predicted without its data', 'no wave')]
-    for case in result['cases']:
+    rows: Rows = [['rail / spacing', 'measured', 'predicted without its data', 'no wave']]
+    for name, case in result['presets'].items():
         found = case['unseen']
         measured = ', '.join(f'{speed:.2f}' for speed in case['measured'] or ()) or 'no wave'
         predicted = ''
         if found['median'] is not None:
             predicted = f'{found["median"]:.2f} ({found["low"]:.2f} to {found["high"]:.2f})'
         silent = f'{100.0 * found["silent"]:.0f} %'
-        rows.append([f'{case["rail"]:g}/{case["spacing"]:g}', measured, predicted, silent])
+        lattice = name.removeprefix('rail').replace('_spacing', '/')
+        rows.append([lattice, measured, predicted, silent])
     return rows
 
 
@@ -198,42 +203,32 @@ READ_COUNTS = (
     'reads', 'right', 'undecodable', 'no level', 'wrong', 'written', 'written wrong',
     'not written',
 )  # fmt: skip
-"""Counts of `mlmem reads`."""
+"""Counts of `mlmem study reads`."""
 
 
 def reads(result: Mapping[str, Any]) -> Rows:
     """Return how reads and writes ended, for all elements of a kind together."""
-    groups: dict[str, dict[str, int]] = {}
-    for name, found in result['elements'].items():
-        first, _, change = name.partition(', ')
-        if first != 'all':
-            first = 'designs of other sizes' if first.startswith('levels_') else 'presets'
-        kind = 'presets with disorder' if change else first
-        total = groups.setdefault(kind, dict.fromkeys(READ_COUNTS, 0))
-        for key in READ_COUNTS:
-            total[key] += found.get(key, 0)
-    order = sorted(groups, key=lambda name: name == 'all')
+    kinds = 'ideal', 'scattered', 'all'
     return [
         ['', *READ_COUNTS],
-        *([name, *map(_group_digits, groups[name].values())] for name in order),
+        *([kind, *(_group_digits(result[kind][name]) for name in READ_COUNTS)] for kind in kinds),
     ]
 
 
 def shaken(result: Mapping[str, Any]) -> Rows:
     """Return how reads of a shaken element ended, by end and kind of the shaking."""
+    keys = ('reads', 'undecodable', 'wrong', 'moved')
     rows: Rows = [['end', 'shaking', 'reads', 'undecodable', 'wrong', 'wall moved']]
-    for (end, way), group in groupby(result['cases'], _shaking_kind):
-        cases = list(group)
-        parts = zip(*(case['shaking'].split(', ')[1:] for case in cases), strict=True)
-        told = ', '.join([way, *map(_join_amounts, parts)])
-        keys = ('reads', 'undecodable', 'wrong', 'moved')
+    named = ((name.split(', '), found) for name, found in result['presets'].items())
+    for (end, way), group in groupby(named, lambda each: each[0][:2]):
+        names, cases = zip(*group, strict=True)
+        told = ', '.join(
+            [way, *map(_join_amounts, zip(*(name[2:] for name in names), strict=True))]
+        )
         counts = (sum(case[key] for case in cases) for key in keys)
         rows.append([end, told, *map(_group_digits, counts)])
-    return rows
-
-
-def _shaking_kind(case: Mapping[str, Any]) -> tuple[str, str]:
-    return case['end'], case['shaking'].partition(',')[0]
+    total = (_group_digits(result['all'][key]) for key in keys)
+    return [*rows, ['all', 'all of these', *total]]
 
 
 def _join_amounts(told: Sequence[str]) -> str:

@@ -7,9 +7,8 @@ The element is `Rk4Element`, changed in one way each; the device does not know.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -107,16 +106,9 @@ def try_preset(name: str) -> list[Trial]:
     return found
 
 
-def merge_trials(kept: Mapping[str, Any], name: str, found: Sequence[Trial]) -> dict[str, Any]:
-    """Return the trials of all presets."""
-    others = [each for each in kept.get('trials', ()) if each['preset'] != name]
-    return {'trials': [*others, *(asdict(each) for each in found)]}
-
-
 STUDY = Study(
     'validity',
     try_preset,
     ('case_2', 'bits_2', 'bits_4', 'case_1', 'bits_1', 'kick_2', 'kick_4'),
     ('lab/mlmem_lab/validity.py', 'lab/mlmem_lab/rk4.py'),
-    add=merge_trials,
 )

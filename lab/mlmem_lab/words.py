@@ -107,13 +107,6 @@ def define_troubles(cells: int, pulse: float) -> dict[str, Drawing]:
     }
 
 
-def draw_word(random: Rng, words: int) -> int:
-    """Return a random word of so many; of more than an integer holds, by twice as many bits."""
-    if words < 2**63:
-        return int(random.integers(words))
-    return int.from_bytes(random.bytes(words.bit_length() // 4), 'big') % words
-
-
 def count_reads(
     element: MemoryElement, drawing: Drawing, random: Rng, count: int
 ) -> dict[str, int]:
@@ -122,7 +115,7 @@ def count_reads(
     code = make_code(element.design, element.settings)
     assert code is not None
     while found.total() < count:
-        word = draw_word(random, code.words)
+        word = int(random.integers(code.words))
         trouble = drawing(random)
         element.set_faults(Faults())
         element.chain.place(pin_walls(Specimen(element.design), code.walls(word)))
@@ -168,7 +161,7 @@ def count_reads_between(element: MemoryElement, random: Rng, count: int) -> dict
             break
         at = [
             design.defect_site(level) + DEFECT_OFFSET_CELLS
-            for level in code.walls(draw_word(random, code.words))
+            for level in code.walls(int(random.integers(code.words)))
         ]
         place = float(random.uniform(design.defect_site(0), design.defect_site(design.levels - 1)))
         if at and random.integers(2):
@@ -192,7 +185,7 @@ def count_writes(elements: Iterable[MemoryElement], random: Rng, each: int) -> d
     found, ticks = Counter[str](), []
     for element in elements:
         for _ in range(each):
-            word = draw_word(random, element.reader.content_count)
+            word = int(random.integers(element.reader.content_count))
             outcome = element.perform(Write(word))
             ticks.append(outcome.end_tick - outcome.start_tick)
             true = true_level(element) == word
@@ -242,14 +235,13 @@ def count_preset(name: str) -> dict[str, Any]:
     return {'reads': of_reads, 'writes': of_writes}
 
 
-def merge_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
-    """Return the counts of every preset, and the sum of all reads and writes."""
-    presets = kept.get('presets', {}) | {name: found}
+def sum_presets(presets: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the sum of all reads and writes."""
     total = sum_counts(counts for each in presets.values() for counts in each['reads'].values())
     writes = sum_counts(counts for each in presets.values() for counts in each['writes'].values())
     reads = {name: total[name] for name in ('right', 'undecodable', 'wrong')}
     written = {'written': writes['right'], 'written wrong': writes['wrong']}
-    return {'all': {'reads': sum(reads.values()), **reads, **written}, 'presets': presets}
+    return {'all': {'reads': sum(reads.values()), **reads, **written}}
 
 
 def count_robust_writes(name: str) -> dict[str, Any]:
@@ -268,7 +260,7 @@ STUDY = Study(
     ('byte', 'register_4', 'register_5'),
     ('lab/mlmem_lab/words.py', 'lab/mlmem_lab/reads/count.py'),
     SEED,
-    merge_counts,
+    sum_presets,
 )
 
 ROBUST_SEED = 11

@@ -25,7 +25,7 @@ from mlmem_lab.measured.shells import (
     launch_waves,
     load_force_table,
 )
-from mlmem_lab.measured.study import add_rows, predict_seen, predict_unseen
+from mlmem_lab.measured.study import compare_speeds, predict_seen, predict_unseen
 
 
 def chains(name, spacing, tilt=0.01, damping=0.01):
@@ -105,14 +105,14 @@ def test_a_shell_that_sets_too_little_free_is_silent():
 @pytest.mark.slow
 def test_predictions_have_a_row_for_every_lattice():
     """With few particles: what its data add to a lattice, and what others say of it."""
-    seen = add_rows({}, 'all', predict_seen('all', 20))
-    assert [row['measured'] is None for row in seen['cases']] == [
-        case in SILENT_CASES for case in ALL_CASES
-    ]
-    for case, row in zip(ALL_CASES, seen['cases'], strict=True):
+    seen = predict_seen('all', 20)
+    for case in ALL_CASES:
+        row = seen[str(case)]
+        assert (row['measured'] is None) == (case in SILENT_CASES)
         if case not in SILENT_CASES:  # its own data narrow the interval of its speed
             widths = [row[name]['high'] - row[name]['low'] for name in ('seen', 'curves')]
             assert widths[0] < widths[1]
-    unseen = add_rows({}, '22.5/6', predict_unseen('22.5/6', 20))
-    assert unseen['speeds']['measured'] == 1
-    assert 0.0 <= unseen['cases'][0]['unseen']['silent'] <= 1.0
+    case = 'rail22.5_spacing6'
+    unseen = {case: predict_unseen(case, 20)}
+    assert compare_speeds(unseen)['speeds']['measured'] == 1
+    assert 0.0 <= unseen[case]['unseen']['silent'] <= 1.0

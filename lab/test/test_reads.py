@@ -10,8 +10,8 @@ from mlmem_lab.reads import count
 from mlmem_lab.reads.count import (
     READS_PER_MOVE,
     Counts,
-    add_counts,
     count_rows,
+    sum_presets,
     true_level,
 )
 
@@ -41,15 +41,12 @@ def test_a_device_that_lies_is_caught(lies):
     assert counts.as_dict()['wrong rows, at most (95 %)'] == 1.0
 
 
-def test_counts_of_other_elements_are_kept():
-    """What was known of this element is replaced, and the sum is that of all."""
-
+def test_counts_of_all_elements_are_summed():
     def counts(right):
         return Counts(Counter(right=right, rows=1)).as_dict()
 
-    kept = add_counts({}, 'bits_1', {'bits_1': counts(1), 'bits_1, scattered': counts(2)})
-    kept = add_counts(kept, 'bits_2', {'bits_2': counts(4)})
-    kept = add_counts(kept, 'bits_1', {'bits_1': counts(8)})
-    assert {name: each['reads'] for name, each in kept['elements'].items()} == {
-        'bits_2': 4, 'bits_1': 8, 'all': 12,
-    }  # fmt: skip
+    found = sum_presets({
+        'bits_1': {'ideal': counts(1), 'scattered': counts(2)},
+        'bits_2': {'ideal': counts(4), 'scattered': counts(8)},
+    })  # fmt: skip
+    assert [found[kind]['reads'] for kind in ('ideal', 'scattered', 'all')] == [5, 10, 15]

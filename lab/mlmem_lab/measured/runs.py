@@ -27,7 +27,8 @@ class Case(NamedTuple):
     spacing: float
 
     def __str__(self) -> str:
-        return f'{self.rail:g}/{self.spacing:g}'
+        """Return its name: that of its files, without the run."""
+        return f'rail{self.rail:g}_spacing{self.spacing:g}'
 
 
 RAIL_DISTANCES_CM = (21.5, 22.0, 22.5)
@@ -97,6 +98,6 @@ def rise_time(t: Array, u: Array, rest: float) -> float:
 @cache
 def load_runs(case: Case) -> tuple[MeasuredRun, ...]:
     """Return the measured runs of a case; none where nothing propagates."""
-    files = sorted(DATA_FOLDER.glob(f'rail{case.rail:g}_spacing{case.spacing:g}_run*.csv'))
+    files = sorted(DATA_FOLDER.glob(f'{case}_run*.csv'))
     tables = (np.loadtxt(file, delimiter=',', skiprows=1, unpack=True) for file in files)
     return tuple(MeasuredRun(case, t, np.asarray(u) / 10.0) for t, *u in tables)

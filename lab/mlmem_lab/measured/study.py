@@ -8,7 +8,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from mlmem.physics.potential import Array
 
 from ..study import Study
 from .posterior import Model
-from .runs import ALL_CASES, SILENT_CASES, load_runs
+from .runs import ALL_CASES, SILENT_CASES, Case, load_runs
 
 DATA_ATTRIBUTION = (
     'Measured: Nadkarni, Arrieta, Chong, Kochmann & Daraio, Phys. Rev. Lett. 116, 244501 (2016), '
@@ -28,26 +28,27 @@ DATA_ATTRIBUTION = (
 SEED = 1
 
 
-def predict_seen(case: str, particles: int = 250) -> list[dict[str, Any]]:
-    """Return predictions of every lattice from the force curves alone, and with all data.
+def predict_seen(case: str, particles: int = 250) -> dict[str, Any]:
+    """Return predictions of every lattice, by name, from the force curves alone, and with all
+    data.
 
     Losses are viscous damping and a loss in the snap. The one case is `all`.
     """
     model = Model(np.random.default_rng(SEED), snap=True)
     posterior = model.sample_posterior(particles)
     prior = model.draw_prior(particles)
-    return [
-        _describe_lattice(k)
-        | {
+    return {
+        str(lattice): {
+            'measured': _list_speeds(lattice),
             'curves': summarise_speeds(prior.speed[:, k]),
             'seen': summarise_speeds(posterior.speed[:, k]),
             'gain': summarise_values(posterior.build_chains(k).compute_gain()),
         }
-        for k in range(len(ALL_CASES))
-    ]
+        for k, lattice in enumerate(ALL_CASES)
+    }
 
 
-def predict_unseen(case: str, particles: int = 200) -> list[dict[str, Any]]:
+def predict_unseen(case: str, particles: int = 200) -> dict[str, Any]:
     """Return the prediction of a lattice from the force curves and the data of the others.
 
     The loss is viscous damping alone.
@@ -55,39 +56,31 @@ def predict_unseen(case: str, particles: int = 200) -> list[dict[str, Any]]:
     k = [str(each) for each in ALL_CASES].index(case)
     model = Model(np.random.default_rng(SEED), snap=False)
     speeds = model.predict_speeds(model.sample_posterior(particles, without=k), k)
-    return [_describe_lattice(k) | {'unseen': summarise_speeds(speeds.ravel())}]
+    return {'measured': _list_speeds(ALL_CASES[k]), 'unseen': summarise_speeds(speeds.ravel())}
 
 
-def _describe_lattice(k: int) -> dict[str, Any]:
-    """Return rail and spacing in cm, and the measured speeds in m/s; None without a wave."""
-    case = ALL_CASES[k]
-    speeds = None if case in SILENT_CASES else [run.speed for run in load_runs(case)]
-    return {'rail': case.rail, 'spacing': int(case.spacing), 'measured': speeds}
+def _list_speeds(case: Case) -> list[float] | None:
+    """Return the measured speeds in m/s; None without a wave."""
+    return None if case in SILENT_CASES else [run.speed for run in load_runs(case)]
 
 
-def add_rows(kept: Mapping[str, Any], case: str, found: Sequence[Any]) -> dict[str, Any]:
-    """Return the rows of all lattices, in order, and how unseen ones compare."""
-    rows = {(row['rail'], row['spacing']): row for row in (*kept.get('cases', ()), *found)}
-    cases = [rows[key] for key in sorted(rows)]
-    result: dict[str, Any] = {'attribution': DATA_ATTRIBUTION, 'cases': cases}
-    return result | ({'speeds': compare_speeds(cases)} if 'unseen' in cases[0] else {})
-
-
-def compare_speeds(cases: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
+def compare_speeds(presets: Mapping[str, Any]) -> dict[str, Any]:
     """Return how many measured speeds there are, and how many lie in the unseen interval.
 
     Also the least and the largest error of the medians of these, in per cent.
     """
-    speeds = [(float(np.mean(row['measured'])), row['unseen']) for row in cases if row['measured']]
+    rows = [row for row in presets.values() if row['measured']]
+    speeds = [(float(np.mean(row['measured'])), row['unseen']) for row in rows]
     errors = [
         100.0 * abs(found['median'] / seen - 1.0)
         for seen, found in speeds
         if found['median'] is not None and found['low'] <= seen <= found['high']
     ]
-    return {
+    compared = {
         'measured': len(speeds), 'inside': len(errors),
         'least': min(errors, default=None), 'largest': max(errors, default=None),
     }  # fmt: skip
+    return {'attribution': DATA_ATTRIBUTION, 'speeds': compared}
 
 
 def summarise_values(values: Array) -> dict[str, float]:
@@ -108,8 +101,9 @@ def summarise_speeds(speeds: Array) -> dict[str, float | None]:
 
 MODULES = ('lab/mlmem_lab/measured',)
 CURVES_STUDY = Study(
-    'curves', predict_seen, ('all',), MODULES, SEED, add_rows
+    'curves', predict_seen, ('all',), MODULES, SEED,
+    lambda presets: {'attribution': DATA_ATTRIBUTION},
 )  # fmt: skip
 UNSEEN_STUDY = Study(
-    'unseen', predict_unseen, tuple(map(str, ALL_CASES)), MODULES, SEED, add_rows
+    'unseen', predict_unseen, tuple(map(str, ALL_CASES)), MODULES, SEED, compare_speeds
 )  # fmt: skip

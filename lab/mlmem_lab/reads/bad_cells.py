@@ -134,19 +134,13 @@ def measure_element(name: str) -> dict[str, Any]:
     return result
 
 
-def merge_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
-    """Return the counts of every preset, and their sums."""
-    presets = kept.get('presets', {}) | {name: found}
+def sum_presets(presets: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the counts of known cells by preset and fault, and the sums of all presets."""
     known = {
         f'{preset}, {kind}': each[kind] for preset, each in presets.items() for kind in CELL_FAULTS
     }
     wrongly = sum_counts(each['told wrongly'] for each in presets.values())
-    return {
-        'presets': presets,
-        'known': known,
-        'all': sum_counts(known.values()),
-        'told wrongly': wrongly,
-    }
+    return {'known': known, 'all': sum_counts(known.values()), 'told wrongly': wrongly}
 
 
 STUDY = Study(
@@ -155,5 +149,5 @@ STUDY = Study(
     tuple(SITE_SPACINGS),
     ('lab/mlmem_lab/reads/bad_cells.py',),
     RANDOM_SEED,
-    merge_counts,
+    sum_presets,
 )

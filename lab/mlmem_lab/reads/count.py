@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Count wrong reads and writes of everything that ships or can be designed.
+"""Count wrong reads and writes of the elements that strain writes, and of a byte.
 
 Every element is moved at random (written, erased, strained by hand, aborted) and read ten times in
 a row after each move, from either end and both; also at half and a quarter of its step, and on
@@ -14,65 +14,38 @@ import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from mlmem import (
-    ELEMENT_NAMES,
-    Abort,
-    Erase,
-    MemoryElement,
-    Read,
-    SetStrain,
-    Settings,
-    Write,
-    load_element,
-)
-from mlmem.instrument.drivers import Simulation, steps_per_tick
-from mlmem.physics import INTEGRATORS, Chain, Design, StateError, find_level, find_walls
+from mlmem import Abort, Erase, MemoryElement, Read, SetStrain, Write, load_element
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import Design, Specimen, StateError, find_level, find_walls
 from mlmem.physics.specimen import Scatter, scattered
 from mlmem.readers.reading import UNDECODABLE
 from mlmem.readers.words import make_code
 
-from ..designer import propose_design
 from ..results import STRAINED_PRESETS
 from ..studies.tolerance.estimate import Rate
 from ..study import Study, sum_counts
 
-DESIGN_PREFIX = 'levels_'
-"""A design is named by this and its number of levels."""
-
-
-@lru_cache(maxsize=2)
-def find_preset(name: str) -> tuple[Design, Settings]:
-    """Return a preset, or the design for a number of levels such as `levels_24`."""
-    if name in ELEMENT_NAMES:
-        return load_element(name).design_and_settings
-    found = propose_design(int(name.removeprefix(DESIGN_PREFIX)))
-    return found.design, found.settings
+MODERATE_SCATTERS = {25: 8e-5, 9: 4e-3}
+"""Scatter of alpha at which one step in a thousand fails, by cells per level (docs/limits.md)."""
 
 
 def build_device(name: str, finer: int = 1, specimen: int | None = None) -> MemoryElement:
-    """Return a blank device.
+    """Return a blank device of a preset.
 
     Args:
-        name: As for `find_preset`.
         finer: Number of steps in place of one of the device's.
         specimen: Number of a specimen with the scatter that its design stands; None for the ideal.
     """
-    design, settings = find_preset(name)
-    steps = steps_per_tick(design, settings.time) * finer
-    chain = Chain(design, settings.time.tick / steps, INTEGRATORS[settings.time.integrator])
-    element = MemoryElement(design, settings, driver=Simulation(chain))
-    # scatter of alpha at which one step in a thousand fails, by cells per level (docs/limits.md)
-    scatter_by_spacing = {25: 8e-5, 9: 4e-3}
+    design, settings = load_element(name).design_and_settings
+    made: Design | Specimen = design
     if specimen is not None:
-        chain.set_specimen(
-            scattered(design, Scatter(alpha=scatter_by_spacing.get(design.J, 0.0)), specimen)
-        )
-    return element
+        made = scattered(design, Scatter(alpha=MODERATE_SCATTERS.get(design.J, 0.0)), specimen)
+    driver = Simulation.of(made, settings.time, finer)
+    return MemoryElement(design, settings, driver=driver)
 
 
 READ_ENDS = ('left', 'right', 'both')
@@ -223,47 +196,45 @@ def _write_level(element: MemoryElement, counts: Counts, level: int) -> None:
         counts.reasons[f'{level} of {element.design.levels}: {outcome.error}'] += 1
 
 
-def sum_elements(found: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the sum of counts as `Counts.as_dict` gives them; it has no median."""
-    reasons = Counter[str]()
-    for each in found.values():
-        reasons.update(each['reasons'])
-    return summarise_rows(sum_counts(found.values()), reasons)
+SEED, SPECIMENS = 1, 20
 
 
-ROWS, SPECIMENS, SPECIMEN_ROWS = 100, 20, 4
-"""Rows of an element as designed, fewer at finer steps; scattered specimens, and rows of each."""
+def count_element(name: str, count: int = 800) -> dict[str, Any]:
+    """Return the counts of an element as designed and of specimens that scatter.
 
-
-def count_element(name: str) -> dict[str, Any]:
-    """Return the counts of an element, and of its scattered specimens."""
-    whole, scatter = Counts(), Counts()
+    Args:
+        count: Rows as designed; fewer at finer steps, and half as many of all specimens.
+    """
+    ideal, scatter = Counts(), Counts()
     for finer in (1, 2, 4):
-        whole.add(count_rows(name, math.ceil(ROWS / finer**2), SEED, finer))
-    if name.startswith(DESIGN_PREFIX):
-        return {name: whole.as_dict()}
+        ideal.add(count_rows(name, math.ceil(count / finer**2), SEED, finer))
     for number in range(SPECIMENS):
-        scatter.add(count_rows(name, SPECIMEN_ROWS, SEED, 1, number))
-    return {name: whole.as_dict(), f'{name}, scattered': scatter.as_dict()}
+        scatter.add(count_rows(name, math.ceil(0.5 * count / SPECIMENS), SEED, 1, number))
+    return {'ideal': ideal.as_dict(), 'scattered': scatter.as_dict()}
 
 
-def add_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
-    """Return the counts of all elements, and their sum."""
-    others = {
-        key: each
-        for key, each in kept.get('elements', {}).items()
-        if key != 'all' and key.partition(',')[0] != name
-    }
-    return {'elements': others | found | {'all': sum_elements(others | found)}}
+def sum_presets(presets: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the sums over all presets: ideal, scattered and all; they have no median."""
 
+    def sum_kinds(*kinds: str) -> dict[str, Any]:
+        reasons = Counter[str]()
+        parts = [found[kind] for found in presets.values() for kind in kinds]
+        for each in parts:
+            reasons.update(each['reasons'])
+        return summarise_rows(sum_counts(parts), reasons)
 
-SEED = 1
+    return {
+        'ideal': sum_kinds('ideal'), 'scattered': sum_kinds('scattered'),
+        'all': sum_kinds('ideal', 'scattered'),
+    }  # fmt: skip
+
 
 STUDY = Study(
     'reads',
     count_element,
-    ('case_1', *STRAINED_PRESETS, 'byte', *(f'{DESIGN_PREFIX}{n}' for n in range(2, 65))),
+    (*STRAINED_PRESETS, 'byte'),
     ('lab/mlmem_lab/reads/count.py',),
     SEED,
-    add_counts,
+    sum_presets,
+    is_sized=True,
 )

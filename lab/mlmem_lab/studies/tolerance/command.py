@@ -31,7 +31,10 @@ if TYPE_CHECKING:
     from .study import Tolerance
 
 
-STUDIED_MODULES = ('mlmem', 'lab/mlmem_lab/studies/tolerance')
+STUDIED_MODULES = (
+    'mlmem',
+    *(f'lab/mlmem_lab/studies/tolerance/{name}.py' for name in ('element', 'estimate', 'study')),
+)
 
 AMOUNT_COUNT = 10
 
