@@ -3,25 +3,11 @@
 """The environment of the laboratory's tests, also where they run alone, and quick pictures."""
 
 import os
-from functools import cache, partial
 
 import pytest
-from computed import once
 
 # Before numpy is loaded: our matrices are small, and BLAS threads wait for each other.
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
-
-
-@pytest.fixture(scope='session')
-def proposed(tmp_path_factory):
-    """A function that returns what the designer finds for a number of levels, searched for once
-    by all tests.
-    """
-    from mlmem_lab.designer import propose_design
-
-    return cache(
-        lambda levels: once(tmp_path_factory, f'{levels}-levels', partial(propose_design, levels))
-    )
 
 
 @pytest.fixture

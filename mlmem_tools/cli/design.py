@@ -2,10 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem design`: find, check and prove designs.
 
-`--levels 16` finds a design by rules and closed forms. `--law LAW.yaml` says whether cells with a
-law of their own can be a memory, with which gradient, and, without `--levels`, of how many levels.
-`--levels 8 --scatter 0.03` searches an element for uneven parts, which kicks alone write, and
-rejects what is impossible. All but `check` needs the laboratory.
+`--levels 8` searches an element that kicks write and whose parts may scatter by `--scatter` and
+rub by `--friction`, and rejects what is impossible. All but `check` needs the laboratory.
 
 Exit status 0: nothing failed (warnings do not count); 1: something did; 2: wrong arguments, or a
 file that cannot be read.
@@ -93,33 +91,24 @@ DESIGN_TASKS = {'check': check, 'prove': prove}
 
 @declare_command(
     'find, check and prove designs',
-    declare_option('--levels', type=int, metavar='P', help='find a design for 2 to 256 levels'),
+    declare_option('--levels', type=int, metavar='P', help='find an element of 2 to 256 levels'),
     declare_option(
         '--scatter',
         type=float,
+        default=0.03,
         metavar='SIGMA',
-        help='search cells whose on-site stiffness, springs and masses scatter by this standard '
-        'deviation, relative',
+        help='standard deviation of on-site stiffness, springs and masses, relative',
     ),
     declare_option(
         '--friction',
         type=float,
         default=0.0,
         metavar='F',
-        help='with --scatter: dry friction of every cell in k_r times lattice constants',
+        help='dry friction of every cell in k_r times lattice constants',
     ),
-    declare_option(
-        '--trials', type=int, default=500, metavar='N', help='with --scatter: designs to try'
-    ),
-    declare_option('--law', type=Path, metavar='LAW.yaml', help='on-site law of the cells'),
-    declare_option(
-        '--phase', type=int, default=0, help='ground state of the law that is blank, from 0'
-    ),
-    declare_option('--length', type=float, metavar='M', help='its lattice constant'),
-    declare_option('--spring', type=float, metavar='N/M', help='its springs between cells'),
-    declare_option('--mass', type=float, metavar='KG', help='its masses'),
+    declare_option('--trials', type=int, default=100, metavar='N', help='elements to try'),
     declare_option('--output', type=Path, metavar='FILE.yaml', help='element file to write'),
-    declare_option('--prove', action='store_true', help='simulate the found design'),
+    declare_option('--prove', action='store_true', help='simulate the found element'),
     *PROOF_OPTIONS,
     JSON_OPTION,
     declare_tasks(**DESIGN_TASKS),
@@ -131,14 +120,7 @@ def design(arguments: argparse.Namespace) -> int:
     from mlmem.parsing import DecodeError
     from mlmem.physics import DesignError, StateError
 
-    if not arguments.task and arguments.levels is None and arguments.law is None:
-        return print_failure(
-            'design', 'give --levels P or --law FILE, or one of check and prove', 2
-        )
-    of_a_law = arguments.length, arguments.spring, arguments.mass
-    if any((each is None) == (arguments.law is not None) for each in of_a_law):
-        return print_failure('design', '--law, --length, --spring and --mass need each other', 2)
-    if arguments.scatter is not None and (error := _reject_request(arguments)):
+    if not arguments.task and (error := _reject_request(arguments)):
         return print_failure('design', error, 2)
     try:
         if arguments.task:
@@ -152,13 +134,15 @@ def design(arguments: argparse.Namespace) -> int:
 
 
 def _reject_request(arguments: argparse.Namespace) -> str:
-    """Print the budget of a robust element; return why there is none, or an empty text."""
+    """Print the budget of a requested element; return why there is none, or an empty text."""
     from ..checks import Verdict
     from ..checks.budget import judge_request
 
     levels, scatter, friction = arguments.levels, arguments.scatter, arguments.friction
-    if arguments.law is not None or levels is None or not 2 <= levels <= 256:
-        return f'--scatter needs --levels from 2 to 256, and no --law; got {levels}'
+    if levels is None:
+        return 'give --levels P, or one of check and prove'
+    if not 2 <= levels <= 256:
+        return f'--levels must be from 2 to 256; got {levels}'
     if not (0.0 < scatter <= 0.3 and 0.0 <= friction <= 0.1 and arguments.trials >= 1):
         return (
             '--scatter must be above 0 and at most 0.3, --friction from 0 to 0.1, --trials at '

@@ -47,8 +47,8 @@ def doctor(arguments: argparse.Namespace) -> int:
         from mlmem import ELEMENT_NAMES
         from mlmem_ros.host.design_check import load_findings
 
-        for preset in map(load_element, ELEMENT_NAMES):  # as a first start does, which compiles
-            load_findings(preset.design, preset.settings)
+        for shipped in map(load_element, ELEMENT_NAMES):  # as a first start does, which compiles
+            load_findings(*shipped.design_and_settings)
     found = examine_machine()
     for each in found:
         advice = f'\n{"":25} -> {each.advice}' if each.advice else ''

@@ -1,28 +1,42 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem design` beyond `check`: finds designs, and proves them by simulation."""
+"""`mlmem design` beyond `check`: finds elements, and proves them by simulation."""
 
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mlmem import load_element
 from mlmem.element_file import as_designed, text_of
-from mlmem.law_file import read_law_file as load_law
-from mlmem.physics import CASE_II
-from mlmem.settings import ScaleSettings
+from mlmem.errors import SettingsError
+from mlmem.physics import Specimen
+from mlmem.readers.one_wall import forecast_levels
+from mlmem.readers.reading import BLANK
+from mlmem_tools.checks.budget import Budget
 from mlmem_tools.cli.command import load_element_option
-from mlmem_tools.cli.design import print_report
-from mlmem_tools.cli.output import create_console, create_table, print_failure, print_json
+from mlmem_tools.cli.output import (
+    create_console,
+    create_table,
+    print_failure,
+    print_json,
+    show_progress,
+)
+from mlmem_tools.identification.kick_search import after_erase, build_chain, measure_kick_energy
 
 from ..studies.proof import Proof, Tally, describe_proof, evaluate_run
-from ..study import count_cores, map_calls
-from . import DesignNotFound, Proposal, propose_design
-from .robust_command import find_robust
+from ..study import count_cores, map_calls, provide_workers
+from ..windows.astray import count_astray
+from .search import (
+    SPEED_SEEDS,
+    DesignNotFound,
+    Request,
+    choose_speeds,
+    search_values,
+    try_speeds,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -30,16 +44,46 @@ if TYPE_CHECKING:
     from mlmem import Settings
     from mlmem.element_file import Element
     from mlmem.physics import Design
+    from mlmem.physics.potential import Array
+
+COUNTED_ELEMENTS = 20
+"""Scattered elements in which kicks are counted."""
 
 
 def find(arguments: argparse.Namespace) -> int:
-    """Find a design and write it; return the exit status."""
+    """Search an element for levels, scatter and friction, and write its file; return the exit
+    status.
+    """
+    console = create_console(aside=arguments.json)
+    request = Request(arguments.levels, arguments.scatter, arguments.friction)
     try:
-        if arguments.scatter is not None:
-            return find_robust(arguments)
-        return _run_find(arguments)
+        design, settings = search_element(console, request, arguments.jobs, arguments.trials)
     except DesignNotFound as error:
         return print_failure('design', error, 2)
+    with console.status('counting kicks'):
+        described = describe_element(design, settings, request.scatter)
+    table = create_table('', '', '>found')
+    for heading, value in described.items():
+        table.add_row(heading, value)
+    console.print(table)
+    how = (
+        f'mlmem design --levels {request.levels} --scatter {request.scatter:g} '
+        f'--friction {request.friction:g}'
+    )
+    text = f'# {request.levels} levels, by `{how}`.\n' + text_of(as_designed(design, settings))
+    if arguments.json and not arguments.prove:
+        print_json({
+            'design': design, 'settings': settings, 'file': arguments.output,
+            'found': described,
+        })  # fmt: skip
+    if arguments.output is None:
+        print(text, end='', file=console.file)
+    else:
+        arguments.output.write_text(text, encoding='utf-8')
+        console.print(f'written: {arguments.output}')
+    if not arguments.prove:
+        return 0
+    return _show_proofs(console, [(f'{request.levels} levels', design, settings)], arguments)
 
 
 def prove(arguments: argparse.Namespace) -> int:
@@ -53,70 +97,57 @@ def prove(arguments: argparse.Namespace) -> int:
     return _show_proofs(create_console(aside=arguments.json), designs, arguments, element)
 
 
-def _run_find(arguments: argparse.Namespace) -> int:
-    console = create_console(aside=arguments.json)
-    if arguments.law is None:
-        found, how = propose_design(arguments.levels), f'mlmem design --levels {arguments.levels}'
-    else:
-        found, how = _design_with_law(arguments, console)
-    levels = found.design.levels
-    text = f'# {levels} levels, by `{how}`.\n' + text_of(as_designed(found.design, found.settings))
-    if arguments.json and not arguments.prove:
-        print_json(
-            {
-                'design': found.design,
-                'settings': found.settings,
-                'verdict': found.report.verdict.value,
-                'file': arguments.output,
-            }
-        )
-    if arguments.output is None:
-        print(text, end='', file=console.file)  # and nothing else, so that it can be piped
-    else:
-        arguments.output.write_text(text, encoding='utf-8')
-        console.print(f'written: {arguments.output}')
-        for number, reason in found.reasons.items():
-            console.print(f'not {number} cells per level: {reason}')
-        print_report(console, f'{levels} levels', found.report, brief=True)
-    if not arguments.prove:
-        return 0
-    name = f'levels_{levels}'
-    return _show_proofs(console, [(name, found.design, found.settings)], arguments)
-
-
-def _design_with_law(arguments: argparse.Namespace, console: Console) -> tuple[Proposal, str]:
-    """Return a design of cells with a law, of the most levels if none are given, and its command.
-
-    Raises:
-        DesignNotFound: They can be no such memory.
-    """
-    scale = ScaleSettings(
-        length=arguments.length, stiffness=arguments.spring,
-        time=math.sqrt(max(0.0, arguments.mass / (arguments.spring or math.inf))),
+def search_element(
+    console: Console, request: Request, jobs: int | None, trials: int
+) -> tuple[Design, Settings]:
+    """Return the best element of a search; raises as `choose_speeds`."""
+    best: list[Array] = []
+    with provide_workers(jobs or count_cores()) as pool:
+        costs = search_values(request, pool, trials, best.append)
+        show_progress(console, costs, 0, trials, 'trials')
+    values = best[0].tolist()
+    count = len(SPEED_SEEDS)
+    ends = map_calls(
+        console, jobs or count_cores(), 'speeds', try_speeds,
+        [request] * count, [values] * count, SPEED_SEEDS,
     )  # fmt: skip
-    law = load_law(arguments.law, scale.length, scale.stiffness)
-    cell = dataclasses.replace(CASE_II, d=1.0, phase=arguments.phase, law=law)
-    tried = [arguments.levels] if arguments.levels else [2**bits for bits in range(1, 9)]
-    found = None
-    for levels in tried:
-        try:
-            with console.status(f'{levels} levels'):
-                found = propose_design(levels, cell)
-        except DesignNotFound as error:
-            if found is None:
-                raise
-            console.print(f'{error}', soft_wrap=True)
-            break
-    assert found is not None
-    console.print(
-        f'{found.design.levels} levels, with a gradient of {found.design.gamma:.3g} per cell'
-    )
-    settings = dataclasses.replace(found.settings, scale=scale)
-    how = (
-        f'mlmem design --law {arguments.law} --length {scale.length:g} --spring '
-        f'{scale.stiffness:g} --mass {arguments.mass:g} --levels {found.design.levels}'
-    )
-    return dataclasses.replace(found, settings=settings), how
+    return choose_speeds(request, values, ends)
+
+
+def describe_element(design: Design, settings: Settings, scatter: float) -> dict[str, str]:
+    """Return what is printed of an element, by heading."""
+    counted = count_astray(design, settings, scatter, COUNTED_ELEMENTS)
+    chain, kick = build_chain(Specimen(design), settings), settings.kick
+    levels = range(design.levels)
+    erased = sum(after_erase(chain, level, kick.erase_speed, kick) == BLANK for level in levels)
+    stroke = abs(design.D_s2 - design.D_s1)
+    slowest, fastest = min(kick.wall_speeds), max(kick.wall_speeds)
+    allowed = Budget(design).friction
+    return {
+        'levels': f'{design.levels}',
+        'cells': f'{design.N}',
+        'cells a level': f'{design.J}',
+        f'astray at {scatter:g}': '{astray} of {kicks}'.format(**counted),
+        'levels erased by a kick': f'{erased} of {design.levels}',
+        'friction of a cell': f'{design.friction:g}',
+        'allowed friction': f'{allowed:.2g}' if allowed else '-',  # no law for narrow walls
+        'slowest kick, time units': f'{stroke / slowest + kick.hold + kick.settle:.0f}',
+        'energy of the fastest kick': f'{measure_kick_energy(design, settings, fastest):.3g}',
+        'highest speed of the end': f'{kick.peak_speed_ratio * fastest:.3g}',
+        'least difference of two echoes': _format_echo(design, settings),
+    }
+
+
+def _format_echo(design: Design, settings: Settings) -> str:
+    """Return the least distance of two forecasts over the pulse; '-' without forecasts."""
+    if settings.read.method != 'waveform':
+        return '-'
+    try:
+        found = forecast_levels(Specimen(design), settings)
+    except SettingsError:  # a level pins no wall
+        return 'none'
+    share = found.least / found.pulse
+    return '-' if math.isnan(share) else f'{share:.1%}'
 
 
 def _show_proofs(

@@ -62,7 +62,7 @@ class Bench:
         """
         heard = self.settings
         if self.design.substrate != 'elastic':  # a write does not change what is heard
-            heard = replace(heard, write=WriteSettings())
+            heard = replace(heard, write=WriteSettings(method=heard.write.method))
         if self.element is None:
             return factory_calibration(self.design, heard)
         corrections = self.element.plan and make_corrections(

@@ -32,8 +32,6 @@ from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.reading import BLANK
 from mlmem.readers.register import pin_walls
 from mlmem.readers.words import make_code
-from mlmem_tools.checks.concern import Subject
-from mlmem_tools.checks.schedule import compute_cycle_time
 
 from ..study import Study
 from .bench import Bench
@@ -193,6 +191,7 @@ class Tally:
         upward: Levels written and read back upward, and of how many.
         read: Right reads in a row, and of how many.
         level_margin: Least level margin of all readings, NaN without one.
+        write_time: Mean time of an upward write in time units.
         erase_time: Longest erase in time units.
         errors: What failed and why, a line each; empty if everything succeeded.
     """
@@ -202,6 +201,7 @@ class Tally:
     erase: tuple[int, int]
     read: tuple[int, int]
     level_margin: float
+    write_time: float
     erase_time: float
     errors: tuple[str, ...]
 
@@ -219,6 +219,7 @@ class Tally:
             (done['erase'], len(of_kind['erase'])),
             (done['read'], READS_PER_LEVEL * len(of_kind['read'])),
             min(margins, default=math.nan),
+            of_kind['upward'][0]['time'] / max(1, done['upward']),
             max((row['time'] for row in of_kind['erase']), default=0.0),
             tuple(
                 f'{row["kind"]} from {row["start"]} to {row["goal"]}: {row["error"]}'
@@ -230,7 +231,6 @@ class Tally:
 
 def describe_proof(design: Design, settings: Settings, tally: Tally) -> dict[str, str]:
     """Return what the table says of a design, by heading."""
-    step = compute_cycle_time(Subject(design, settings), settings.write)
     unit = settings.scale.time
     return {
         'levels': f'{design.levels}',
@@ -240,7 +240,7 @@ def describe_proof(design: Design, settings: Settings, tally: Tally) -> dict[str
         'erased': '{} of {}'.format(*tally.erase),
         'read in a row': '{} of {}'.format(*tally.read),
         'least level margin': f'{tally.level_margin:.2f}',
-        'time per level, s': f'{step * unit:.2g}',
+        'time per level, s': f'{tally.write_time * unit:.2g}',
         'longest erase, s': f'{tally.erase_time * unit:.3g}',
     }
 

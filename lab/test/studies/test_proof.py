@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs by simulation: shipped and found designs do what their table says."""
+"""Proofs by simulation: shipped and found elements do what their table says."""
 
 import dataclasses
 import re
@@ -9,6 +9,7 @@ import pytest
 
 from mlmem import load_element
 from mlmem_lab.studies.proof import Proof, Tally, evaluate_run
+from mlmem_lab.windows.astray import count_astray
 from mlmem_tools.checks import Verdict, check
 from mlmem_tools.cli.main import main
 
@@ -19,21 +20,18 @@ def prove(proof, *numbers):
     return [evaluate_run(shared, points[number]) for number in numbers or range(len(points))]
 
 
-@pytest.fixture(autouse=True)
-def proposed_once(monkeypatch, proposed):
-    monkeypatch.setattr('mlmem_lab.designer.command.propose_design', proposed)
-
-
-def test_four_levels_are_found_and_proven(proposed):
+@pytest.mark.parametrize('name', ['bits_2', 'robust_2'])
+def test_four_shipped_levels_are_proven(name):
     """Every level up, every downward write, every erase, each at the first attempt."""
-    found = proposed(4)
-    tally = Tally.of(prove(Proof(found.design, found.settings)))
+    tally = Tally.of(prove(Proof(*load_element(name).design_and_settings)))
     assert tally.errors == ()
     assert tally.upward == (4, 4)
     assert tally.down == (6, 6)  # 1 + 2 + 3
     assert tally.erase == (4, 4)
     assert tally.read == (40, 40)
     assert tally.level_margin > 0.5
+    assert tally.erase_time > 0.0
+    assert tally.write_time > 0.0
 
 
 def test_the_wall_decides_whether_a_read_is_right():
@@ -68,24 +66,29 @@ def test_a_design_that_does_not_work_fails_its_proof():
 # --- by the command line ---------------------------------------------------------------------
 
 
-def test_a_design_is_found_written_and_proven(tmp_path, capsys):
+@pytest.mark.slow
+def test_an_element_is_found_written_and_proven(tmp_path, capsys):
     file = tmp_path / 'two.yaml'
-    options = ['--output', str(file), '--prove', '--jobs', '1']
+    options = ['--output', str(file), '--trials', '10', '--prove', '--jobs', '1']
     assert main(['design', '--levels', '2', *options]) == 0
-    assert load_element(str(file)).design == load_element('bits_1').design
-    found = dict(re.findall(r'^([a-z ]+?) +(\d+ of \d+)', capsys.readouterr().out, re.MULTILINE))
-    assert found == {
+    shipped = load_element(str(file))
+    assert (shipped.design.levels, shipped.settings.write.method) == (2, 'kick')
+    assert count_astray(*shipped, 0.03, elements=10)['astray'] == 0
+    printed = capsys.readouterr().out
+    assert 'astray at 0.03' in printed
+    found = dict(re.findall(r'^([a-z ]+?) +(\d+ of \d+)', printed, re.MULTILINE))
+    assert {
         'written and read back': '2 of 2',
         'written downward': '1 of 1',
         'erased': '2 of 2',
         'read in a row': '20 of 20',
-    }
+    }.items() <= found.items()
 
 
 def test_what_is_wrong_is_said(capsys):
     assert main(['design']) == 2
     assert 'give --levels P' in capsys.readouterr().err
     assert main(['design', '--levels', '1000']) == 2
-    assert 'levels must be a whole number from 2 to 256; got 1000' in capsys.readouterr().err
+    assert '--levels must be from 2 to 256; got 1000' in capsys.readouterr().err
     assert main(['design', 'prove', 'nothing.yaml']) == 2
     assert 'element must be one of case_1' in capsys.readouterr().err

@@ -4,13 +4,11 @@
 
 import numpy as np
 import pytest
-import yaml
 
 from mlmem import load_element
-from mlmem.element_file import parse
 from mlmem.readers.reading import UNDECODABLE
-from mlmem_lab.designer import DesignNotFound
-from mlmem_lab.designer.robust import (
+from mlmem_lab.designer.search import (
+    DesignNotFound,
     Request,
     build_candidate,
     choose_speeds,
@@ -20,7 +18,6 @@ from mlmem_lab.designer.robust import (
 )
 from mlmem_lab.windows.astray import count_astray
 from mlmem_tools.checks.budget import Budget
-from mlmem_tools.cli.main import main
 from mlmem_tools.identification.kick_search import measure_kick_energy
 
 REQUEST = Request(8, 0.03)
@@ -87,17 +84,3 @@ def test_paper_goes_astray_where_robust_does_not():
         shipped = load_element(name)
         found = count_astray(shipped.design, shipped.settings, 0.02, elements=10)
         assert low <= found['astray'] / found['kicks'] <= high
-
-
-@pytest.mark.slow
-def test_design_command_writes_an_element_that_kicks_write(tmp_path, capsys):
-    file = tmp_path / 'found.yaml'
-    command = f'design --levels 2 --scatter 0.03 --trials 10 --jobs 1 --output {file}'
-    assert main(command.split()) == 0
-    text = file.read_text(encoding='utf-8')
-    assert yaml.safe_load(text)['write']['method'] == 'kick'
-    found = parse(text, 'found')
-    assert found.design.levels == 2
-    counted = count_astray(found.design, found.settings, 0.03, elements=10)
-    assert counted['astray'] == 0
-    assert 'astray at 0.03' in capsys.readouterr().out

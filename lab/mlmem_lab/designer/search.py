@@ -28,9 +28,7 @@ from mlmem.settings import ActuatorSettings, ReadSettings, RegisterSettings, Tra
 from mlmem_tools.checks.budget import USUAL_SHARE, most_levels_with_friction, width_for_scatter
 from mlmem_tools.identification.kick_search import find_scattered_ends
 
-from .proposal import DesignNotFound
-
-TRIAL_COUNT = 500
+TRIAL_COUNT = 100
 """Designs tried in a search."""
 
 TRIAL_SCATTER = 2.5
@@ -53,6 +51,10 @@ MIN_TAIL = 8
 
 TRIAL_SEEDS, SPEED_SEEDS = range(6), range(100, 124)
 """Elements of trials, and for choosing speeds."""
+
+
+class DesignNotFound(ValueError):
+    """No design was found: the message says for what, and why."""
 
 
 @dataclass(frozen=True)
