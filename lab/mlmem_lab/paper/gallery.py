@@ -12,7 +12,7 @@ from .figure import Claim, Figure, Quality
 
 FIGURE_FILES = (
     'fig_1c', 'fig_2a', 'fig_2b', 'fig_2c', 'fig_3a', 'fig_3b', 'fig_4a', 'fig_4b', 'fig_5',
-    'mov_s1', 'gradient', 'carriers', 'peaks', 'launches', 'rigidity', 'design',
+    'mov_s1', 'printed', 'gradient', 'carriers', 'peaks', 'launches', 'rigidity', 'design',
     'kicked', 'byte', 'robust',
 )  # fmt: skip
 """Those of the folder `figures`, each with a `FIGURE`."""

@@ -186,7 +186,7 @@ def _dip(data: Data) -> Judged:
     (zero,) = np.flatnonzero(data['strain'] == 0.0)
     depths, places = [], []
     for name in ('held', 'ansatz'):
-        depth, place = _find_well(data, data[name][zero])
+        depth, place = find_well(data, data[name][zero])
         depths.append(depth)
         places.append(place)
     holds = min(depths) > 1e-3 and all(abs(place - data['defect']) <= 2.0 for place in places)
@@ -205,7 +205,7 @@ def _dip(data: Data) -> Judged:
 )
 def _shallowing(data: Data) -> Judged:
     strain = data['strain']
-    depth = np.array([_find_well(data, U)[0] for U in data['held']])
+    depth = np.array([find_well(data, U)[0] for U in data['held']])
     order = np.argsort(np.abs(strain), kind='stable')
     falls = all(
         np.all(np.diff(depth[order][sign * strain[order] >= 0.0]) <= 1e-12) for sign in (-1, 1)
@@ -222,7 +222,7 @@ def _shallowing(data: Data) -> Judged:
 )
 def _extrema_at_s_min(data: Data) -> Judged:
     places = {
-        name: (_find_extremum(data, name, 0, -1.0), _find_extremum(data, name, -1, 1.0))
+        name: (find_extremum(data, name, 0, -1.0), find_extremum(data, name, -1, 1.0))
         for name in ('held', 'ansatz')
     }
     site = float(data['j_0'])
@@ -235,7 +235,7 @@ def _extrema_at_s_min(data: Data) -> Judged:
     )
 
 
-def _find_well(data: Data, U: np.ndarray) -> tuple[float, float]:
+def find_well(data: Data, U: np.ndarray) -> tuple[float, float]:
     """Return depth and place of the well within 6 cells of the defect; depth 0 for none.
 
     The depth is from its bottom to the lower of its two rims within 20 cells.
@@ -250,7 +250,7 @@ def _find_well(data: Data, U: np.ndarray) -> tuple[float, float]:
     return max(0.0, float(min(left, right) - U[bottom])), float(X[bottom])
 
 
-def _find_extremum(data: Data, name: str, row: int, sign: float) -> float:
+def find_extremum(data: Data, name: str, row: int, sign: float) -> float:
     """Return where U has its greatest (sign -1) or least (1) value away from the ends."""
     X, U = data['X'], sign * data[name][row]
     inner = np.flatnonzero((X > 40.0) & (X < 160.0))

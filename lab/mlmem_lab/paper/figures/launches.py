@@ -45,10 +45,10 @@ def compute_data(quality: Quality) -> Data:
     velocity = np.unique(np.r_[np.linspace(-3.0, 0.0, quality.pick(7, 121)), printed_velocity])
     # without strain as printed, and under the compression that our erase is launched with
     kick_strains = (0.0, -0.03)
-    kicked = [[_kick_cell(float(v), strain) for v in velocity] for strain in kick_strains]
+    kicked = [[kick_cell(float(v), strain) for v in velocity] for strain in kick_strains]
     # under which the first cell is driven at the printed speed
     driven_strains = (-0.05, -0.04, -0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03, 0.04, 0.05)
-    driven = [_kick_cell(printed_velocity, strain, driven=True)[0] for strain in driven_strains]
+    driven = [kick_cell(printed_velocity, strain, driven=True)[0] for strain in driven_strains]
     speed = np.geomspace(0.01, 2.0, quality.pick(3, 24))
     strain = np.linspace(0.0, 0.06, quality.pick(3, 21))
     level = [[_move_cell(float(v), float(e)) for v in speed] for e in strain]
@@ -67,7 +67,7 @@ def compute_data(quality: Quality) -> Data:
     }
 
 
-def _kick_cell(velocity: float, strain: float, driven: bool = False) -> tuple[float, int]:
+def kick_cell(velocity: float, strain: float, driven: bool = False) -> tuple[float, int]:
     """Return where the kink of a kicked first cell rests, and the number of walls.
 
     A driven cell is held at this velocity all the way from s2 to s1.
