@@ -21,8 +21,5 @@ def forecast_preset(name: str) -> dict[str, Any]:
 
 
 STUDY = Study(
-    'forecasts',
-    forecast_preset,
-    ('case_2',),
-    ('lab/mlmem_lab/forecasts.py', 'mlmem_tools/checks'),
+    'forecasts', forecast_preset, ('case_2',), ('lab/mlmem_lab/forecasts.py', 'mlmem_tools/checks')
 )

@@ -20,9 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mlmem.physics.design import Design
-from mlmem.physics.equilibrium import (
-    relax_to_equilibrium,
-)
+from mlmem.physics.equilibrium import relax_to_equilibrium
 from mlmem.physics.held_wall import hold_walls, make_uniform
 from mlmem.physics.potential import Array, StateError
 from mlmem.physics.specimen import Specimen

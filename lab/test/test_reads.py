@@ -7,13 +7,7 @@ from collections import Counter
 import pytest
 
 from mlmem_lab.reads import count
-from mlmem_lab.reads.count import (
-    READS_PER_MOVE,
-    Counts,
-    count_rows,
-    sum_presets,
-    true_level,
-)
+from mlmem_lab.reads.count import READS_PER_MOVE, Counts, count_rows, sum_presets, true_level
 
 
 @pytest.fixture

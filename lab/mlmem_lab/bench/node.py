@@ -115,12 +115,7 @@ class NodeProcess:
     """
 
     def __init__(self) -> None:
-        command = [
-            sys.executable,
-            '-m',
-            f'{__package__}.node_probe',
-            str(time.time()),
-        ]
+        command = [sys.executable, '-m', f'{__package__}.node_probe', str(time.time())]
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
             stderr=subprocess.DEVNULL,

@@ -29,14 +29,7 @@ from mlmem_tools.identification.kick_search import after_erase, build_chain, mea
 from ..studies.proof import Proof, Tally, describe_proof, evaluate_run
 from ..study import count_cores, map_calls, provide_workers
 from ..windows.astray import count_astray
-from .search import (
-    SPEED_SEEDS,
-    DesignNotFound,
-    Request,
-    choose_speeds,
-    search_values,
-    try_speeds,
-)
+from .search import SPEED_SEEDS, DesignNotFound, Request, choose_speeds, search_values, try_speeds
 
 if TYPE_CHECKING:
     from rich.console import Console

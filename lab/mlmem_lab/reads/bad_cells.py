@@ -18,16 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import (
-    BLANK,
-    Erase,
-    Faults,
-    MemoryElement,
-    Read,
-    SettingsError,
-    Write,
-    load_element,
-)
+from mlmem import BLANK, Erase, Faults, MemoryElement, Read, SettingsError, Write, load_element
 from mlmem.factory import rehearse_levels
 from mlmem.physics import StateError
 from mlmem.readers.register import pin_walls

@@ -10,15 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import (
-    Calibrate,
-    EchoReceived,
-    Event,
-    Faults,
-    Read,
-    SetFaults,
-    Write,
-)
+from mlmem import Calibrate, EchoReceived, Event, Faults, Read, SetFaults, Write
 from mlmem.physics import INTEGRATORS
 from mlmem_tools.identification.watching import Comparison, Residuals, locate_wall
 from mlmem_tools.rig.emulated import Sensors

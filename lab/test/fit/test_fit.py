@@ -19,9 +19,7 @@ from mlmem_tools.identification.fit import (
     fit_element,
     locate_walls,
 )
-from mlmem_tools.identification.fitted import (
-    compute_posterior,
-)
+from mlmem_tools.identification.fitted import compute_posterior
 from mlmem_tools.identification.trusted import list_doubts
 
 from .truth import SHOTS, SMALL, hidden, measured

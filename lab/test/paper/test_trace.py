@@ -14,9 +14,7 @@ from mlmem.move_settings import CycleSettings
 from mlmem.physics import CASE_II, NOH_BATHE, Chain, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.echo import EchoDetector
-from mlmem_lab.paper.echoes import (
-    record_echo,
-)
+from mlmem_lab.paper.echoes import record_echo
 from mlmem_lab.studies.trace import strain_chain
 
 

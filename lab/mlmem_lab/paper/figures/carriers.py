@@ -20,11 +20,7 @@ from ...studies import style
 from ..echoes import PAPER_PROBE, PRINTED_PROBE, detect_echo, record_echo, without_wall
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure(
-    'carriers',
-    'Which carriers and thresholds return an echo',
-    seconds=9,
-)
+FIGURE = Figure('carriers', 'Which carriers and thresholds return an echo', seconds=9)
 
 THRESHOLD_GRID = np.geomspace(1e-6, 2e-2, 431)
 
@@ -137,13 +133,7 @@ def draw_figure(data: Data) -> Any:
         (PRINTED_PROBE, style.PRINTED_LABEL, 0, style.PRINTED_COLOUR),
     ):
         lower.plot(
-            probe.omega_c,
-            probe.v_th,
-            'o',
-            color=tint,
-            mec=style.INK_COLOUR,
-            ms=7,
-            zorder=5,
+            probe.omega_c, probe.v_th, 'o', color=tint, mec=style.INK_COLOUR, ms=7, zorder=5
         )
         style.annotate_place(
             lower, f'{text}:\n{probe.omega_c:.1f}, {probe.v_th:.1e}', (probe.omega_c, probe.v_th),

@@ -18,11 +18,7 @@ from ...studies import style
 from ..echoes import PRINTED_PROBE
 from ..figure import Data, Figure, Quality
 
-FIGURE = Figure(
-    'design',
-    'How the pieces of a design act together',
-    seconds=1,
-)
+FIGURE = Figure('design', 'How the pieces of a design act together', seconds=1)
 
 
 @FIGURE.register_data

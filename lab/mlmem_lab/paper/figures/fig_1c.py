@@ -14,11 +14,7 @@ from mlmem.physics.held_wall import hold_walls, make_uniform
 from ...studies import style
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure(
-    '1c',
-    'Fig. 1c: potential, stiffness and wall profiles',
-    seconds=1,
-)
+FIGURE = Figure('1c', 'Fig. 1c: potential, stiffness and wall profiles', seconds=1)
 
 
 @FIGURE.register_data

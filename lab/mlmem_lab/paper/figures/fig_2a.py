@@ -23,9 +23,7 @@ from ...studies import style
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
-    '2a',
-    'Fig. 2a: energy landscape under strain, Eq. 3 and without ansatz',
-    seconds=3,
+    '2a', 'Fig. 2a: energy landscape under strain, Eq. 3 and without ansatz', seconds=3
 )
 
 STRAIN_FAMILY = 1e-3 * np.array([-15, -12, -9, -6, -3, 0, 3, 6, 9, 12, 15])

@@ -17,11 +17,7 @@ from ...studies import style
 from ...studies.trace import wall_position
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure(
-    '2b',
-    'Fig. 2b: position of a pinned wall under growing strain',
-    seconds=5,
-)
+FIGURE = Figure('2b', 'Fig. 2b: position of a pinned wall under growing strain', seconds=5)
 
 SOFTEST_SITES = (81.0, 100.0, 119.0)
 """Sites j_0 of least stiffness: before (Table I), at, and as far after the defect at j = 100."""

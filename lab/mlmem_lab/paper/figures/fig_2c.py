@@ -15,11 +15,7 @@ from ...studies import style
 from ..figure import Data, Figure, Quality
 from .fig_2b import SOFTEST_SITES
 
-FIGURE = Figure(
-    '2c',
-    'Fig. 2c: stiffness of the substrate',
-    seconds=1,
-)
+FIGURE = Figure('2c', 'Fig. 2c: stiffness of the substrate', seconds=1)
 
 
 @FIGURE.register_data

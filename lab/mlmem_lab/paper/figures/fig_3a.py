@@ -17,11 +17,7 @@ from ...studies import style
 from ..echoes import PAPER_PROBE, PRINTED_PROBE
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure(
-    '3a',
-    'Fig. 3a: wavenumbers of both phases',
-    seconds=1,
-)
+FIGURE = Figure('3a', 'Fig. 3a: wavenumbers of both phases', seconds=1)
 
 CARRIER_FREQUENCIES = (PAPER_PROBE.omega_c, Settings().probe.omega_c, PRINTED_PROBE.omega_c)
 """Our reading of the paper's carrier, that of our device, and the printed one."""

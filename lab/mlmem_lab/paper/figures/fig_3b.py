@@ -17,11 +17,7 @@ from ...studies import style
 from ..echoes import PAPER_PROBE, PRINTED_PROBE, probe_element
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure(
-    '3b',
-    'Fig. 3b: a pulse and its echo from the wall',
-    seconds=2,
-)
+FIGURE = Figure('3b', 'Fig. 3b: a pulse and its echo from the wall', seconds=2)
 
 SHORT_DESIGN = dataclasses.replace(CASE_II, N=200)
 

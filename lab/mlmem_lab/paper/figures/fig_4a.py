@@ -17,11 +17,7 @@ from ...studies import style
 from ...studies.trace import Trace, record_procedure, wall_path
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure(
-    '4a',
-    'Fig. 4a: the wall driven from level to level',
-    seconds=3,
-)
+FIGURE = Figure('4a', 'Fig. 4a: the wall driven from level to level', seconds=3)
 
 
 @FIGURE.register_data

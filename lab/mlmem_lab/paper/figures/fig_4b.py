@@ -20,11 +20,7 @@ from ...studies import style
 from ..echoes import PAPER_PROBE, probe_element
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure(
-    '4b',
-    'Fig. 4b: echo delay by level',
-    seconds=1,
-)
+FIGURE = Figure('4b', 'Fig. 4b: echo delay by level', seconds=1)
 
 DELAY_READERS: dict[str, tuple[End, ProbeSettings]] = {
     'paper': (End.LEFT, PAPER_PROBE),

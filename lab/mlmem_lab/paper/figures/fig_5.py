@@ -17,11 +17,7 @@ from ...studies import style
 from ...studies.trace import Trace, record_procedure
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure(
-    '5',
-    'Fig. 5: erase by a kink, from every level',
-    seconds=4,
-)
+FIGURE = Figure('5', 'Fig. 5: erase by a kink, from every level', seconds=4)
 
 
 @FIGURE.register_data

@@ -15,11 +15,7 @@ from mlmem.physics.potential import Array
 from ...studies.trace import wall_path
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure(
-    'gradient',
-    'A wall in the uniform gradient: speed and profile',
-    seconds=3,
-)
+FIGURE = Figure('gradient', 'A wall in the uniform gradient: speed and profile', seconds=3)
 
 UNIFORM_DESIGN = dataclasses.replace(CASE_I, beta=0.0)
 """Case I without its defect: nothing but the gradient."""

@@ -24,11 +24,7 @@ from mlmem.physics import (
 from ...studies.trace import strain_chain
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure(
-    'launches',
-    'Which launches start a wall, the printed one included',
-    seconds=11,
-)
+FIGURE = Figure('launches', 'Which launches start a wall, the printed one included', seconds=11)
 
 
 @FIGURE.register_data

@@ -16,11 +16,7 @@ from ...studies.trace import Trace, record_procedure
 from ..figure import Data, Figure, Quality
 from ..film import save_film
 
-FIGURE = Figure(
-    's1',
-    'Mov. S1: the walls moving under strain',
-    seconds=13,
-)
+FIGURE = Figure('s1', 'Mov. S1: the walls moving under strain', seconds=13)
 
 
 @FIGURE.register_data

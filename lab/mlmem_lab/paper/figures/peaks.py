@@ -14,11 +14,7 @@ from mlmem.physics.equilibrium import find_pinned_wall
 from ...studies.trace import strain_chain, wall_position
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure(
-    'peaks',
-    'Which peak strains move the wall by one level',
-    seconds=8,
-)
+FIGURE = Figure('peaks', 'Which peak strains move the wall by one level', seconds=8)
 
 
 def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, float]:

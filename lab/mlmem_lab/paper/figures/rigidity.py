@@ -17,11 +17,7 @@ from ...studies.trace import strain_chain, wall_path
 from ..echoes import PAPER_PROBE, detect_echo, record_echo
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure(
-    'rigidity',
-    'How stiff the substrate has to be',
-    seconds=10,
-)
+FIGURE = Figure('rigidity', 'How stiff the substrate has to be', seconds=10)
 
 SAMPLE_PERIOD = 10.0
 """Time between looks."""

@@ -15,12 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mlmem_tools.cli.command import JOBS_OPTION, JSON_OPTION, declare_command, declare_option
-from mlmem_tools.cli.output import (
-    create_console,
-    create_table,
-    print_failure,
-    print_json,
-)
+from mlmem_tools.cli.output import create_console, create_table, print_failure, print_json
 
 from ...study import map_kept
 
