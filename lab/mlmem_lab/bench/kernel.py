@@ -30,7 +30,7 @@ from mlmem.physics.potential import Array
 
 from .measure import Contender, ResultTable, compare_costs, measure_contenders
 
-TITLE = 'ns per site and sub-step compared with C and NumPy'
+TITLE = 'ns per site and sub-step compared with C'
 
 TIME_STEP = 0.25
 """The step of the comparisons."""
@@ -89,8 +89,6 @@ def run(repeats: int) -> ResultTable:
             contenders.append(Contender(name, partial(c_runner(*flags).advance, steps), work))
         except NoCompiler as error:
             skipped += f'; {name} skipped: {error}'
-    plain = numpy_runner()
-    contenders.append(Contender('NumPy', partial(plain.advance, steps // 20), work / 20.0))
     costs = measure_contenders(contenders, repeats, scale=1e9)
     caption = (
         f'the same Noh-Bathe steps (step {TIME_STEP:g}) from the same state, one core; the '
@@ -98,27 +96,6 @@ def run(repeats: int) -> ResultTable:
     )
     rows = compare_costs(contenders, costs, 'ns / site and sub-step')
     return ResultTable(f'Kernel at N = {CASE_II.N}', caption + skipped, rows)
-
-
-def numpy_runner() -> Runner:
-    """Return the same steps as whole-array expressions."""
-    eta = CASE_II.eta
-    a0, a1, a2, a3, a4, a5, a6, a7 = NOH_BATHE_COEFFICIENTS
-    u, v = make_start(), np.zeros(CASE_II.N)
-    A = compute_force(u)
-
-    def advance(steps: int) -> None:
-        nonlocal u, v, A
-        for _ in range(steps):
-            u_p = u + a0 * v + a1 * A
-            A_p = compute_force(u_p) - eta * (v + a0 * A)
-            v_p = v + a2 * (A + A_p)
-            u = u_p + a3 * v_p + a4 * A_p
-            A_new = compute_force(u) - eta * (v_p + a3 * A_p)
-            v = v_p + a5 * A + a6 * A_p + a7 * A_new
-            A = A_new
-
-    return Runner(advance, lambda: u)
 
 
 class NoCompiler(Exception):

@@ -14,7 +14,7 @@ from mlmem.physics import CASE_II
 from mlmem.settings import TimeSettings
 
 from ...studies import style
-from ...studies.trace import Trace, record_procedure, wall_path
+from ...studies.trace import record_procedures, wall_path
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure('4a', 'Fig. 4a: the wall driven from level to level', seconds=3)
@@ -33,22 +33,14 @@ def compute_data(quality: Quality) -> Data:
     tick = quality.pick(20.0, 10.0)
     settings = dataclasses.replace(Settings(), time=TimeSettings(tick=tick))
     element = MemoryElement(design, settings)
-    record_procedure(
-        element, Write(0), Trace()
-    )  # the paper's figure begins with the wall at level 0
-    trace, begun, start = Trace(), [], element.ticks
-    for level in levels[1:]:
-        begun.append((element.ticks - start) * tick)
-        record_procedure(element, Write(level), trace)
-    wall = wall_path(design, trace.configuration)
-    return {
-        't': np.array(trace.t) - start * tick,
-        'strain': trace.strain,
-        'field': np.array(trace.configuration, dtype=np.float32),
-        'wall': wall,
-        'begun': begun,
+    element.perform(Write(0))  # the paper's figure begins with the wall at level 0
+    trace = record_procedures(element, (('', Write(level)) for level in levels[1:]))
+    data, begun = trace.list_frames(), np.array(trace.begins)
+    return data | {
+        't': data['t'] - begun[0],
+        'wall': wall_path(design, trace.configuration),
+        'begun': begun - begun[0],
         'levels': levels[1:],
-        'success': [outcome.success for outcome in trace.outcomes],
         'attempts': [outcome.attempts for outcome in trace.outcomes],
         'read': [o.reading.level if o.reading else -2 for o in trace.outcomes],
     }

@@ -14,7 +14,7 @@ from mlmem.physics import CASE_II, find_level
 from mlmem.settings import TimeSettings
 
 from ...studies import style
-from ...studies.trace import Trace, record_procedure
+from ...studies.trace import record_procedures
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure('5', 'Fig. 5: erase by a kink, from every level', seconds=4)
@@ -34,18 +34,16 @@ def compute_data(quality: Quality) -> Data:
     rows = []
     for level in levels:
         element = MemoryElement(design, settings)
-        written = record_procedure(element, Write(level), Trace())
-        trace, start = Trace(), element.ticks
-        outcome = record_procedure(element, Erase(), trace)
+        written = element.perform(Write(level))
+        trace = record_procedures(element, [('', Erase())])
         content = find_level(design, element.chain.configuration)
         strain = np.array(trace.strain)
         cycles = _count_excursions(strain) - 1  # the first strains the element for the launch
-        rows.append((level, written.success, outcome.success, content, cycles, len(strain)))
-    table = np.array(rows)
-    return {
-        't': (np.array(trace.t) - start * element.tick),
-        'strain': strain,
-        'field': np.array(trace.configuration, dtype=np.float32),
+        erased = trace.outcomes[0].success
+        rows.append((level, written.success, erased, content, cycles, len(strain)))
+    table, data = np.array(rows), trace.list_frames()
+    return data | {
+        't': data['t'] - trace.begins[0],
         'levels': table[:, 0],
         'written': table[:, 1].astype(bool),
         'erased': table[:, 2].astype(bool),

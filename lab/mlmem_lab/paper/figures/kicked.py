@@ -6,15 +6,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from mlmem import Erase, MemoryElement, Write, load_element
-from mlmem.element_file import use_kicks
+from mlmem import Command, Erase, MemoryElement, Write, load_element
 from mlmem.physics import CASE_II
 from mlmem.physics.potential import Array
 
 from ...studies import style
-from ...studies.trace import Trace, record_procedure
+from ...studies.trace import record_procedures
 from ..figure import Data, Figure, Quality
 
 FIGURE = Figure('kicked', 'Every level written by a kick, after one that erases', seconds=15)
@@ -23,24 +20,13 @@ FIGURE = Figure('kicked', 'Every level written by a kick, after one that erases'
 @FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return frames of the configuration, and how the ends move, while all levels are written."""
-    element, trace = MemoryElement(use_kicks(load_element('case_2'))), Trace()
     # written in this order, so that most are far from the one before; then the element is erased
     level_order = (7, 0, 6, 1, 5, 2, 4, 3)
     levels = level_order[: quality.pick(2, len(level_order))]
-    begins = []
-    for level in levels:
-        begins.append(element.ticks * element.tick)
-        record_procedure(element, Write(level), trace)
-    begins.append(element.ticks * element.tick)
-    record_procedure(element, Erase(), trace)
-    frames = np.linspace(0, len(trace.t) - 1, quality.pick(8, 280)).astype(int)
-    field = np.array(trace.configuration, dtype=np.float32)
-    return {
-        't': np.array(trace.t)[frames],
-        'field': field[frames],
-        'begins': np.array(begins),
-        'levels': np.array(levels),
-    }
+    element = MemoryElement(use_kicks(load_element('case_2')))
+    commands: list[Command] = [*map(Write, levels), Erase()]
+    trace = record_procedures(element, (('', command) for command in commands))
+    return trace.list_frames(quality.pick(8, 280)) | {'begins': trace.begins, 'levels': levels}
 
 
 @FIGURE.register_drawing

@@ -6,13 +6,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from mlmem import Command, Erase, MemoryElement, Write
 from mlmem.physics import CASE_II
 
 from ...studies import style
-from ...studies.trace import Trace, record_procedure
+from ...studies.trace import record_procedures
 from ..figure import Data, Figure, Quality
 from ..film import save_film
 
@@ -22,24 +20,12 @@ FIGURE = Figure('s1', 'Mov. S1: the walls moving under strain', seconds=13)
 @FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return frames of configuration and strain while every level is written and erased."""
-    design, element, trace = CASE_II, MemoryElement(CASE_II), Trace()
-    captions: list[str] = []
-    levels = range(quality.pick(2, design.levels))
-    commands: dict[str, Command] = {
-        f'write level {m}  ({design.code(m)})': Write(m) for m in levels
-    }
-    commands['erase: a kink meets the wall'] = Erase()
-    for text, command in commands.items():
-        record_procedure(element, command, trace)
-        captions += [text] * (len(trace.t) - len(captions))
-    frames = np.linspace(0, len(trace.t) - 1, quality.pick(8, 140)).astype(int)
-    return {
-        't': np.array(trace.t)[frames],
-        'strain': np.array(trace.strain)[frames],
-        'field': np.array(trace.configuration, dtype=np.float32)[frames],
-        'caption': np.array(captions)[frames],
-        'success': [outcome.success for outcome in trace.outcomes],
-    }
+    levels = range(quality.pick(2, CASE_II.levels))
+    commands: list[tuple[str, Command]] = [
+        (f'write level {level}  ({CASE_II.code(level)})', Write(level)) for level in levels
+    ]
+    commands.append(('erase: a kink meets the wall', Erase()))
+    return record_procedures(MemoryElement(CASE_II), commands).list_frames(quality.pick(8, 140))
 
 
 @FIGURE.register_film

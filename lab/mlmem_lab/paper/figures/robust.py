@@ -6,13 +6,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from mlmem import MemoryElement, Write, load_element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, scattered
 
-from ...studies.trace import Trace, record_procedure
+from ...studies.trace import record_procedures
 from ..figure import Data, Figure, Quality
 from ..film import save_film
 
@@ -30,20 +28,12 @@ LEVEL_ORDER = (7, 0, 6, 1, 5, 2, 4, 3)
 @FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return frames of the configuration and the left end while the levels are written."""
-    made = scattered(SHIPPED.design, Scatter(alpha=SCATTER, k_r=SCATTER, mass=SCATTER), 1)
-    driver = Simulation.of(made, SHIPPED.settings.time)
-    element, trace = MemoryElement(SHIPPED, driver=driver), Trace()
-    captions: list[str] = []
-    for level in LEVEL_ORDER[: quality.pick(2, len(LEVEL_ORDER))]:
-        record_procedure(element, Write(level), trace)
-        captions += [f'write level {level}'] * (len(trace.t) - len(captions))
-    frames = np.linspace(0, len(trace.t) - 1, quality.pick(8, 120)).astype(int)
-    return {
-        't': np.array(trace.t)[frames],
-        'field': np.array(trace.configuration, dtype=np.float32)[frames],
-        'caption': np.array(captions)[frames],
-        'success': [outcome.success for outcome in trace.outcomes],
-    }
+    made = scattered(PRESET.design, Scatter(alpha=SCATTER, k_r=SCATTER, mass=SCATTER), 1)
+    driver = Simulation.of(made, PRESET.settings.time)
+    levels = LEVEL_ORDER[: quality.pick(2, len(LEVEL_ORDER))]
+    commands = [(f'write level {level}', Write(level)) for level in levels]
+    element = MemoryElement(PRESET, driver=driver)
+    return record_procedures(element, commands).list_frames(quality.pick(8, 120))
 
 
 @FIGURE.register_film
