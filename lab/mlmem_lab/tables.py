@@ -199,22 +199,6 @@ def unseen_speeds(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-READ_COUNTS = (
-    'reads', 'right', 'undecodable', 'no level', 'wrong', 'written', 'written wrong',
-    'not written',
-)  # fmt: skip
-"""Counts of `mlmem study reads`."""
-
-
-def reads(result: Mapping[str, Any]) -> Rows:
-    """Return how reads and writes ended, for all elements of a kind together."""
-    kinds = 'ideal', 'scattered', 'all'
-    return [
-        ['', *READ_COUNTS],
-        *([kind, *(_group_digits(result[kind][name]) for name in READ_COUNTS)] for kind in kinds),
-    ]
-
-
 def shaken(result: Mapping[str, Any]) -> Rows:
     """Return how reads of a shaken element ended, by end and kind of the shaking."""
     keys = ('reads', 'undecodable', 'wrong', 'moved')

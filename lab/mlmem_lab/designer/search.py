@@ -28,9 +28,6 @@ from mlmem.settings import ActuatorSettings, ReadSettings, RegisterSettings, Tra
 from mlmem_tools.checks.budget import USUAL_SHARE, most_levels_with_friction, width_for_scatter
 from mlmem_tools.identification.kick_search import find_scattered_ends
 
-TRIAL_COUNT = 100
-"""Designs tried in a search."""
-
 TRIAL_SCATTER = 2.5
 """Scatter of a trial over the requested scatter."""
 

@@ -13,7 +13,6 @@ from mlmem.physics.held_wall import hold_walls
 
 from ...landscapes import (
     MAX_FIT_ERROR,
-    DisplacementFit,
     compute_landscape,
     fit_displacement,
     fit_kink,
@@ -40,12 +39,7 @@ def compute_data(quality: Quality) -> Data:
     # cells at either end that are left out: there the wall feels the free ends
     end_margin_cells = 12.0
     X = np.arange(1.0 + end_margin_cells, design.N - end_margin_cells + 1e-9, step)
-    data: Data = {
-        'X': X,
-        'strain': STRAIN_FAMILY,
-        'kink_constants': [kink.A, kink.B_1, kink.C_1, kink.B_2, kink.C_2],
-        'kink_e_rms': kink.e_rms,
-    }
+    data: Data = {'X': X, 'strain': STRAIN_FAMILY, 'kink_e_rms': kink.e_rms}
     by_ansatz, as_printed, held, fits = [], [], [], []
     for strain in STRAIN_FAMILY:
         v, V = strained_equilibrium(design, float(strain))
@@ -60,18 +54,7 @@ def compute_data(quality: Quality) -> Data:
     data |= {'ansatz': by_ansatz, 'as_printed': as_printed, 'held': held}
     data['fits'] = fits  # strain x (v_0, V_0) x (e_rms, q)
     data |= {'defect': design.J, 'j_0': design.j_0}
-    data |= _fit_profiles(design.sites, v_0, V_0, v, V)
-    return data
-
-
-def _fit_profiles(
-    x: np.ndarray, v_0: DisplacementFit, V_0: DisplacementFit, v: np.ndarray, V: np.ndarray
-) -> Data:
-    """Return displacements and their fits at the largest strain."""
-    return {
-        'x': x, 'v_0': v, 'V_0': V,
-        'v_0_fit': v_0.displacement(x), 'V_0_fit': V_0.displacement(x),
-    }  # fmt: skip
+    return data | {'v_0': v, 'V_0': V}
 
 
 @FIGURE.register_drawing

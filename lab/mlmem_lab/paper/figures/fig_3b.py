@@ -25,12 +25,11 @@ SHORT_DESIGN = dataclasses.replace(CASE_II, N=200)
 @FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return v_m, v_c and the delay for both walls, with our carrier and the printed one."""
-    data: Data = {'sites': SHORT_DESIGN.sites, 'states': [SHORT_DESIGN.D_s1, SHORT_DESIGN.D_s2]}
+    data: Data = {}
     # walls at j = 50 and 100: cells 51 and 101 are the first inactive ones, as the paper counts
     wall_levels = (1, 3)
     for number, level in enumerate(wall_levels):
         v = find_pinned_wall(Specimen(SHORT_DESIGN), level)
-        data[f'configuration_{number}'] = v
         data[f'wall_{number}'] = SHORT_DESIGN.defect_site(level)
         for name, probe in (('ours', PAPER_PROBE), ('printed', PRINTED_PROBE)):
             echo = probe_element(SHORT_DESIGN, v, probe, duration=900.0)
@@ -43,7 +42,6 @@ def compute_data(quality: Quality) -> Data:
     data |= {
         'v_th_ours': PAPER_PROBE.v_th,
         'v_th_printed': PRINTED_PROBE.v_th,
-        'blanking': blanking_time(PAPER_PROBE),
     }
     data |= {'omega_ours': PAPER_PROBE.omega_c, 'omega_printed': PRINTED_PROBE.omega_c}
     return data

@@ -40,7 +40,7 @@ def compute_data(quality: Quality) -> Data:
         strain = np.array(trace.strain)
         cycles = _count_excursions(strain) - 1  # the first strains the element for the launch
         erased = trace.outcomes[0].success
-        rows.append((level, written.success, erased, content, cycles, len(strain)))
+        rows.append((level, written.success, erased, content, cycles))
     table, data = np.array(rows), trace.list_frames()
     return data | {
         't': data['t'] - trace.begins[0],
@@ -49,7 +49,6 @@ def compute_data(quality: Quality) -> Data:
         'erased': table[:, 2].astype(bool),
         'left': table[:, 3],
         'cycles': table[:, 4],
-        'duration': table[:, 5] * element.tick,
     }
 
 

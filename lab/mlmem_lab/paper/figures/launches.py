@@ -33,9 +33,10 @@ def compute_data(quality: Quality) -> Data:
 
     Returns:
         Data with `kick_velocity`, `kink` (strain x velocity: where the kink rests in an element
-        that was active throughout, NaN for no kink) and `kinks` (how many walls there are);
-        `speed`, `strain`, `level` (strain x speed: the level after moving the first cell of a
-        blank element; 8 stands for active throughout, -1 for blank, -2 for no level).
+        that was active throughout, NaN for no kink); `driven_strain`, `driven`: the same of a cell
+        driven at the printed speed; `speed`, `strain`, `level` (strain x speed: the level after
+        moving the first cell of a blank element; 8 stands for active throughout, -1 for blank, -2
+        for no level).
     """
     printed_velocity = -0.6148
     velocity = np.unique(np.r_[np.linspace(-3.0, 0.0, quality.pick(7, 121)), printed_velocity])
@@ -44,27 +45,24 @@ def compute_data(quality: Quality) -> Data:
     kicked = [[kick_cell(float(v), strain) for v in velocity] for strain in kick_strains]
     # under which the first cell is driven at the printed speed
     driven_strains = (-0.05, -0.04, -0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03, 0.04, 0.05)
-    driven = [kick_cell(printed_velocity, strain, driven=True)[0] for strain in driven_strains]
+    driven = [kick_cell(printed_velocity, strain, driven=True) for strain in driven_strains]
     speed = np.geomspace(0.01, 2.0, quality.pick(3, 24))
     strain = np.linspace(0.0, 0.06, quality.pick(3, 21))
     level = [[_move_cell(float(v), float(e)) for v in speed] for e in strain]
     return {
         'kick_velocity': velocity,
-        'kick_strain': kick_strains,
-        'kink': [[position for position, _ in row] for row in kicked],
-        'kinks': [[count for _, count in row] for row in kicked],
+        'kink': kicked,
         'driven_strain': driven_strains,
         'driven': driven,
         'speed': speed,
         'strain': strain,
         'level': level,
         'printed': printed_velocity,
-        'device': [WriteSettings().launch_speed, WriteSettings().start_strain],
     }
 
 
-def kick_cell(velocity: float, strain: float, driven: bool = False) -> tuple[float, int]:
-    """Return where the kink of a kicked first cell rests, and the number of walls.
+def kick_cell(velocity: float, strain: float, driven: bool = False) -> float:
+    """Return where the kink of a kicked first cell rests; NaN for none or several.
 
     A driven cell is held at this velocity all the way from s2 to s1.
     """
@@ -89,9 +87,9 @@ def kick_cell(velocity: float, strain: float, driven: bool = False) -> tuple[flo
     found = find_walls(CASE_II, chain.configuration)
     kinks = [wall.position for wall in found if not wall.anti_kink]
     if len(kinks) == 1:
-        return kinks[0], len(found)
+        return kinks[0]
     gone = not found and chain.configuration[0] < CASE_II.D_barrier
-    return (float(CASE_II.N) if gone else math.nan), len(found)
+    return float(CASE_II.N) if gone else math.nan
 
 
 def _move_cell(speed: float, strain: float) -> int:

@@ -92,7 +92,7 @@ def _list_moved() -> list[Row]:
         place = wall_position(CASE_II, element.chain.configuration) - style.MIDDLE_SITE
         rows.append((f'4a: level {level}, $x={at:.0f}$', at, place))
     launch = EraseSettings()
-    kink, _ = launches.kick_cell(-launch.launch_speed, launch.start_strain, driven=True)
+    kink = launches.kick_cell(-launch.launch_speed, launch.start_strain, driven=True)
     return [*rows, ('5: kink, $x=-75$', -75.0, kink - style.MIDDLE_SITE)]
 
 
