@@ -49,11 +49,35 @@ def _record_echo(
     return np.asarray(heard[held * free :])
 
 
-def _moved_cell(t: Array, home: float, goal: float, moving: float) -> HeldCell:
-    """Return the first cell, moved along 3 x^2 - 2 x^3 from one place to another and held."""
-    x, way = np.minimum(t / moving, 1.0), goal - home
-    velocity = np.where(t < moving, 6.0 * way * x * (1.0 - x) / moving, 0.0)
+def _moved_cell(t: Array, home: float, goal: float, moving: float, power: int = 1) -> HeldCell:
+    """Return the first cell, moved along 3 x^2 - 2 x^3 from one place to another and held; x is
+    the elapsed share of the time to a power.
+    """
+    share, way = np.minimum(t / moving, 1.0), goal - home
+    x = share**power
+    rate = power * share ** (power - 1) / moving
+    velocity = np.where(t < moving, 6.0 * way * x * (1.0 - x) * rate, 0.0)
     return HeldCell(1, np.stack((home + way * x * x * (3.0 - 2.0 * x), velocity)))
+
+
+def _kick_wall(chain: Chain, moving: float, power: int, mark: float) -> tuple[float, float]:
+    """Kick a wall into a blank chain, and wait until it has passed a cell.
+
+    Returns:
+        The energy over that of the blank chain when the end is let go, held for 20 after its
+        move, and the time at which the wall passes the cell.
+    """
+    design, before = chain.design, energy(chain).total
+    t = substep_times(round((moving + 20.0) / chain.dt), chain.dt, chain.integrator)
+    held = _moved_cell(t, design.D_s1, design.D_s2, moving, power)
+    chain.advance(np.zeros(len(t)), held)
+    put_in = energy(chain).total - before
+    places = [crossing_site(chain.configuration, design.D_barrier)]
+    while not places[-1] >= mark and len(places) < 1_000:
+        chain.rest(round(1.0 / chain.dt))
+        places.append(crossing_site(chain.configuration, design.D_barrier))
+    share = (mark - places[-2]) / (places[-1] - places[-2])
+    return put_in, chain.time - 1.0 + share
 
 
 @define_problem('pinning', 0.1)
@@ -99,23 +123,15 @@ def kick(integrator: Integrator, dt: float) -> Answers:
     *place after 1000*, both from the start; *rest*, the place 10 000 later; *energy*, over that of
     the blank one, when the end is let go.
     """
-    moving, held, mark = 25.0, 20.0, 60.0
     chain = Chain(CASE_II, dt, integrator)
-    before = energy(chain).total
-    t = substep_times(round((moving + held) / dt), dt, integrator)
-    chain.advance(np.zeros(len(t)), _moved_cell(t, CASE_II.D_s1, CASE_II.D_s2, moving))
-    put_in = energy(chain).total - before
-    places = [crossing_site(chain.configuration, CASE_II.D_barrier)]
-    for _ in range(round(1_000.0 - moving - held)):
-        chain.rest(round(1.0 / dt))
-        places.append(crossing_site(chain.configuration, CASE_II.D_barrier))
+    put_in, arrival = _kick_wall(chain, 25.0, 1, 60.0)
+    chain.rest(round((1_000.0 - chain.time) / dt))
+    place = crossing_site(chain.configuration, CASE_II.D_barrier)
     chain.rest(round(10_000.0 / dt))
-    passed = int(np.argmax(np.nan_to_num(places) >= mark))
-    share = (mark - places[passed - 1]) / (places[passed] - places[passed - 1])
     return {
         'energy': put_in,
-        'time to cell 60': moving + held + passed - 1 + float(share),
-        'place after 1000': places[-1],
+        'time to cell 60': arrival,
+        'place after 1000': place,
         'rest': crossing_site(chain.configuration, CASE_II.D_barrier),
     }
 
@@ -167,34 +183,13 @@ def robust_kick(integrator: Integrator, dt: float) -> Answers:
         k_r_factor=1.0 + size * np.sin(2.0 * j[:-1] ** 2), mass=1.0 + size * np.sin(3.0 * j**2),
     )  # fmt: skip
     found: Answers = {}
-    names = ('energy', 'time to cell 20', 'rest'), ('uneven energy', 'uneven time', 'uneven rest')
-    for specimen, own in zip((Specimen(design), uneven), names, strict=True):
-        found |= dict(zip(own, _kick_robust(specimen, integrator, dt), strict=True))
+    for specimen, kind in ((Specimen(design), ''), (uneven, 'uneven ')):
+        chain = Chain(design, dt, integrator)
+        chain.set_specimen(specimen)
+        chain.place(make_blank(specimen))
+        put_in, arrival = _kick_wall(chain, 17.5, 2, 20.0)
+        chain.rest(round(2_000.0 / dt))
+        time_name = f'{kind}time' if kind else 'time to cell 20'
+        rest = crossing_site(chain.configuration, design.D_barrier)
+        found |= {f'{kind}energy': put_in, time_name: arrival, f'{kind}rest': rest}
     return found
-
-
-def _kick_robust(
-    specimen: Specimen, integrator: Integrator, dt: float
-) -> tuple[float, float, float]:
-    """Return the energy of the kick, the time to cell 20 and the final place of the wall."""
-    design, held, mark = specimen.design, 20.0, 20.0
-    moving = 17.5
-    chain = Chain(design, dt, integrator)
-    chain.set_specimen(specimen)
-    chain.place(make_blank(specimen))
-    before = energy(chain).total
-    t = substep_times(round((moving + held) / dt), dt, integrator)
-    share = np.minimum(t / moving, 1.0)
-    x, way = share**2, design.D_s2 - design.D_s1
-    velocity = np.where(t < moving, 12.0 * way * x * (1.0 - x) * share / moving, 0.0)
-    place = design.D_s1 + way * x * x * (3.0 - 2.0 * x)
-    chain.advance(np.zeros(len(t)), HeldCell(1, np.stack((place, velocity))))
-    put_in = energy(chain).total - before
-    places = [crossing_site(chain.configuration, design.D_barrier)]
-    while places[-1] < mark and len(places) < 1_000:
-        chain.rest(round(1.0 / dt))
-        places.append(crossing_site(chain.configuration, design.D_barrier))
-    share_passed = (mark - places[-2]) / (places[-1] - places[-2])
-    arrival = chain.time - 1.0 + float(share_passed)
-    chain.rest(round(2_000.0 / dt))
-    return put_in, arrival, crossing_site(chain.configuration, design.D_barrier)
