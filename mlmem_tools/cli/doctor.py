@@ -44,7 +44,7 @@ def doctor(arguments: argparse.Namespace) -> int:
     stream = sys.stderr if arguments.json else sys.stdout
     print(f'mlmem_ros {__version__}', file=stream)
     if arguments.warm:
-        from mlmem import ELEMENT_NAMES
+        from mlmem import ELEMENT_NAMES, load_element
         from mlmem_ros.host.design_check import load_findings
 
         for shipped in map(load_element, ELEMENT_NAMES):  # as a first start does, which compiles

@@ -47,17 +47,15 @@ def plan(arguments: argparse.Namespace) -> int:
     """Plan; return 0, 1 if some level has no pulse, 2 if the element cannot be read."""
     try:
         element = read_element_file(Path(arguments.element))
-        preset = as_designed(element.design, element.settings)
-        if arguments.design:
-            preset = load_element(arguments.design)
+        intended = load_element(arguments.design) if arguments.design else element
         with ProgressBar(create_console(aside=True)) as report:
-            found = plan_pulses(element.timed_specimen, preset, report)
+            found = plan_pulses(element.timed_specimen, intended, report)
         element = dataclasses.replace(element, plan=found.corrections)
         write_element_file(Path(arguments.output or arguments.element), element)
     except (DecodeError, DesignError, OSError) as error:
         return print_failure('plan', error, 2)
-    rows = [_describe_step(preset, step) for step in found.steps]
-    speeds = preset.settings.kick.kink_speeds
+    rows = [_describe_step(intended, step) for step in found.steps]
+    speeds = intended.settings.kick.kink_speeds
     kinks = [
         _describe_pulse(step, kick=step.correction.speed * speeds[step.level])
         for step in found.kinks
@@ -79,12 +77,15 @@ def _describe_pulse(step: Step, **values: float | None) -> dict[str, Any]:
     return {'level': step.level, **blank, **values, 'margin': margin}
 
 
-def _describe_step(preset: Element, step: Step) -> dict[str, Any]:
+def _describe_step(intended: Element, step: Step) -> dict[str, Any]:
     """Return a step of a plan as plain values: a kick, or a pulse of strain."""
-    if is_kicked(preset.settings, step.level):
-        return _describe_pulse(step, kick=step.correction.speed * kick_speed(*preset, step.level))
-    write = apply_correction(preset.settings, step.correction).write
+    if is_kicked(intended.settings, step.level):
+        return _describe_pulse(
+            step,
+            kick=step.correction.speed * kick_speed(*intended.design_and_settings, step.level),
+        )
+    write = apply_correction(intended.settings, step.correction).write
     peak = write.start_strain
     if step.level:
-        peak = select_peak(write, preset.design.is_freed_by_compression(step.level - 1))
+        peak = select_peak(write, intended.design.is_freed_by_compression(step.level - 1))
     return _describe_pulse(step, peak=peak, ramp=write.ramp)

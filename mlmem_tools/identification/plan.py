@@ -70,7 +70,7 @@ class Plan:
 
 
 def plan_pulses(
-    specimen: Specimen, preset: Element, report: Callable[[str, float], object] | None = None
+    specimen: Specimen, intended: Element, report: Callable[[str, float], object] | None = None
 ) -> Plan:
     """Return the pulses for an element.
 
@@ -78,27 +78,27 @@ def plan_pulses(
     one before left the wall. Where the settings write by kicks, it is the middle of the widest
     range of speeds that leads to the level.
 
-    The preset is its design as built, and the settings of its instrument.
+    The intended element has the design and the settings of its instrument.
     """
-    if preset.settings.register.spacing:
-        return _plan_register(specimen, preset.settings, report)
-    tried = _Trial(specimen, preset)
+    if intended.settings.register.spacing:
+        return _plan_register(specimen, intended.settings, report)
+    tried = _Trial(specimen, intended)
     state, steps, erase = tried.place_blank(), [], math.nan
-    by_kicks, chain = [Found()] * preset.design.levels, build_chain(specimen, preset.settings)
-    if is_kicked(preset.settings, 0):
-        most = preset.settings.transducer.max_speed
-        by_kicks = search_kicks(chain, preset.settings.kick, most)
-        erase = least_erase_margin(chain, preset.settings.kick)
-    for level in range(preset.design.levels):
+    by_kicks, chain = [Found()] * intended.design.levels, build_chain(specimen, intended.settings)
+    if is_kicked(intended.settings, 0):
+        most = intended.settings.transducer.max_speed
+        by_kicks = search_kicks(chain, intended.settings.kick, most)
+        erase = least_erase_margin(chain, intended.settings.kick)
+    for level in range(intended.design.levels):
         if report is not None:
-            report(f'level {level}', level / preset.design.levels)
-        if is_kicked(preset.settings, level):
-            speed = preset.settings.kick.wall_speeds[level]
+            report(f'level {level}', level / intended.design.levels)
+        if is_kicked(intended.settings, level):
+            speed = intended.settings.kick.wall_speeds[level]
             step, state = _correct_kick(level, speed, by_kicks[level]), tried.place_wall(level)
         else:
             step, state = _choose_best(tried, state, level)
         steps.append(step)
-    settings = preset.settings
+    settings = intended.settings
     corrections = PulseCorrections(
         tuple(step.correction for step in steps), hash_schedule(settings)
     )
@@ -167,15 +167,15 @@ def _choose_best(tried: _Trial, state: Array, level: int) -> tuple[Step, Array]:
 class _Trial:
     """Pulses on a simulated copy of the element."""
 
-    def __init__(self, specimen: Specimen, preset: Element) -> None:
-        self.preset, self._specimen = preset, specimen
-        design, time = preset.design, preset.settings.time
+    def __init__(self, specimen: Specimen, intended: Element) -> None:
+        self.intended, self._specimen = intended, specimen
+        design, time = intended.design, intended.settings.time
         dt = time.tick / np.ceil(time.tick / default_step(specimen, PEFRL))
         self._chain = Chain(specimen.design, float(dt), PEFRL)
         self._chain.set_specimen(specimen)
         delays = DelayTable(tuple(float(level) for level in range(design.levels)))
         self._memory = Memory(
-            design, preset.settings, Calibration(None, delays), Simulation(self._chain)
+            design, intended.settings, Calibration(None, delays), Simulation(self._chain)
         )
 
     def place_blank(self) -> Array:
@@ -193,7 +193,7 @@ class _Trial:
 
     def try_pulse(self, state: Array, level: int, correction: PulseCorrection) -> Array | None:
         """Return the state after a pulse if it takes the wall to a level, at rest."""
-        memory, chain, design = self._memory, self._chain, self.preset.design
+        memory, chain, design = self._memory, self._chain, self.intended.design
         chain.restore(state, V_N=0.0, steps_done=chain.steps_done)
         memory.transducer.assume_equilibrium()
         corrections = [correction] * design.levels

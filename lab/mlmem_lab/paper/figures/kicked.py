@@ -7,6 +7,7 @@ from __future__ import annotations
 from typing import Any
 
 from mlmem import Command, Erase, MemoryElement, Write, load_element
+from mlmem.element_file import use_kicks
 from mlmem.physics import CASE_II
 from mlmem.physics.potential import Array
 

@@ -28,11 +28,11 @@ LEVEL_ORDER = (7, 0, 6, 1, 5, 2, 4, 3)
 @FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
     """Return frames of the configuration and the left end while the levels are written."""
-    made = scattered(PRESET.design, Scatter(alpha=SCATTER, k_r=SCATTER, mass=SCATTER), 1)
-    driver = Simulation.of(made, PRESET.settings.time)
+    made = scattered(SHIPPED.design, Scatter(alpha=SCATTER, k_r=SCATTER, mass=SCATTER), 1)
+    driver = Simulation.of(made, SHIPPED.settings.time)
     levels = LEVEL_ORDER[: quality.pick(2, len(LEVEL_ORDER))]
     commands = [(f'write level {level}', Write(level)) for level in levels]
-    element = MemoryElement(PRESET, driver=driver)
+    element = MemoryElement(SHIPPED, driver=driver)
     return record_procedures(element, commands).list_frames(quality.pick(8, 120))
 
 
