@@ -17,7 +17,6 @@ from mlmem import (
     Calibration,
     Command,
     DelayTable,
-    EchoReceived,
     Event,
     MemoryElement,
     Outcome,
@@ -29,6 +28,7 @@ from mlmem.instrument.instrument import MAX_RUN_TICKS
 from mlmem.physics import StateError
 
 from ..bag.errors import BagError
+from ..contract.statuses import Status
 from ..contract.streams import STREAMS
 from .data import SessionData
 from .records import MAX_HASH_INTERVAL_TICKS, Header, StateHash, collect_versions, name_errors
@@ -37,17 +37,14 @@ from .report import ComparedEvents, Difference, ReplayReport, describe_ending
 Progress = Callable[[int, int], None]
 """Called periodically with the ticks done and the ticks to do."""
 
-MAX_REPLAY_TICKS = 10**9
-"""Most ticks of a replay by message stamps: three weeks at the default pace."""
-
 
 def build_element(session: SessionData) -> MemoryElement:
     """Return the device of a session in the state where the session began.
 
     Raises:
-        BagError: The header is missing or invalid, or describes a real element.
+        BagError: The header is invalid, or describes a real element.
     """
-    header = session.require_header()
+    header = session.header
     if 0 in session.missing_parts:
         raise BagError(
             'the session begins in the middle: its first part is missing, and a replay starts '
@@ -77,44 +74,20 @@ def run_replay(session: SessionData, progress: Progress | None = None) -> Replay
     """Run a session again and compare states, levels and events.
 
     Raises:
-        BagError: The header is missing or invalid, the records are implausible, or the material
+        BagError: The header is invalid, the records are implausible, or the material
             diverges.
     """
-    element, header = build_element(session), session.require_header()
-    report = _create_report(session)
-    report.other_build = _find_other_build(header.versions)
+    element, header = build_element(session), session.header
+    report = ReplayReport(
+        recorded_endings=[describe_ending(values) for _, values in session.outcomes],
+        lost=session.lost,
+        missing_parts=session.missing_parts,
+        other_build=_find_other_build(header.versions),
+    )
     player = _Player(element, report, session)
     silence = find_max_gap(header)
     player.play(session.stamped, find_last_tick(session, element.ticks, silence), progress)
     player.reach_recorded_events(header.hash_every)  # a killed recorder leaves no hash at the end
-    return report
-
-
-def replay_commands(
-    element: MemoryElement, session: SessionData, progress: Progress | None = None
-) -> ReplayReport:
-    """Run the commands in any recorder's bag through a device, at their stamps.
-
-    Returns:
-        The report. It compares levels and endings if they were recorded; there are no states.
-
-    Raises:
-        BagError: The stamps span too long a time, or the material diverges.
-    """
-    report = _create_report(session)
-    report.foreign = True
-    report.refused = [f'{time:.3f} s: {why}' for time, why in session.refused]
-    player = _Player(element, report, session)
-    tick_seconds, first = element.settings.tick_seconds, element.ticks
-    longest = MAX_REPLAY_TICKS * tick_seconds
-    if any(time > longest for time, _ in session.commands):
-        raise BagError(
-            f'the commands must span at most {longest:.3g} s; the last of {session.node} is at '
-            f'{max(time for time, _ in session.commands):.3g} s'
-        )
-    stamped = [(first + round(time / tick_seconds), given) for time, given in session.commands]
-    player.play(stamped, max([first, *(tick + 1 for tick, _ in stamped)]), progress)
-    player.finish_procedure()
     return report
 
 
@@ -126,10 +99,10 @@ class _Player:
         self._report = report
         # another build may word and round texts otherwise
         self._recorded = {
-            name: session.recorded[name]
+            name: [values for _, values in session.events[name]]
             for name in STREAMS
-            if name in session.recorded
-            and not (report.other_build and is_text(session.recorded[name][0]))
+            if name in session.events
+            and not (report.other_build and isinstance(session.events[name][0][1], Status))
         }
         self._hashes = {recorded.tick: recorded for recorded in session.hashes}
         self._stops = sorted(self._hashes)
@@ -157,12 +130,6 @@ class _Player:
                 reported = now
                 progress(now - first, last - first)
 
-    def finish_procedure(self) -> None:
-        """Advance until the running procedure has ended."""
-        last = self._element.ticks + MAX_REPLAY_TICKS
-        while self._element.procedure and self._element.ticks < last:
-            self._run(last)
-
     def reach_recorded_events(self, ticks: int) -> None:
         """Advance until all recorded events were computed, at most so many ticks."""
         last = self._element.ticks + ticks
@@ -188,9 +155,7 @@ class _Player:
         except (StateError, ArithmeticError) as error:
             raise BagError(f'tick {self._element.ticks} cannot be replayed: {error}') from error
         for event in events:
-            if isinstance(event, EchoReceived):
-                self._report.levels.append(event.reading.content)
-            elif isinstance(event, Outcome):
+            if isinstance(event, Outcome):
                 self._report.outcomes.append(event)
             self._compare_event(event)
         self._report.ticks += self._element.ticks - begun
@@ -225,14 +190,9 @@ class _Player:
             self._report.difference = Difference(self._element.ticks, by)
 
 
-def is_text(values: Any) -> bool:
-    """Return whether values are texts or integers, not numbers that may be rounded."""
-    return not isinstance(values, np.ndarray)
-
-
 def find_difference(recorded: Any, computed: Any) -> float:
     """Return the greatest difference of numbers; infinite for other texts or another size."""
-    if is_text(recorded):
+    if not isinstance(recorded, np.ndarray):  # texts or an integer
         return 0.0 if recorded == computed else math.inf
     recorded, computed = recorded.ravel(), computed.ravel()
     if recorded.shape != computed.shape:
@@ -242,16 +202,6 @@ def find_difference(recorded: Any, computed: Any) -> float:
     with np.errstate(invalid='ignore'):
         difference = float(np.abs(recorded - computed).max())
     return math.inf if math.isnan(difference) else difference
-
-
-def _create_report(session: SessionData) -> ReplayReport:
-    """Return a report that holds only what was recorded and what is missing."""
-    return ReplayReport(
-        recorded_levels=[echo.content for echo in session.echoes],
-        recorded_endings=[describe_ending(values) for _, values in session.outcomes],
-        lost=session.lost,
-        missing_parts=session.missing_parts,
-    )
 
 
 def _find_other_build(recorded: Mapping[str, str]) -> dict[str, tuple[str, str]]:
@@ -299,10 +249,11 @@ def find_last_tick(session: SessionData, first: int, silence: int) -> int:
                 f'a session must have a record every {silence} ticks (100 times '
                 f'record.hash_every); got none between tick {before} and tick {tick}'
             )
+    cells = session.header.design.N
     for recorded in session.hashes:
-        if len(recorded.v) != session.design.N:
+        if len(recorded.v) != cells:
             raise BagError(
-                f'the state hash of tick {recorded.tick} must have N = {session.design.N} '
+                f'the state hash of tick {recorded.tick} must have N = {cells} '
                 f'cells; got {len(recorded.v)}'
             )
     return max([first, *hashed, *(tick + 1 for tick in commanded)])

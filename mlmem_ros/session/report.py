@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from mlmem import BLANK, UNDECODABLE, Outcome
+from mlmem.procedure_table import CONTENT_NAMES
 
 from ..bag.contents import NOT_CLOSED_REASON
 from ..contract.answers import outcome_to_dict
@@ -22,9 +23,9 @@ sessions by less than 1e-12 cells. A greater difference has another cause.
 
 VERDICT_TEXTS = {
     'exact': 'exact: the same bits',
-    'agrees': 'the levels agree',
-    'nothing_to_compare': 'NOTHING TO COMPARE: the bag has neither ~/outcome, nor ~/echo and '
-    '~/level, nor states of a session',
+    'agrees': 'the levels agree, and the bits but for rounding (less than '
+    f'{MAX_ROUNDING_CELLS:g} cells)',
+    'nothing_to_compare': 'NOTHING TO COMPARE: the session has neither events nor states',
     'incomplete': 'NOT WHOLE: part of the recording is lost, perhaps with commands, and what '
     'remains does not replay to what was recorded',
     'levels_differ': 'THE LEVELS DIFFER from those that were recorded',
@@ -36,11 +37,6 @@ VERDICT_TEXTS = {
     'rounding_differs': 'THE BITS DIFFER; all levels agree',
 }
 """The verdicts of a replay, by their codes, but for `part_missing`, which says which."""
-
-ROUNDED_VERDICT = (
-    f'the levels agree, and the bits but for rounding (less than {MAX_ROUNDING_CELLS:g} cells)'
-)
-"""The verdict `agrees` on another build."""
 
 
 @dataclass(frozen=True)
@@ -92,13 +88,11 @@ class ReplayReport:
         hashes: State hashes compared.
         difference: The first that differs, or None.
         state_difference: Greatest difference of a displacement at any of them, in cells.
-        levels: Levels decoded by the replay, in order.
-        recorded_levels: Recorded levels, by echo; None where there was none.
+        outcomes: How the procedures ended.
         recorded_endings: How they ended in the recording; see `describe_ending`.
         events: How the recorded events agree, by topic.
         lost: What is missing from the recording, one line each.
         missing_parts: Numbers, from 0, of the missing files of a split recording.
-        foreign: Whether another recorder wrote the bag: then levels are compared, not bits.
         other_build: Differences in the versions that the bits may depend on.
     """
 
@@ -109,14 +103,11 @@ class ReplayReport:
     equal_hashes: int = 0
     difference: Difference | None = None
     state_difference: float = 0.0
-    levels: list[int] = field(default_factory=list)
-    recorded_levels: Sequence[int | None] = ()
     outcomes: list[Outcome] = field(default_factory=list)
     recorded_endings: Sequence[str] = ()
     events: dict[str, ComparedEvents] = field(default_factory=dict)
     lost: Sequence[str] = ()
     missing_parts: Sequence[int] = ()
-    foreign: bool = False
     other_build: dict[str, tuple[str, str]] = field(default_factory=dict)
 
     @property
@@ -127,18 +118,14 @@ class ReplayReport:
     @property
     def compared(self) -> bool:
         """Whether there was anything to compare with."""
-        return bool(self.hashes or count_comparable(self.recorded_levels) or self.recorded_endings)
+        return self.hashes > 0 or bool(self.events)
 
     @property
     def levels_agree(self) -> bool:
-        """Whether every recorded level was decoded again, and every ending reached."""
-        return all(
-            count_agreeing(then, now) == count_comparable(then)
-            for then, now in (
-                (self.recorded_levels, self.levels),
-                (self.recorded_endings, self.endings),
-            )
-        )
+        """Whether every recorded level or word was decoded again, and every ending reached."""
+        recorded = list(self.recorded_endings)
+        contents = (self.events[name] for name in CONTENT_NAMES if name in self.events)
+        return self.endings[: len(recorded)] == recorded and all(each.exact for each in contents)
 
     @property
     def exact(self) -> bool:
@@ -167,7 +154,7 @@ class ReplayReport:
         states = self.difference is None or (
             bool(self.other_build) and self.state_difference <= MAX_ROUNDING_CELLS
         )
-        return self.foreign or (states and not self.other_events and not self.refused)
+        return states and not self.other_events and not self.refused
 
     @property
     def whole(self) -> bool:
@@ -182,7 +169,7 @@ class ReplayReport:
         if self.passed and self.missing_parts:
             return 'part_missing'
         if self.passed:
-            return 'exact' if self.exact and not self.foreign else 'agrees'
+            return 'exact' if self.exact else 'agrees'
         if any(NOT_CLOSED_REASON not in line for line in self.lost):
             return 'incomplete'
         if not self.levels_agree:
@@ -197,8 +184,7 @@ class ReplayReport:
     def verdict(self) -> str:
         """The verdict in one sentence, with any reason against it in capitals."""
         if self.passed:
-            agree = VERDICT_TEXTS['exact'] if self.exact else ROUNDED_VERDICT
-            return self._describe_missing() + (VERDICT_TEXTS['agrees'] if self.foreign else agree)
+            return self._describe_missing() + VERDICT_TEXTS['exact' if self.exact else 'agrees']
         listed = f': {", ".join(self.other_events)}' if self.code == 'events_differ' else ''
         return VERDICT_TEXTS[self.code] + listed
 
@@ -221,7 +207,6 @@ class ReplayReport:
             'passed': self.passed,
             'whole': self.whole,
             'exact': self.exact,
-            'foreign': self.foreign,
             'lost': list(self.lost),
             'missing_parts': [number + 1 for number in self.missing_parts],
             'ticks': self.ticks,
@@ -233,7 +218,6 @@ class ReplayReport:
                 'first_difference': self.difference and self.difference.tick,
             },
             'events': {name: asdict(each) for name, each in self.events.items()},
-            'levels': {'recorded': list(self.recorded_levels), 'replayed': self.levels},
             'procedures': {'recorded': list(self.recorded_endings), 'replayed': self.endings},
             'other_build': {name: list(pair) for name, pair in self.other_build.items()},
         }  # fmt: skip
@@ -249,14 +233,3 @@ def describe_ending(values: Mapping[str, Any]) -> str:
     content = str(values.get('word', values.get('level', '')))
     named = {str(BLANK): 'blank', str(UNDECODABLE): 'undecodable'}
     return f'{procedure} {named.get(content, content)}'.rstrip()
-
-
-def count_comparable(recorded: Sequence[object]) -> int:
-    """Return how many values there are to compare with, that is, not None."""
-    return len(recorded) - list(recorded).count(None)
-
-
-def count_agreeing(recorded: Sequence[object], found: Sequence[object]) -> int:
-    """Return how many of the recorded values were found again, in order."""
-    pairs = zip(recorded, found, strict=False)
-    return sum(then is not None and then == now for then, now in pairs)

@@ -51,8 +51,7 @@ class ReplayedSession:
         """
         report = self.report
         assert report.levels_agree, (
-            f'{report.verdict}: levels {report.levels}, recorded {report.recorded_levels}; '
-            f'procedures {report.endings}, recorded {report.recorded_endings}'
+            f'{report.verdict}: procedures {report.endings}, recorded {report.recorded_endings}'
         )
         first = f'; first difference: {report.difference}' if report.difference else ''
         assert report.passed, '; '.join([report.verdict + first, *report.lost])

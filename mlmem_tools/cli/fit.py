@@ -105,7 +105,7 @@ def _read_inputs(arguments: argparse.Namespace) -> tuple[Element, list[Shot], In
         session = load_session(source)
         if not session.shots:
             raise Misfitting(f'{source} holds no shots: run `mlmem survey` while it is recorded')
-        header = session.require_header()
+        header = session.header
         known = known or as_designed(header.design, header.settings)
         if header.design != known.design:
             raise Misfitting(f'{source} is of another design')

@@ -12,7 +12,6 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mlmem.procedure_table import describe_content
 from mlmem.schema import make_printable
 
 from . import laboratory
@@ -104,29 +103,22 @@ def _inspect_session(
     from mlmem_ros.session.records import command_to_dict
 
     session = load_session(reader, arguments.node, motion=bool(arguments.plot))
-    if session.header is None:
-        _print_lines(console, f'{session.node}: written by another recorder, no session header')
-    else:
-        design = session.design
-        versions = ', '.join(f'{k} {v}' for k, v in session.header.versions.items())
-        _print_lines(
-            console, f'{session.node}: {design.levels} levels, {design.N} cells; {versions}'
-        )
-    clock, timed = ('tick', session.stamped) if session.header else ('time', session.commands)
+    design = session.header.design
+    versions = ', '.join(f'{k} {v}' for k, v in session.header.versions.items())
+    _print_lines(console, f'{session.node}: {design.levels} levels, {design.N} cells; {versions}')
     found: dict[str, Any] = {
         'node': session.node,
-        'versions': session.header.versions if session.header else None,
-        'commands': [{clock: at, **command_to_dict(given)} for at, given in timed],
+        'versions': session.header.versions,
+        'commands': [{'tick': tick, **command_to_dict(given)} for tick, given in session.stamped],
         'procedures': [{'time': time, **values} for time, values in session.outcomes],
         'unknown': [
-            {'time': time, **values} for time, _, values in session.contents if 'since' in values
-        ],
-        'echoes': [
-            {'time': echo.time, session.content_name: echo.content} for echo in session.echoes
+            {'time': time, **content.values}
+            for time, content in session.contents
+            if 'since' in content.values
         ],
         'picture': None,
     }
-    _print_session(console, session, clock, found)
+    _print_session(console, session, found)
     if arguments.plot:
         picture = laboratory.load_part(laboratory.PICTURE_PART)(session, arguments.plot)
         found['picture'] = picture
@@ -134,38 +126,20 @@ def _inspect_session(
     return found
 
 
-def _print_session(
-    console: Console, session: SessionData, clock: str, found: dict[str, Any]
-) -> None:
+def _print_session(console: Console, session: SessionData, found: dict[str, Any]) -> None:
     from mlmem import Disturb
 
     from ..describe_command import describe_command
 
     name = session.content_name
     commands = [
-        {clock: at, 'command': describe_command(given, name)}
-        for at, given in (session.stamped if session.header else session.commands)
+        {'tick': tick, 'command': describe_command(given, name)}
+        for tick, given in session.stamped
         if not isinstance(given, Disturb)  # there are too many
     ]
     print_rows(console, 'commands', commands)
     columns = (
-        'time',
-        'procedure',
-        name,
-        'code',
-        'delay',
-        'confidence',
-        'attempts',
-        'ticks',
-        'error',
-    )
+        'time', 'procedure', name, 'code', 'delay', 'confidence', 'attempts', 'ticks', 'error',
+    )  # fmt: skip
     print_rows(console, 'procedures', found['procedures'], columns)
     print_rows(console, 'no longer known', found['unknown'])
-    echoes = [
-        {
-            'time': echo.time,
-            name: f'no {name}' if echo.content is None else describe_content(name, echo.content),
-        }
-        for echo in session.echoes
-    ]
-    print_rows(console, 'echoes', echoes)

@@ -18,27 +18,16 @@ from typing import TYPE_CHECKING
 from mlmem.schema import make_printable
 
 from .command import JSON_OPTION, declare_command, declare_option
-from .output import ProgressBar, create_console, print_bag_failure, print_failure, print_json
+from .output import ProgressBar, create_console, print_bag_failure, print_json
 
 if TYPE_CHECKING:
     from mlmem_ros.session.report import ReplayReport
 
 
-FOREIGN_BAG_ELEMENT = 'case_2'
-"""Element for a bag that names none."""
-
-
 @declare_command(
     'run a recorded session again without ROS, and compare',
-    declare_option(
-        'bag', type=Path, help="session bag, or any bag with the node's command topics"
-    ),
+    declare_option('bag', type=Path, help='session bag'),
     declare_option('--node', default='', help='which node of the bag, if there are several'),
-    declare_option(
-        '--element',
-        metavar='NAME|FILE',
-        help=f'element for a bag written by another recorder; {FOREIGN_BAG_ELEMENT} unless given',
-    ),
     declare_option(
         '--incomplete',
         action='store_true',
@@ -49,37 +38,25 @@ FOREIGN_BAG_ELEMENT = 'case_2'
 )
 def replay(arguments: argparse.Namespace) -> int:
     """Replay; return the exit status."""
-    from mlmem.parsing import DecodeError
-    from mlmem.physics import DesignError
     from mlmem_ros.bag.errors import BagError
 
     try:
         return _replay_bag(arguments)
     except BagError as error:
         return print_bag_failure('replay', error, arguments.json)
-    except (DecodeError, DesignError) as error:
-        return print_failure('replay', error, 2)
 
 
 def _replay_bag(arguments: argparse.Namespace) -> int:
-    from mlmem import MemoryElement, load_element
-    from mlmem_ros.bag.errors import BagError
     from mlmem_ros.session.data import load_session
-    from mlmem_ros.session.replay import replay_commands, run_replay
+    from mlmem_ros.session.replay import run_replay
 
     session = load_session(arguments.bag, arguments.node, motion=False)
-    if arguments.element and session.header is not None:
-        raise BagError('--element is for bags written by another recorder; this one has its own')
     with ProgressBar(create_console(aside=True)) as bar:
 
         def progress(done: int, total: int) -> None:
             bar('replaying', done / max(1, total))
 
-        if session.header is not None:
-            report = run_replay(session, progress)
-        else:
-            element = MemoryElement(load_element(arguments.element or FOREIGN_BAG_ELEMENT))
-            report = replay_commands(element, session, progress)
+        report = run_replay(session, progress)
     if arguments.json:
         print_json(report.as_dict())
     else:
@@ -110,23 +87,16 @@ def describe_report(report: ReplayReport) -> list[str]:
         if differences := [each.difference for each in report.events.values() if each.difference]:
             line += f'; greatest difference {max(differences):.3g} cells'
         lines.append(line)
-    lines += _format_comparison('levels', report.recorded_levels, report.levels)
-    lines += _format_comparison('procedures', report.recorded_endings, report.endings)
-    return [*lines, report.verdict]
+    return [*lines, *_format_endings(report), report.verdict]
 
 
-def _format_comparison(
-    what: str, recorded: Sequence[object], found: Sequence[object]
-) -> list[str]:
-    """Return a line on how many agree, and a second one on the first that does not.
-
-    A recorded None was never published, and there is nothing to compare.
-    """
-    both = zip_longest(recorded, found[: len(recorded)], fillvalue='nothing')
-    pairs = [(then, now) for then, now in both if then is not None]
-    if not pairs:
-        return [f'{what:<12}none recorded; here {_format_values(found) or "none"}']
-    line = f'{what:<12}{sum(then == now for then, now in pairs)} of {len(pairs)} agree'
+def _format_endings(report: ReplayReport) -> list[str]:
+    """Return a line on how many procedures agree, and a second one on the first that does not."""
+    recorded, found = report.recorded_endings, report.endings
+    if not recorded:
+        return [f'procedures  none recorded; here {_format_values(found) or "none"}']
+    pairs = list(zip_longest(recorded, found[: len(recorded)], fillvalue='nothing'))
+    line = f'procedures  {sum(then == now for then, now in pairs)} of {len(pairs)} agree'
     if len(found) > len(recorded):
         line += f', {len(found) - len(recorded)} more than recorded'
     lines = [f'{line}: {_format_values([now for _, now in pairs])}']

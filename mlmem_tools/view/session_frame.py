@@ -10,20 +10,11 @@ from typing import Any
 import numpy as np
 
 from mlmem import Disturb, Write
-from mlmem.schema import short_repr
-from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.contract import calls
 from mlmem_ros.contract.statuses import OK, parse_status
-from mlmem_ros.session.data import iterate_timed
-from mlmem_ros.session.records import (
-    COMMAND_TOPIC,
-    HEADER_TOPIC,
-    Header,
-    name_errors,
-    read_command,
-    read_header,
-)
+from mlmem_ros.session.data import find_only_node, iterate_timed, read_first_header
+from mlmem_ros.session.records import COMMAND_TOPIC, name_errors, read_command
 
 from ..describe_command import describe_command
 from .about import About
@@ -63,7 +54,8 @@ def load_frame(path: str | Path) -> bytes:
         BagError: It cannot be read, or holds no session.
     """
     reader = BagReader(path)
-    node, header = _read_first_header(reader)
+    node = find_only_node(reader)
+    header = read_first_header(reader, node)
     about, known = About.of(header.design, header.settings, node), header.calibration
     collector = _Collector(about)
     collector.take(reader)
@@ -76,18 +68,6 @@ def load_frame(path: str | Path) -> bytes:
         'duration': collector.duration,
     }
     return collector.frame(head)
-
-
-def _read_first_header(reader: BagReader) -> tuple[str, Header]:
-    names = [name for name in reader.topics if name.endswith(f'/{HEADER_TOPIC}')]
-    for message in reader.messages(names):
-        with name_errors(message.topic):
-            header = read_header(reader.deserialize(message).data)
-        return message.topic.removesuffix(f'/{HEADER_TOPIC}'), header
-    raise BagError(
-        f'{reader.path} must hold a session of a memory node, as made by `mlmem record`; '
-        f'got {short_repr(sorted(reader.topics), 300)}'
-    )
 
 
 class _Collector:
@@ -117,7 +97,7 @@ class _Collector:
         }
         node = self._about.json['node']
         takers = {f'{node}/{name}': take for name, take in takers.items()}
-        for seconds, message in iterate_timed(reader, node, takers):
+        for seconds, message in iterate_timed(reader, takers):
             self.duration = seconds
             with name_errors(f'{message.topic} at {seconds:.3f} s'):
                 takers[message.topic](seconds, reader.deserialize(message))

@@ -40,7 +40,7 @@ def draw(session: SessionData, path: str | Path) -> Path:
 
 def build_figure(session: SessionData) -> Any:
     """Return the picture of a session; see `draw`."""
-    end = End.RIGHT if session.settings.read.end == End.RIGHT else End.LEFT
+    end = End.RIGHT if session.header.settings.read.end == End.RIGHT else End.LEFT
     heard = session.reads(end, ('read', 'write'))
     last = {int(values['level']): (echo, float(values['delay'])) for echo, values in heard}
     reads = {level: last[level] for level in sorted(last) if level >= 0}
@@ -55,12 +55,12 @@ def build_figure(session: SessionData) -> Any:
     style.label_panel(
         axes, 'b', f'{"last echoes" if reads else "no echo gave a level"}, {end} end'
     )
-    probe = end.probe(session.settings)
+    probe = end.probe(session.header.settings)
     for row, level in enumerate(chosen):
-        echo, delay = reads[level]
-        _draw_echo(axes, row, echo.t, echo.v_c / detection_threshold(probe, echo.t), delay)
+        (t, _, v_c), delay = reads[level]
+        _draw_echo(axes, row, t, v_c / detection_threshold(probe, t), delay)
     axes.set(xlabel='time since the pulse (time units)', ylabel='level')
-    axes.set_yticks(range(len(chosen)), [session.design.code(level) for level in chosen])
+    axes.set_yticks(range(len(chosen)), [session.header.design.code(level) for level in chosen])
     left.legend(*axes.get_legend_handles_labels(), loc='outside lower center', ncols=3)
     _draw_delays(
         style.axes_grid(right)[0, 0], session, {level: d for level, (_, d) in reads.items()}
@@ -69,24 +69,23 @@ def build_figure(session: SessionData) -> Any:
 
 
 def _draw_history(figure: Any, session: SessionData) -> None:
-    design = session.design
+    design = session.header.design
     upper, lower = style.stacked_axes(figure)[:, 0]
-    if session.configuration:
-        field = np.array(session.configuration)
-        mesh = style.draw_contour(upper, np.array(session.field_time), design.sites, field)
+    if session.configurations:
+        time, field = map(np.array, zip(*session.configurations, strict=True))
+        mesh = style.draw_contour(upper, time, design.sites, field)
         style.mark_defects(upper, design)
         upper.set_ylabel('site $j$, level')
         style.phase_bar(figure, mesh, upper, (design.D_s1, design.D_s2))
     else:  # of a real element
         upper.set_axis_off()
-    what = 'configuration' if session.configuration else 'configuration not recorded'
+    what = 'configuration' if session.configurations else 'configuration not recorded'
     style.label_panel(
         upper, 'a', f'{session.node}, {design.levels} levels, {design.N} cells: {what}'
     )
-    length = Units(design, session.settings.scale).elongation
-    style.draw_schedule(
-        lower, np.array(session.strain_time), np.array(session.end_displacement) / length
-    )
+    length = Units(design, session.header.settings.scale).elongation
+    time, displacement = np.array(session.displacements).reshape(-1, 2).T
+    style.draw_schedule(lower, time, displacement / length)
     lower.set_xlabel('time (s)')
 
 
@@ -110,7 +109,7 @@ def _draw_echo(axes: Any, row: int, t: Array, ratio: Array, delay: float) -> Non
 
 
 def _draw_delays(axes: Any, session: SessionData, delays: dict[int, float]) -> None:
-    calibration = session.require_header().calibration
+    calibration = session.header.calibration
     calibrated = calibration.table(calibration.ends[0]).delays
     axes.plot(
         range(len(calibrated)), calibrated, '+', color=style.INK_COLOUR, ms=10, label='calibrated'
