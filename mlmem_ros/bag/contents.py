@@ -274,18 +274,13 @@ def parse_metadata(text: str) -> BagMetadata:
         raise BagError(f'The text must be rosbag2 metadata; got {short_repr(text)}.') from error
 
 
-def read_metadata(directory: Path) -> BagMetadata | None:
-    """Read ``metadata.yaml`` of a bag; None when it has none (``ros2 bag record`` writes it last).
+def read_metadata_text(directory: Path) -> str | None:
+    """Return the text of ``metadata.yaml``; None when there is none (``ros2 bag record`` writes it
+    last).
 
     Raises:
-        BagError: The file cannot be read or is not rosbag2 metadata.
+        BagError: The file cannot be read.
     """
-    text = read_metadata_text(directory)
-    return None if text is None else parse_metadata(text)
-
-
-def read_metadata_text(directory: Path) -> str | None:
-    """Return the text of ``metadata.yaml``; see `read_metadata`."""
     path = directory / METADATA_FILE
     with storage_errors(f'read {path}'):
         if not atomic_files.path_exists(path):

@@ -10,11 +10,12 @@ a damaged one may look right and be wrong. Nothing after a damaged length field 
 
 from __future__ import annotations
 
+import math
 import struct
 import zlib
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
@@ -54,38 +55,22 @@ RECORD_BYTES = 600
 """Bytes that a record takes in memory in addition to its content."""
 
 _MAX_DEFINITION_BYTES = 2**24
-_MAX_RUN_BYTES = 1 << 20  # bytes of messages outside chunks that make up one block
 
 
 class DamageError(Exception):
     """A record is damaged; the text says how."""
 
 
-@dataclass
-class Block:
-    """Contiguous messages in a file: a chunk, or a run of messages outside chunks.
-
-    Attributes:
-        counts: Number of messages of each channel.
-    """
-
-    offset: int
-    end: int
-    chunked: bool
-    earliest: int = 2**64
-    latest: int = 0
-    counts: Counter[int] = field(default_factory=Counter)
-
-
 class McapPart:
-    """What one MCAP file of a bag holds. A few chunks of it are in memory at a time.
+    """What one MCAP file of a bag holds. One chunk of it is in memory at a time.
 
     Attributes:
         schemas: Message types by id.
         channels: Channels by id.
-        blocks: Where the messages are, in file order.
+        span: Earliest and latest log time in nanoseconds, or None without messages.
         metadata_text: The last metadata record that rosbag2 wrote; None without one.
         library: The program that wrote it.
+        losses: What of it cannot be read.
     """
 
     def __init__(self, path: Path) -> None:
@@ -97,17 +82,18 @@ class McapPart:
         self.path = path
         self.schemas: dict[int, records.Schema] = {}
         self.channels: dict[int, records.Channel] = {}
-        self.blocks: list[Block] = []
+        self.span: tuple[int, int] | None = None
         self.metadata_text: str | None = None
         self.library = ''
         self.losses: list[Loss] = []
+        self._counts: Counter[int] = Counter()  # messages by channel
         self._definition_bytes = 0
-        with storage_errors(f'read {path}'), path.open('rb') as stream:
-            magic = stream.read(len(MCAP0_MAGIC))
-            if not MCAP0_MAGIC.startswith(magic):
-                raise BagError(f'{path} must be an MCAP file; it begins with {magic!r}.')
-            self._walk(stream)
-        self._find_unknown_channels()
+        self._end: float = math.inf  # of what was whole when it was opened: it may be recorded
+        for record in self._read_records(self.losses):
+            self._store_record(record)
+        if unknown := sum(self._counts[each] for each in self._counts.keys() - self.channels):
+            reason = f'{unknown} messages belong to channels whose definition is lost'
+            self.losses.append(Loss(path, 0, 0, reason))
 
     @property
     def number(self) -> int | None:
@@ -120,19 +106,8 @@ class McapPart:
             return None
 
     @property
-    def span(self) -> tuple[int, int] | None:
-        """Earliest and latest log time in nanoseconds, or None without messages."""
-        if not self.blocks:
-            return None
-        return (
-            min(block.earliest for block in self.blocks),
-            max(block.latest for block in self.blocks),
-        )
-
-    @property
     def topics(self) -> Mapping[str, TopicInfo]:
         """The topics by name, with the number of messages that can be read."""
-        counts = sum((block.counts for block in self.blocks), Counter[int]())
         topics: dict[str, TopicInfo] = {}
         for channel in self.channels.values():
             info = topics.get(channel.topic) or TopicInfo(
@@ -142,7 +117,7 @@ class McapPart:
                 offered_qos=channel.metadata.get(OFFERED_QOS, ''),
                 type_hash=channel.metadata.get(TYPE_HASH, ''),
             )
-            count = info.message_count + counts[channel.id]
+            count = info.message_count + self._counts[channel.id]
             topics[channel.topic] = replace(info, message_count=count)
         return topics
 
@@ -167,103 +142,86 @@ class McapPart:
             for number, channel in self.channels.items()
             if channel.topic in topics
         }
-        for block in self.blocks:
-            if wanted.keys() & block.counts:
-                yield from self._read_block(block, wanted)
-
-    def _read_block(self, block: Block, wanted: Mapping[int, tuple[str, str]]) -> list[Message]:
-        with storage_errors(f'read {self.path}'), self.path.open('rb') as stream:
-            stream.seek(block.offset)
-            content = BytesIO(stream.read(block.end - block.offset))
-        try:
-            found = [
-                record
-                for _, offset, end in _find_spans(content, 0)
-                for record in _parse_records(content, offset, end)
-                if isinstance(record, records.Message)
-            ]
-            if len(found) != block.counts.total():
-                raise DamageError(f'{len(found)} of {block.counts.total()} messages remain')
-        except DamageError as damage:
-            raise BagError(f'{self.path} must not change while it is read: {damage}.') from damage
-        return [
-            Message(*wanted[each.channel_id], each.log_time, each.publish_time, each.data)
-            for each in found
-            if each.channel_id in wanted
-        ]
+        left = self._counts.total()
+        for record in self._read_records():
+            if isinstance(record, records.Message):
+                left -= 1
+                if record.channel_id in wanted:
+                    yield Message(
+                        *wanted[record.channel_id],
+                        record.log_time,
+                        record.publish_time,
+                        record.data,
+                    )
+        if left:
+            raise BagError(f'{self.path} must not change while it is read.')
 
     def _find_type(self, channel: records.Channel) -> str:
         schema = self.schemas.get(channel.schema_id)
         return schema.name if schema else ''
 
-    def _walk(self, stream: BinaryIO) -> None:
-        start = end = len(MCAP0_MAGIC)
-        opcode, note = 0, ''
-        for opcode, offset, end in _find_spans(stream, start):
-            if opcode == Opcode.DATA_END:
-                note = '; all messages precede it'
-            if opcode in _READ_OPCODES:
-                self._read_record(stream, opcode, offset, end, note)
-        size = stream.seek(0, 2)
-        stream.seek(end)
-        if opcode != Opcode.FOOTER or stream.read(len(MCAP0_MAGIC) + 1) != MCAP0_MAGIC:
+    def _read_records(self, losses: list[Loss] | None = None) -> Iterator[records.McapRecord]:
+        """Yield every record that is whole, those of a chunk in its place; list what is lost, and
+        compare the CRCs of the file, if the losses are given.
+        """
+        with storage_errors(f'read {self.path}'), self.path.open('rb') as stream:
+            magic = stream.read(len(MCAP0_MAGIC))
+            if not MCAP0_MAGIC.startswith(magic):
+                raise BagError(f'{self.path} must be an MCAP file; it begins with {magic!r}.')
+            end, opcode, note = len(MCAP0_MAGIC), 0, ''
+            for opcode, offset, end in _find_spans(stream, len(MCAP0_MAGIC)):
+                if offset >= self._end:
+                    return
+                if opcode == Opcode.DATA_END:
+                    note = '; all messages precede it'
+                if opcode not in _READ_OPCODES:
+                    continue
+                try:
+                    found = _parse_records(stream, offset, end)
+                    if losses is not None and not losses and found:
+                        _check_crc(stream, found[0], offset)
+                except DamageError as damage:
+                    if losses is not None:
+                        reason = f'the record is damaged: {damage}{note}'
+                        losses.append(Loss(self.path, offset, end - offset, reason))
+                else:
+                    yield from found
+            self._end, size = end, stream.seek(0, 2)
+            stream.seek(end)
+            if opcode == Opcode.FOOTER and stream.read(len(MCAP0_MAGIC) + 1) == MCAP0_MAGIC:
+                return
             end = min(end, size)
             cut = 'it was truncated or damaged'
             reason = cut if end < size else f'{NOT_CLOSED_REASON}: its end is missing'
-            self.losses.append(Loss(self.path, end, size - end, reason + note))
+            if losses is not None:
+                losses.append(Loss(self.path, end, size - end, reason + note))
 
-    def _read_record(
-        self, stream: BinaryIO, opcode: int, offset: int, end: int, note: str
-    ) -> None:
-        try:
-            found = _parse_records(stream, offset, end)
-            if not self.losses and found:
-                _check_crc(stream, found[0], offset)
-            self._store_records(found, offset, end, chunked=opcode == Opcode.CHUNK)
-        except DamageError as damage:
-            reason = f'the record is damaged: {damage}{note}'
-            self.losses.append(Loss(self.path, offset, end - offset, reason))
-
-    def _store_records(
-        self, found: list[records.McapRecord], offset: int, end: int, chunked: bool
-    ) -> None:
-        for record in found:
-            # The first definition stands; the summary repeats it.
-            if isinstance(record, records.Schema) and record.id not in self.schemas:
-                self._count_definition(len(record.data))
+    def _store_record(self, record: records.McapRecord) -> None:
+        # The first definition stands; the summary repeats it.
+        if isinstance(record, records.Schema) and record.id not in self.schemas:
+            if self._has_space_for_definition(len(record.data)):
                 self.schemas[record.id] = record
-            elif isinstance(record, records.Channel) and record.id not in self.channels:
-                texts = (record.topic, *record.metadata, *record.metadata.values())
-                self._count_definition(sum(map(len, texts)))
+        elif isinstance(record, records.Channel) and record.id not in self.channels:
+            texts = (record.topic, *record.metadata, *record.metadata.values())
+            if self._has_space_for_definition(sum(map(len, texts))):
                 self.channels[record.id] = record
-            elif isinstance(record, records.Header):
-                self.library = record.library
-            elif isinstance(record, records.Metadata) and record.name == METADATA_NAME:
-                self.metadata_text = record.metadata.get('serialized_metadata', self.metadata_text)
-        messages = [each for each in found if isinstance(each, records.Message)]
-        if not messages:
-            return
-        run = self.blocks[-1] if self.blocks and not chunked else None
-        if run is None or run.chunked or run.end != offset or end - run.offset > _MAX_RUN_BYTES:
-            run = Block(offset, end, chunked)
-            self.blocks.append(run)
-        run.end = end
-        run.counts.update(each.channel_id for each in messages)
-        run.earliest = min(run.earliest, *(each.log_time for each in messages))
-        run.latest = max(run.latest, *(each.log_time for each in messages))
+        elif isinstance(record, records.Header):
+            self.library = record.library
+        elif isinstance(record, records.Metadata) and record.name == METADATA_NAME:
+            self.metadata_text = record.metadata.get('serialized_metadata', self.metadata_text)
+        elif isinstance(record, records.Message):
+            self._counts[record.channel_id] += 1
+            earliest, latest = self.span or (record.log_time, record.log_time)
+            self.span = min(earliest, record.log_time), max(latest, record.log_time)
 
-    def _count_definition(self, size: int) -> None:
-        """Refuse definitions that take more than a bag may need."""
+    def _has_space_for_definition(self, size: int) -> bool:
+        """Count a definition, unless all take more than a bag may need."""
+        if self._definition_bytes + size > _MAX_DEFINITION_BYTES:
+            reason = f'definitions must have at most {_MAX_DEFINITION_BYTES} bytes'
+            self.losses.append(Loss(self.path, 0, 0, reason))
+            return False
         self._definition_bytes += size
-        if self._definition_bytes > _MAX_DEFINITION_BYTES:
-            raise DamageError(f'definitions must have at most {_MAX_DEFINITION_BYTES} bytes')
-
-    def _find_unknown_channels(self) -> None:
-        for block in self.blocks:
-            unknown = sum(n for channel, n in block.counts.items() if channel not in self.channels)
-            if unknown:
-                reason = f'{unknown} messages belong to channels whose definition is lost'
-                self.losses.append(Loss(self.path, block.offset, 0, reason))
+        return True
 
 
 def _find_spans(stream: BinaryIO, offset: int) -> Iterator[tuple[int, int, int]]:
@@ -310,7 +268,7 @@ def _check_crc(stream: BinaryIO, record: records.McapRecord, offset: int) -> Non
         return
     found = 0
     stream.seek(begin)
-    while crc and (piece := stream.read(min(_MAX_RUN_BYTES, end - begin))):
+    while crc and (piece := stream.read(min(1 << 20, end - begin))):
         found, begin = zlib.crc32(piece, found), begin + len(piece)
     if crc and found != crc:
         raise DamageError('what precedes it has changed, by its CRC')

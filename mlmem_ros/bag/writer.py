@@ -34,94 +34,6 @@ from .errors import BagError, storage_errors
 _MIN_SPLIT_BYTES = 1024  # bytes, as rosbag2's MCAP storage requires
 
 
-def check_library() -> None:
-    """Raise a `BagError` if `mcap` is too old to sync."""
-    if not hasattr(Writer, 'flush'):
-        raise BagError('Recording needs mcap 1.6 or later: python3 -m pip install --upgrade mcap')
-
-
-class McapFile:
-    """A new MCAP file of profile ``ros2``: chunks with CRC, indexes, statistics, summary.
-
-    Every method raises `BagError` if the disk is full or fails, or if the file was deleted; after
-    that only `abandon` is of use.
-    """
-
-    def __init__(self, path: Path) -> None:
-        """Create the file, where there must be none."""
-        self.path = path
-        self._schemas: dict[Definition, int] = {}
-        with storage_errors(f'create {path}'):
-            self._file = atomic_files.create_file(path)
-        self._writer = Writer(
-            cast('IO[bytes]', self._file),
-            chunk_size=256 * 1024,  # before compression; damage loses a whole chunk
-            index_types=IndexType.CHUNK | IndexType.MESSAGE | IndexType.METADATA,
-            enable_data_crcs=True,
-        )
-        try:
-            with storage_errors(f'write {path}'):
-                self._writer.start('ros2', f'{LIBRARY_NAME} {LIBRARY_IDENTIFIER}')
-        except BagError:
-            self.abandon()
-            raise
-
-    @property
-    def size(self) -> int:
-        """Bytes written, without the open chunk."""
-        return self._file.tell()
-
-    def add_channel(
-        self,
-        topic: str,
-        definition: Definition,
-        serialization_format: str,
-        metadata: Mapping[str, str],
-    ) -> int:
-        """Declare a channel, and return its id; it is written with the first chunk that follows,
-        its type once for all that share it.
-        """
-        with storage_errors(f'write {self.path}'):
-            if definition not in self._schemas:
-                self._schemas[definition] = self._writer.register_schema(
-                    definition.type, definition.encoding, definition.text.encode()
-                )
-            return self._writer.register_channel(
-                topic, serialization_format, self._schemas[definition], dict(metadata)
-            )
-
-    def write(self, channel: int, data: bytes, log_time: int, publish_time: int) -> None:
-        """Append a message of a channel to the open chunk; times are in nanoseconds."""
-        with storage_errors(f'write {self.path}'):
-            self._writer.add_message(channel, log_time, data, publish_time)
-
-    def write_metadata(self, text: str) -> None:
-        """Append rosbag2's metadata record, YAML text."""
-        with storage_errors(f'write {self.path}'):
-            self._writer.add_metadata(METADATA_NAME, {'serialized_metadata': text})
-
-    def sync(self) -> None:
-        """Finish the open chunk and wait until everything written is on the disk."""
-        self._finish_and_sync(self._writer.flush)
-
-    def close(self) -> None:
-        """Finish the file with its summary and make it durable."""
-        self._finish_and_sync(self._writer.finish)
-        with storage_errors(f'close {self.path}'):
-            self._file.close()
-
-    def abandon(self) -> None:
-        """Close the file as it is, after an error."""
-        atomic_files.close_quietly(self._file)
-
-    def _finish_and_sync(self, finish: Callable[[], object]) -> None:
-        with storage_errors(f'write {self.path}'):
-            finish()
-            self._file.sync()
-            if self._file.is_deleted:
-                raise BagError(f'Cannot write {self.path}: it was deleted while being written.')
-
-
 @dataclass
 class _Channel:
     info: TopicInfo
@@ -156,10 +68,9 @@ class BagWriter:
             custom_data: What ``metadata.yaml`` stores for the application.
 
         Raises:
-            BagError: `max_bytes` is too small, `custom_data` cannot be written as UTF-8, the path
-                exists or cannot be created, or `mcap` is too old.
+            BagError: `max_bytes` is too small, `custom_data` cannot be written as UTF-8, or the
+                path exists or cannot be created.
         """
-        check_library()
         if 0 < max_bytes < _MIN_SPLIT_BYTES:
             raise BagError(f'max_bytes must be 0 or at least {_MIN_SPLIT_BYTES}; got {max_bytes}.')
         self.path = Path(path).absolute()
@@ -168,6 +79,7 @@ class BagWriter:
         self._max_bytes = max_bytes
         self._channels: dict[str, _Channel] = {}
         self._files: list[FileInfo] = []
+        self._schemas: dict[Definition, int] = {}  # of the file being written
         self._closed_bytes = 0
         self._error: BagError | None = None
         self._closed = False
@@ -191,7 +103,7 @@ class BagWriter:
     @property
     def size(self) -> int:
         """Bytes written so far, without the open chunk."""
-        return self._closed_bytes + self._file.size
+        return self._closed_bytes + self._file.tell()
 
     def add_topic(
         self,
@@ -248,7 +160,7 @@ class BagWriter:
         log_time = _check_nanoseconds(log_time)
         publish_time = log_time if publish_time is None else _check_nanoseconds(publish_time)
         with self._abandon_on_error():
-            if self._files[-1].message_count and 0 < self._max_bytes <= self._file.size:
+            if self._files[-1].message_count and 0 < self._max_bytes <= self._file.tell():
                 self._split_file(log_time)
             self._write_message(channel, cdr, log_time, publish_time)
 
@@ -261,7 +173,7 @@ class BagWriter:
         self._require_open()
         if self.unsynced:
             with self._abandon_on_error():
-                self._file.sync()
+                self._sync_file(self._mcap.flush)
                 self._write_metadata()
         self.unsynced = False
 
@@ -289,11 +201,13 @@ class BagWriter:
 
     @contextmanager
     def _abandon_on_error(self) -> Iterator[None]:
+        """Close the file as it is after an error, which every later call raises again."""
         try:
-            yield
+            with storage_errors(f'write {self._file_path}'):
+                yield
         except BagError as error:
             self._error = error
-            self._file.abandon()
+            atomic_files.close_quietly(self._file)
             raise
 
     def _create_directory(self) -> None:
@@ -306,31 +220,55 @@ class BagWriter:
                 ) from error
 
     def _open_file(self) -> None:
+        """Create the next file: chunks with CRC, indexes, statistics, summary."""
         self._files.append(FileInfo(f'{self.path.name}_{len(self._files)}.mcap'))
-        self._file = McapFile(self.path / self._files[-1].path)
+        self._file_path = self.path / self._files[-1].path
+        with storage_errors(f'create {self._file_path}'):
+            self._file = atomic_files.create_file(self._file_path)
         with self._abandon_on_error():
-            self._file.write_metadata(self._build_metadata(root=False))
+            self._mcap = Writer(
+                cast('IO[bytes]', self._file),
+                chunk_size=256 * 1024,  # before compression; damage loses a whole chunk
+                index_types=IndexType.CHUNK | IndexType.MESSAGE | IndexType.METADATA,
+                enable_data_crcs=True,
+            )
+            self._mcap.start('ros2', f'{LIBRARY_NAME} {LIBRARY_IDENTIFIER}')
+            self._schemas = {}
+            self._write_metadata_record()
             for channel in self._channels.values():
                 self._declare_channel(channel)
             self._write_metadata()
 
     def _close_file(self) -> None:
-        self._file.write_metadata(self._build_metadata(root=False))
+        self._write_metadata_record()
+        self._sync_file(self._mcap.finish)
         self._file.close()
 
+    def _sync_file(self, finish: Callable[[], object]) -> None:
+        """Finish the open chunk, or the file, and wait until all of it is on the disk."""
+        finish()
+        self._file.sync()
+        if self._file.is_deleted:
+            raise BagError(f'Cannot write {self._file_path}: it was deleted while being written.')
+
     def _declare_channel(self, channel: _Channel) -> None:
-        info = channel.info
-        channel.id = self._file.add_channel(
+        """Declare a channel in the file, and its type once for all that share it."""
+        info, definition = channel.info, channel.definition
+        if definition not in self._schemas:
+            self._schemas[definition] = self._mcap.register_schema(
+                definition.type, definition.encoding, definition.text.encode()
+            )
+        channel.id = self._mcap.register_channel(
             info.name,
-            channel.definition,
             info.serialization_format,
+            self._schemas[definition],
             {OFFERED_QOS: info.offered_qos, TYPE_HASH: info.type_hash},
         )
 
     def _write_message(
         self, channel: _Channel, cdr: bytes, log_time: int, publish_time: int
     ) -> None:
-        self._file.write(channel.id, cdr, log_time, publish_time)
+        self._mcap.add_message(channel.id, log_time, cdr, publish_time)
         self._files[-1].add(log_time)
         channel.message_count += 1
         if channel.latch:
@@ -339,12 +277,16 @@ class BagWriter:
 
     def _split_file(self, log_time: int) -> None:
         self._close_file()
-        self._closed_bytes += self._file.size
+        self._closed_bytes += self._file.tell()
         self._open_file()
         for channel in self._channels.values():
             if channel.last is not None:
                 cdr, publish_time = channel.last
                 self._write_message(channel, cdr, log_time, publish_time)
+
+    def _write_metadata_record(self) -> None:
+        text = self._build_metadata(root=False)
+        self._mcap.add_metadata(METADATA_NAME, {'serialized_metadata': text})
 
     def _build_metadata(self, root: bool) -> str:
         topics = (

@@ -3,10 +3,10 @@
 """A repaired bag is whole, and the damaged one is unchanged."""
 
 import pytest
+from mcap.reader import make_reader
 
 from mlmem_ros.bag.contents import LOST_KEY
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.mcap_part import McapPart
 from mlmem_ros.bag.reader import BagReader
 from mlmem_tools.cli.repair import repair_bag
 
@@ -17,7 +17,9 @@ def damaged(record):
     path = record(sync_each=True, custom_data={'seed': '42'})
     (path / 'metadata.yaml').unlink()
     file = path / 'bag_0.mcap'
-    file.write_bytes(file.read_bytes()[: McapPart(file).blocks[15].offset + 10])
+    with file.open('rb') as stream:
+        sixteenth = make_reader(stream).get_summary().chunk_indexes[15]
+    file.write_bytes(file.read_bytes()[: sixteenth.chunk_start_offset + 10])
     return path
 
 

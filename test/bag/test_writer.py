@@ -14,10 +14,10 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability
 
 from mlmem_ros.bag import jazzy
-from mlmem_ros.bag.contents import Message, read_metadata
+from mlmem_ros.bag.contents import Message, parse_metadata
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.bag.writer import BagWriter, McapFile
+from mlmem_ros.bag.writer import BagWriter
 
 SECOND = 1_000_000_000
 
@@ -149,7 +149,8 @@ def test_full_disk_leaves_what_was_synced(writer):
     reader = BagReader(writer.path)
     assert list(reader) == [Message('/level', 'std_msgs/msg/Int16', 0, 0, level(1))]
     assert 'truncated' in reader.losses[0].reason
-    assert read_metadata(writer.path).message_count == 1  # agrees with the last sync
+    metadata = parse_metadata((writer.path / 'metadata.yaml').read_text())
+    assert metadata.message_count == 1  # agrees with the last sync
 
 
 def test_rosbags_reads_messages_qos_and_custom_data(record, messages):
@@ -169,14 +170,11 @@ def test_rosbags_reads_messages_qos_and_custom_data(record, messages):
 
 
 def test_long_recording_is_cut_into_small_chunks(tmp_path):
-    path = tmp_path / 'long.mcap'
-    file = McapFile(path)
-    channel = file.add_channel(
-        '/noise', jazzy.find_definition('std_msgs/msg/ByteMultiArray'), 'cdr', {}
-    )
-    for i in range(10):
-        file.write(channel, bytes(100_000), i, i)  # 1 MB in chunks of at least 256 KiB
-    file.close()
+    with BagWriter(tmp_path / 'long') as writer:
+        writer.add_topic('/noise', 'std_msgs/msg/ByteMultiArray')
+        for i in range(10):
+            writer.write('/noise', bytes(100_000), i)  # 1 MB in chunks of at least 256 KiB
+    path = tmp_path / 'long' / 'long_0.mcap'
     with path.open('rb') as stream:
         records = list(StreamReader(stream, validate_crcs=True, emit_chunks=True).records)
     assert [r.uncompressed_size // 100_000 for r in records if type(r) is Chunk] == [3, 3, 3, 1]

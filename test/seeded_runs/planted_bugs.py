@@ -24,7 +24,7 @@ PLANTED_BUGS = {
     'session_begun_within_a_tick': [
         (sessions, '_call_between_ticks', lambda loop, function: function()),
     ],
-    'recording_not_synced': [(writer.McapFile, 'sync', lambda self: self._writer.flush())],
+    'recording_not_synced': [(writer.BagWriter, '_sync_file', lambda self, finish: finish())],
     'file_left_open_after_an_error': [(atomic_files, 'close_quietly', lambda file: None)],
     'no_sync_before_the_rename': [(atomic_files.DurableFile, 'sync', lambda self: None)],
     'no_sync_after_the_rename': [(atomic_files, 'sync_directory', lambda path: None)],
