@@ -13,9 +13,8 @@ from rclpy.node import Node
 from mlmem.procedure_table import BLANK
 from mlmem_ros.contract.calls import BankFailed, RequestError
 from mlmem_ros.ros.client.client import MemoryClient
-from mlmem_ros.ros.client.node_connection import NodeConnection
-from mlmem_ros.ros.client.reply import Reply
-from mlmem_ros.ros.client.request import Request, Steps
+from mlmem_ros.ros.client.connection import NodeConnection
+from mlmem_ros.ros.client.reply import Reply, Steps
 
 T = TypeVar('T')
 
@@ -178,18 +177,18 @@ class MemoryBank:
     ) -> Reply[T]:
         """Make a request to every element, and decode their contents once all have answered."""
 
-        def request_steps(call: Request) -> Steps[T]:
+        def request_steps(reply: Reply[T]) -> Steps[T]:
             replies = [request(element) for element in self.elements]
             try:
-                yield from call.wait_for(replies)
+                yield from reply.wait_for(replies)
             finally:  # whoever cancels the reply of the bank cancels those of the elements
-                for reply in replies:
-                    reply.cancel()
+                for each in replies:
+                    each.cancel()
             errors: dict[str, RequestError] = {}
             contents: list[int | None] = []
-            for element, reply in zip(self.elements, replies, strict=True):
+            for element, each in zip(self.elements, replies, strict=True):
                 try:
-                    contents.append(getattr(reply.result(0), 'content', None))
+                    contents.append(getattr(each.result(0), 'content', None))
                 except RequestError as error:
                     errors[element.name] = error
                     contents.append(None)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import pytest
 import zstandard
 from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Footer, Message
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 from sampled import sampled

@@ -216,25 +216,6 @@ def test_argument_that_no_message_holds_is_not_sent(client, actions, send, field
         send(MemoryClient(client.node, '/mlmem', actions=actions))
 
 
-@pytest.mark.parametrize('actions', [True, False])
-def test_reads_of_one_client_wait_for_one_another(client, actions):
-    memory = MemoryClient(client.node, '/mlmem', actions=actions)
-    reads = [memory.read(timeout=SOON) for _ in range(21)]
-    with pytest.raises(RequestRefused, match='busy: 20 requests'):
-        reads.pop().wait()
-    assert [read.wait().attempts for read in reads] == 20 * [1]
-
-
-@pytest.mark.parametrize('given_up', [0, 1])
-def test_read_waits_for_one_that_timed_out(client, given_up):
-    client.pause().wait()
-    reads = [client.read(timeout=0.3 if n == given_up else SOON) for n in range(3)]
-    with pytest.raises(NoAnswer, match='did not answer read within'):
-        reads.pop(given_up).wait()
-    client.pause(False).wait()
-    assert [read.wait().attempts for read in reads] == [1, 1]
-
-
 def test_client_without_a_node_times_out(client):
     nobody = MemoryClient(client.node, '/nobody', patience=0.2)
     for reply in (nobody.read(), nobody.ready(0.1)):

@@ -49,11 +49,8 @@ from ...contract.calls import (
 )
 from ...contract.services import DEADLINE_ARGUMENT, load_action_types
 from ..middleware import ALIVE, create_events_executor
-from .client_thread import get_client_thread
-from .node_connection import NodeConnection
-from .procedure_reply import ProcedureReply
-from .reply import Reply, check_seconds
-from .request import Request, Steps
+from .connection import NodeConnection, get_client_thread
+from .reply import ProcedureReply, Reply, Steps, check_seconds
 
 T = TypeVar('T')
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
@@ -93,14 +90,13 @@ class MemoryClient:
         self.name = node.resolve_service_name(name)
         self.group = MutuallyExclusiveCallbackGroup()
         self._connection = NodeConnection(node, self.name, patience)
-        self._reads: list[ProcedureReply[Decoded]] = []  # not answered yet
         self._actions = load_action_types() if actions else {}
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait at most `timeout` seconds, whatever the patience, until the node is available."""
 
-        def steps(request: Request) -> Steps[None]:
-            yield from request.call('request', SetParametersAtomically)
+        def steps(reply: Reply[None]) -> Steps[None]:
+            yield from reply.call('request', SetParametersAtomically)
 
         return Reply(self._connection, 'ready', steps, timeout + 1.0, patience=timeout)
 
@@ -122,15 +118,10 @@ class MemoryClient:
     def read(self, timeout: float = 10.0, *, end: str = '') -> ProcedureReply[Decoded]:
         """Fire a pulse and decode its echo.
 
-        A read waits for earlier ones of this client, or the node would refuse it as busy.
-
         Args:
             end: The end to probe this time: left, right or both; empty for the node's `read.end`.
         """
-        earlier = [each for each in self._reads if not each.freed.done()]
-        read = self._send_goal('read', Decoded, timeout, after=earlier, end=end)
-        self._reads = [*earlier, read]
-        return read
+        return self._send_goal('read', Decoded, timeout, end=end)
 
     def erase(self, timeout: float = 60.0) -> ProcedureReply[Decoded]:
         """Make the element blank."""
@@ -263,10 +254,9 @@ class MemoryClient:
         kind: type[SomeAnswer],
         timeout: float,
         what: str = '',
-        after: Sequence[Reply[Any]] = (),
         **arguments: Any,
     ) -> ProcedureReply[SomeAnswer]:
-        """Request a procedure, after others, by its action if the node serves it."""
+        """Request a procedure, by its action if the node serves it."""
         arguments[DEADLINE_ARGUMENT] = check_seconds('timeout', timeout)
         service: RequestSteps[Any] = _build_request_steps(name, kind, arguments)
         if kind is SelfTested:  # its own service reports every check
@@ -274,7 +264,7 @@ class MemoryClient:
             service = _build_call_steps('self_test', SelfTest, message, parse_self_test)
         action = self._actions.get(name)
         return ProcedureReply(
-            self._connection, name, action, arguments, kind, after, service, timeout, what
+            self._connection, name, action, arguments, kind, service, timeout, what
         )
 
     def _send(
@@ -284,7 +274,7 @@ class MemoryClient:
         return Reply(self._connection, service, steps, timeout)
 
 
-RequestSteps = Callable[[Request], Steps[T]]
+RequestSteps = Callable[[Reply[Any]], Steps[T]]
 
 
 def _build_call_steps(
@@ -292,8 +282,8 @@ def _build_call_steps(
 ) -> RequestSteps[T]:
     """Return the steps that call a service and parse its response."""
 
-    def steps(request: Request) -> Steps[T]:
-        return parse((yield from request.call(service, kind, message)))
+    def steps(reply: Reply[Any]) -> Steps[T]:
+        return parse((yield from reply.call(service, kind, message)))
 
     return steps
 

@@ -5,28 +5,45 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Generator
-from concurrent.futures import Future
+import math
+import time
+from collections import deque
+from collections.abc import AsyncGenerator, Callable, Generator, Mapping, Sequence
+from concurrent.futures import CancelledError, Future, InvalidStateError
 from concurrent.futures import TimeoutError as NotYet
 from contextlib import suppress
 from numbers import Real
 from typing import Any, TypeVar
+from uuid import uuid4
 
+from action_msgs.msg import GoalInfo
+from action_msgs.srv import CancelGoal
+from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.task import Future as RclpyFuture
 from rclpy.timer import Timer
+from unique_identifier_msgs.msg import UUID
 
 from mlmem.schema import short_repr
 
-from ..middleware import DESTROYED_ERRORS
-from .node_connection import NodeConnection
-from .request import Request, Steps
+from ...contract.calls import NoAnswer, RequestError, RequestRefused, parse_result
+from ..middleware import DESTROYED_ERRORS, NOT_SERVING
+from .connection import CHECK_PERIOD_S, NodeConnection
 
 T = TypeVar('T')
 
 SIGNAL_PERIOD_S = 0.1
 """Seconds after which a waiting thread looks for signals, which another thread may have got."""
+
+POLL_PERIOD_S = 0.02
+"""Seconds between two looks for a missing service: no event tells of new ones."""
+
+CANCEL_TIMEOUT_S = 60.0
+"""Longest wait in seconds for a node to take a cancel."""
+
+Steps = Generator[float, None, T]
+"""What leads to an answer: it yields the seconds to wait at most, and may be resumed earlier."""
 
 
 class Reply(Future[T]):
@@ -46,29 +63,31 @@ class Reply(Future[T]):
     raised. It is a `concurrent.futures.Future`, so `concurrent.futures.wait` takes several.
 
     Attributes:
-        freed: Done when the node has nothing more to do with it, as far as is known: later, if
-            the answer to a procedure was given up.
+        due: When the client's thread resumes the request, on the monotonic clock; infinite once it
+            is over.
     """
 
     def __init__(
         self,
         connection: NodeConnection,
         what: str,
-        steps: Callable[[Request], Steps[T]],
+        steps: Callable[[Any], Steps[T]],
         timeout: float,
         patience: float | None = None,
     ) -> None:
         """Begin to ask for `what`, with a time-out in seconds for all of it, and with another
-        patience than the connection's if given.
+        patience than the connection's if given. The steps are given this reply.
         """
         super().__init__()
         self._connection, self._what = connection, what
-        patience = connection.patience if patience is None else patience
-        timeout = check_seconds('timeout', timeout)
-        self._request = Request(connection, what, steps, timeout, patience, self)
-        self.freed = self._request.freed
+        self._timeout = check_seconds('timeout', timeout)
+        self._patience = min(connection.patience if patience is None else patience, timeout)
+        self.due = self._begun = time.monotonic()
+        self._deadline = self._begun + timeout  # later, if the node prepares meanwhile
+        self._is_sent = False  # whether the node may have begun with it
         self._awaiting: set[object] = set()  # coroutines and threads
-        connection.thread.post(self._request.start)
+        self._steps: Steps[T] = steps(self)
+        connection.thread.post(self._start)
 
     def wait(self) -> T:
         """Block this thread until the answer comes, and return it.
@@ -114,7 +133,7 @@ class Reply(Future[T]):
         by an action; others go on until `MemoryClient.abort` stops them.
         """
         cancelled = super().cancel() and not self.set_running_or_notify_cancel()
-        self._connection.thread.post(self._request.give_up)
+        self._connection.thread.post(self.resume)
         return cancelled
 
     def add_done_callback(self, fn: Callable[[Future[T]], object]) -> None:
@@ -126,6 +145,230 @@ class Reply(Future[T]):
             super().add_done_callback(fn)
         else:
             super().add_done_callback(lambda _: executor.create_task(fn, self))
+
+    # --- in the client's thread -------------------------------------------------------------
+
+    def _start(self) -> None:
+        """Send it, or wait until that is possible."""
+        self._connection.thread.watch(self)
+        self.resume()
+
+    def resume(self, _: Any = None) -> None:
+        """Go on, if what it waits for has come, is late or is hopeless."""
+        now = time.monotonic()
+        if self.due == math.inf:
+            return
+        try:
+            if now > self._deadline:
+                raise self._describe_timeout()
+            if self.cancelled() and not self._is_sent:
+                raise CancelledError
+            if self._connection.find_end():
+                raise self._describe_end()
+            self.due = now + max(min(next(self._steps), self._deadline - now), 0.0)
+        except StopIteration as end:
+            self._end(end.value)
+        except Exception as error:  # for the caller
+            known = isinstance(error, RequestError) or not self._connection.find_end()
+            self._end(error if known else self._describe_end())
+
+    def wait_for(self, futures: Sequence[Future[Any]]) -> Steps[None]:
+        """Wait until all futures are done."""
+        for each in futures:
+            Future.add_done_callback(each, lambda _: self._connection.thread.post(self.resume))
+        while not all(each.done() for each in futures):
+            yield math.inf
+
+    def call(self, service: str, kind: Any, message: Any = None) -> Steps[Any]:
+        """Call a service below the memory node's name; return its response.
+
+        Without a message, wait until the service is available.
+
+        Raises:
+            NoAnswer: It is not available within the patience, or the node went away.
+        """
+        connection, begun = self._connection, time.monotonic()
+        while not (client := connection.get_client(service, kind)).service_is_ready():
+            if time.monotonic() - begun > self._patience:
+                raise NoAnswer(
+                    f'no memory node answers as {connection.peer} within {self._patience:g} s; '
+                    'start one with "ros2 run mlmem_ros memory_node", and check ROS_DOMAIN_ID and '
+                    'the name'
+                )
+            yield from self._wait_for_node(POLL_PERIOD_S)
+        if message is None:  # DDS drops messages without a reader
+            return None
+        self._is_sent, hidden = True, connection.hidden
+        response = client.call_async(message)
+        response.add_done_callback(self.resume)
+        ready = time.monotonic()
+        try:
+            while not response.done():
+                yield from self._wait_for_node(CHECK_PERIOD_S)
+                now = time.monotonic()
+                ready = now if client.service_is_ready() else ready
+                away = now - ready > 1.0  # longer than the graph may take
+                if away or connection.is_silent() or connection.hidden is not hidden:
+                    raise NoAnswer(
+                        f'{connection.peer} went away during {self._what}: how it ended is not '
+                        'known'
+                    )
+            return response.result()
+        finally:
+            client.remove_pending_request(response)
+
+    def _wait_for_node(self, period: float) -> Steps[None]:
+        """Wait for at most a period; time in which the node prepares does not count."""
+        begun = time.monotonic()
+        yield period
+        if not self.done():
+            self._connection.report_wait(self._what, self._begun)
+            if self._connection.status.level == NOT_SERVING:
+                self._deadline += time.monotonic() - begun
+
+    def _describe_timeout(self) -> NoAnswer:
+        late = f'did not answer {self._what} within {self._timeout:g} s'
+        why = f': {held_up}' if (held_up := self._connection.status.message) else ''
+        return NoAnswer(f'{self._connection.peer} {late}{why}')
+
+    def _describe_end(self) -> NoAnswer:
+        end = self._connection.find_end()
+        return NoAnswer(f'{self._connection.peer}: {end} during {self._what}')
+
+    def _end(self, outcome: Any) -> None:
+        """End for good, with an answer or an error, unless the answer was given up."""
+        self.due = math.inf
+        self._steps.close()
+        with suppress(InvalidStateError):
+            if isinstance(outcome, Exception):
+                self.set_exception(outcome)
+            else:
+                self.set_result(outcome)
+
+
+class ProcedureReply(Reply[T]):
+    """A requested procedure: a goal of the node's action if there is one, else a service call.
+
+    Use it like any reply. If the node serves actions, it gives feedback meanwhile::
+
+        goal = self.memory.write(5)
+        async for feedback in goal:
+            self.get_logger().info(f'{feedback.phase} {feedback.share:.0%}')
+        content = await goal
+
+    It speaks an action's protocol by its services: an `ActionClient` of rclpy adds a topic per
+    procedure, and cannot drop a pending request.
+    """
+
+    def __init__(
+        self,
+        connection: NodeConnection,
+        name: str,
+        action: Any,
+        arguments: Mapping[str, Any],
+        kind: type[Any],
+        service: Callable[[Reply[Any]], Steps[T]],
+        timeout: float,
+        what: str = '',
+    ) -> None:
+        """Wait for the node; then ask for its action, or else its service."""
+        self._path, self._action = f'{name}/_action', action
+        self._number = UUID(uuid=list(uuid4().bytes))
+        self._accepted = self._unwanted = False
+        goal = action and action.Goal(**arguments)
+
+        def run_goal(reply: Reply[T]) -> Steps[T]:
+            yield from reply.call('request', SetParametersAtomically)
+            if not self._is_goal():
+                return (yield from service(reply))
+            impl = action.Impl
+            message = impl.SendGoalService.Request(goal_id=self._number, goal=goal)
+            path = f'{self._path}/send_goal'
+            if not (yield from reply.call(path, impl.SendGoalService, message)).accepted:
+                raise RequestRefused({'error': 'the node already has a goal with this id'})
+            self._accepted = True
+            if self._unwanted:
+                self._cancel_goal()
+            message = impl.GetResultService.Request(goal_id=self._number)
+            path = f'{self._path}/get_result'
+            response = yield from reply.call(path, impl.GetResultService, message)
+            answer: T = parse_result(name, kind, response.result, goal)
+            return answer
+
+        super().__init__(connection, what or name, run_goal, timeout)
+
+    def cancel_goal(self) -> bool:
+        """Make the node stop this procedure, and nothing else, and release the strain.
+
+        The reply then raises `RequestFailed`, once the strain is zero.
+
+        Returns:
+            Whether that is possible. Once it was requested without actions it is not;
+            `MemoryClient.abort` stops whatever runs.
+        """
+        if self._action is None or self.done():
+            return False
+        self._connection.thread.post(self._cancel_goal)
+        return True
+
+    def cancel(self) -> bool:
+        """Give up the answer, and cancel the goal."""
+        self.cancel_goal()
+        return super().cancel()
+
+    async def __aiter__(self) -> AsyncGenerator[Any, None]:
+        """Yield the node's feedback; what came before the first wait is lost."""
+        if self._action is None:
+            return
+        feedback: deque[Any] = deque()
+        suspensions: list[Suspension] = []
+
+        def wake_waiter(_: Any = None) -> None:
+            while suspensions:
+                suspensions.pop().resume()
+
+        def take_message(message: Any) -> None:
+            if message.goal_id == self._number:
+                feedback.append(message.feedback)
+                wake_waiter()
+
+        def subscribe() -> None:
+            path, kind = f'{self._path}/feedback', self._action.Impl.FeedbackMessage
+            receivers = self._connection.get_receivers(path, kind)
+            receivers.add(take_message)
+            Future.add_done_callback(self, lambda _: receivers.discard(take_message))
+
+        self._connection.thread.post(subscribe)
+        Future.add_done_callback(self, wake_waiter)
+        while feedback or not self.done():
+            if feedback:
+                yield feedback.popleft()
+                continue
+            suspensions.append(suspension := Suspension(self._connection.node))
+            if not (feedback or self.done()):  # nothing has come meanwhile
+                await suspension
+
+    # --- in the client's thread -------------------------------------------------------------
+
+    def _is_goal(self) -> bool:
+        """Return whether the node serves the action."""
+        if self._unwanted:
+            raise RequestRefused({'error': f'{self._what} was canceled before it was sent'})
+        if not self._connection.has_service(f'{self._path}/send_goal'):
+            self._action = None
+        return self._action is not None
+
+    def _cancel_goal(self) -> None:
+        """Ask the node to cancel the goal once it was accepted; its result says how it ended."""
+        self._unwanted = True
+        if not self._accepted:
+            return
+        message = CancelGoal.Request(goal_info=GoalInfo(goal_id=self._number))
+
+        def send_cancel(reply: Reply[Any]) -> Steps[Any]:
+            return (yield from reply.call(f'{self._path}/cancel_goal', CancelGoal, message))
+
+        Reply(self._connection, f'cancel {self._what}', send_cancel, CANCEL_TIMEOUT_S)
 
 
 class Suspension:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The thread of a process that takes the answers for all its clients.
+"""How clients reach their memory nodes: hidden nodes, and the thread of a process that spins them.
 
 The ROS entities of clients are on hidden nodes. One executor spins them in this thread, so answers
 come whether or not anybody spins the robot's node. Requests live in this thread only; other
@@ -15,21 +15,29 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from functools import cache
-from typing import TYPE_CHECKING
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any
 from weakref import ref
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
-from ..middleware import create_events_executor
+from ..middleware import (
+    ALIVE,
+    HEARTBEAT_PROFILE,
+    KEEP_ALL_PROFILE,
+    RELIABLE_PROFILE,
+    create_events_executor,
+)
 
 if TYPE_CHECKING:
-    from .request import Request
+    from .reply import Reply
 
 CHECK_PERIOD_S = 0.5
 """Seconds between two looks at clock and graph."""
@@ -76,7 +84,7 @@ class ClientThread:
         self._context.init([], initialize_logging=False)
         self._executor = create_events_executor(self._context)
         self._hidden: list[HiddenNode] = []
-        self._requests: set[Request] = set()
+        self._replies: set[Reply[Any]] = set()
         self._thread = threading.Thread(target=self._run, name='mlmem-client', daemon=True)
         self._thread.start()
         atexit.register(self.close)  # Python's end aborts who is in C++ then
@@ -109,9 +117,9 @@ class ClientThread:
 
     # --- in its thread ---------------------------------------------------------------------
 
-    def watch(self, request: Request) -> None:
-        """Resume a request whenever it is due, from now on."""
-        self._requests.add(request)
+    def watch(self, reply: Reply[Any]) -> None:
+        """Resume a pending reply whenever it is due, from now on."""
+        self._replies.add(reply)
 
     def get_hidden_node(self, robot: Node, broken: HiddenNode | None = None) -> HiddenNode:
         """Return the newest hidden node of a robot's node, a new one if that is a broken one.
@@ -134,12 +142,12 @@ class ClientThread:
         checked = 0.0
         while not self._over:
             begun = time.monotonic()
-            due = min((each.due for each in self._requests), default=math.inf)
+            due = min((each.due for each in self._replies), default=math.inf)
             timeout = min(max(due - begun, 0.0), CHECK_PERIOD_S)
             self._spin_once(timeout)
             now = time.monotonic()
             if now - begun > timeout + CHECK_PERIOD_S:  # this process stood still
-                for each in self._requests:  # what has arrived meanwhile comes first
+                for each in self._replies:  # what has arrived meanwhile comes first
                     each.due = max(each.due, now + CHECK_PERIOD_S)
             if now - checked > CHECK_PERIOD_S or due <= now:
                 self._check_all(now)
@@ -157,9 +165,9 @@ class ClientThread:
 
     def _check_all(self, now: float) -> None:
         """Resume what is due; destroy hidden nodes that have no robot or a successor."""
-        for each in [each for each in self._requests if each.due <= now]:
+        for each in [each for each in self._replies if each.due <= now]:
             each.resume()
-        self._requests = {each for each in self._requests if each.due < math.inf}
+        self._replies = {each for each in self._replies if each.due < math.inf}
         for hidden in list(self._hidden):
             robot = hidden.robot()
             if (
@@ -203,3 +211,116 @@ def _create_context_like(robot: Node) -> Context:
         signal_handler_options=SignalHandlerOptions.NO,
     )
     return context
+
+
+REPORT_PERIOD_S = 5.0
+"""Time between two log lines on what a memory node waits for."""
+
+MAX_SILENCE_S = 4.0
+"""Seconds without a heartbeat after which a memory node is given up."""
+
+
+class NodeConnection:
+    """How a client reaches its memory node, and whether that lives.
+
+    Attributes:
+        node: The robot's node.
+        peer: Full name of the memory node.
+        patience: Seconds to wait for it to appear.
+        thread: The thread in which its requests live.
+        hidden: The hidden node with its ROS entities; none before the first request.
+        status: The last heartbeat; its message is what the memory node waits for or prepares.
+    """
+
+    def __init__(self, node: Node, peer: str, patience: float) -> None:
+        self.node = node
+        self.peer = peer
+        self.patience = patience
+        self.thread = get_client_thread()
+        self.hidden: HiddenNode | None = None
+        self.status = DiagnosticStatus()
+        self._clients: dict[str, Client] = {}
+        self._receivers: dict[str, set[Callable[[Any], None]]] = {}
+        self._last_sign = math.inf  # a heartbeat, or its discovery
+        self._came_back = False
+        self._reported = '', -math.inf  # what the node waits for, and when that was logged
+
+    def find_end(self) -> str:
+        """Return why nothing can come any more; empty while it can."""
+        return 'ROS was shut down' if self.thread.closed else find_end(self.node)
+
+    # --- in the client's thread -------------------------------------------------------------
+
+    def get_node(self) -> Node:
+        """Return the hidden node, a new one if memory node and client may not be connected."""
+        broken = self.hidden
+        if broken is None or self._came_back or self.is_silent():
+            self.hidden = hidden = self.thread.get_hidden_node(self.node, broken)
+            hidden.users.add(self)
+            if broken is not None:
+                broken.users.discard(self)
+            self._clients, self._receivers, self.status = {}, {}, DiagnosticStatus()
+            self._last_sign, self._came_back = math.inf, False
+            hidden.node.create_subscription(
+                DiagnosticStatus,
+                f'{self.peer}/{ALIVE}',
+                partial(self._take_heartbeat, hidden),
+                HEARTBEAT_PROFILE,
+            )
+        assert self.hidden is not None
+        return self.hidden.node
+
+    def is_silent(self) -> bool:
+        """Return whether the memory node was there and has given no heartbeat for long."""
+        node = self.hidden and self.hidden.node
+        if node and self._last_sign == math.inf and node.count_publishers(f'{self.peer}/{ALIVE}'):
+            self._last_sign = time.monotonic()
+        return time.monotonic() - self._last_sign > MAX_SILENCE_S
+
+    def has_service(self, service: str) -> bool:
+        """Return whether the memory node has a service, as far as is known."""
+        return bool(self.get_node().count_services(f'{self.peer}/{service}'))
+
+    def get_client(self, service: str, kind: Any) -> Client:
+        """Return the client of a service, created on first use since each slows the node."""
+        node = self.get_node()
+        if service not in self._clients:
+            self._clients[service] = node.create_client(
+                kind, f'{self.peer}/{service}', qos_profile=KEEP_ALL_PROFILE
+            )
+        return self._clients[service]
+
+    def get_receivers(self, topic: str, kind: Any) -> set[Callable[[Any], None]]:
+        """Return who is given the messages of a topic of the memory node, to be changed."""
+        node = self.get_node()
+        if topic not in self._receivers:
+            receivers = self._receivers[topic] = set()
+
+            def deliver_message(message: Any) -> None:
+                for each in list(receivers):
+                    each(message)
+
+            node.create_subscription(
+                kind, f'{self.peer}/{topic}', deliver_message, RELIABLE_PROFILE
+            )
+        return self._receivers[topic]
+
+    def report_wait(self, what: str, begun: float) -> None:
+        """Log what the memory node prepares, if it does, while a request waits since a time."""
+        now, text = time.monotonic(), self.status.message
+        before, logged = self._reported
+        if text and (text != before or now - logged >= REPORT_PERIOD_S):
+            self._reported = text, now
+            seconds = f'{now - begun:.0f} s'
+            self.node.get_logger().info(f'{what} waits for {self.peer}: {text} ({seconds})')
+
+    def _take_heartbeat(self, hidden: HiddenNode, status: DiagnosticStatus) -> None:
+        """Take note of a heartbeat.
+
+        A node that comes back before anybody asks whether it is silent has stood still as well,
+        and may have forgotten this client, which receives its heartbeats all the same.
+        """
+        if hidden is self.hidden:
+            now = time.monotonic()
+            self._came_back |= now - self._last_sign > MAX_SILENCE_S
+            self._last_sign, self.status = now, status
