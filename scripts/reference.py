@@ -88,10 +88,9 @@ def policy() -> str:
             flags=re.DOTALL,
         )
     for rule, above in (('execute', '~'), ('call', '/mlmem')):
-        names = (
-            [*ACTION_TYPE_NAMES, services.STEPS_ACTION] if rule == 'execute' else ACTION_TYPE_NAMES
+        listed = ''.join(
+            f'            <action>{above}/{name}</action>\n' for name in ACTION_TYPE_NAMES
         )
-        listed = ''.join(f'            <action>{above}/{name}</action>\n' for name in names)
         text = re.sub(
             rf'(<actions {rule}="ALLOW">[^\n]*\n).*?( *</actions>)',
             lambda found, listed=listed: found[1] + listed + found[2],

@@ -57,9 +57,6 @@ NODE_SERVICES = (
 )
 """All of them. Procedures answer when they have ended, with one JSON object."""
 
-STEPS_ACTION = 'simulate_steps'
-"""The action of the standard package `simulation_interfaces`, of the type `SimulateSteps`."""
-
 SIMULATOR_SERVICES = tuple(
     Service(name, f'simulation_interfaces/srv/{kind}', meaning)
     for name, kind, meaning in (

@@ -85,11 +85,6 @@ class RequestGate:
         """Run ticks while paused, by default one; see `Loop.step`."""
         return self._asked(lambda loop: loop.step(steps))
 
-    def shorten(self, request: Request[int]) -> None:
-        """Let a request for ticks end with the next one."""
-        if self.loop is not None:
-            self.loop.shorten(request)
-
     def pause(self, paused: bool) -> Future[int]:
         """Pause or resume time; see `Loop.pause`."""
         return self._call_counted(lambda loop: loop.pause(paused))

@@ -36,7 +36,6 @@ from mlmem_ros.ros.node.diagnostics import (
     REPORT_PERIOD_S,
     WARN,
     Health,
-    Hysteresis,
     build_health_status,
 )
 
@@ -78,7 +77,6 @@ class MonitorNode:
         self._monitored = memory.name
         self._monitor = _build_monitor(memory, Path(twin))
         self._log = ThrottledLog(node.get_logger())
-        self._smoother = Hysteresis()
         self._publisher = node.create_publisher(
             DiagnosticArray, DIAGNOSTICS_TOPIC.name, build_qos_profile(DIAGNOSTICS_TOPIC.qos)
         )
@@ -108,7 +106,7 @@ class MonitorNode:
     def _publish_health(self) -> None:
         message = DiagnosticArray()
         message.header.stamp = self.node.get_clock().now().to_msg()
-        health = self._smoother.smooth_health(report_twin(self._monitor))
+        health = report_twin(self._monitor)
         message.status.append(build_health_status(self._monitored, 'twin', health))
         self._publisher.publish(message)
 

@@ -18,7 +18,7 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.queued_writer import WriterStatus
 from mlmem_ros.host import State
 from mlmem_ros.ros.node import diagnostics
-from mlmem_ros.ros.node.diagnostics import ERROR, OK, WARN, Health, Hysteresis, Pace
+from mlmem_ros.ros.node.diagnostics import ERROR, OK, WARN, Health, Pace
 
 COMPONENTS = ('loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 'recorder')
 
@@ -26,15 +26,6 @@ COMPONENTS = ('loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 
 def reported(array):
     """Return the statuses of a report by component."""
     return {status.name.split(': ')[1]: status for status in array.status}
-
-
-# Hysteresis
-
-
-def test_warning_stays_for_some_reports():
-    smoother = Hysteresis(2)
-    levels = [smoother.smooth_health(Health(n, 'now')).level for n in (OK, WARN, OK, OK, OK)]
-    assert levels == [OK, WARN, WARN, WARN, OK]
 
 
 # The reports on the device

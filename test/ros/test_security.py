@@ -55,7 +55,7 @@ def allowed(enclave, rule):
         names -= {f'/mlmem/{service.name}' for service in services.SIMULATOR_SERVICES}
     for role, parts in ACTION.items():
         for action in listed(enclave, role):
-            if SIMULATOR_BUILT if action == f'/mlmem/{services.STEPS_ACTION}' else ACTIONS_BUILT:
+            if ACTIONS_BUILT:
                 names |= {f'{action}/_action/{part}' for part in parts.get(rule, ())}
     return names
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A simulator's tools over real DDS: clients of the standard simulation_interfaces."""
 
-from contextlib import closing
-
 import pytest
 
 from mlmem_ros.ros.node import simulator
@@ -11,10 +9,9 @@ from mlmem_ros.ros.node import simulator
 if simulator.load_types() is None:
     pytest.skip('simulation_interfaces is not built: make interfaces', allow_module_level=True)
 
-from action_msgs.msg import GoalStatus
 from nodes import starting
-from robot import ActionTool, Robot
-from simulation_interfaces import action, srv
+from robot import Robot
+from simulation_interfaces import srv
 from simulation_interfaces.msg import EntityFilters, Result, SimulationState, SimulatorFeatures
 
 STOPPED, PLAYING = SimulationState.STATE_STOPPED, SimulationState.STATE_PLAYING
@@ -82,7 +79,6 @@ def test_features_list_what_the_node_serves(tool):
         SimulatorFeatures.SIMULATION_STATE_PAUSE,
         SimulatorFeatures.STEP_SIMULATION_SINGLE,
         SimulatorFeatures.STEP_SIMULATION_MULTIPLE,
-        SimulatorFeatures.STEP_SIMULATION_ACTION,
     }
 
 
@@ -141,52 +137,6 @@ def test_write_in_lockstep_is_the_same_after_a_reset(tool):
         outcomes.append(dict(robot.answer(writing)))
     assert outcomes[0]['level'] == 1
     assert outcomes[0] == outcomes[1]
-
-
-@pytest.fixture
-def steps(tool):
-    tool.set(PAUSED)
-    with closing(ActionTool(tool.robot, 'simulate_steps', action.SimulateSteps)) as steps:
-        yield steps
-
-
-def outcome(ended):
-    """Return the status of a goal that has ended, and the code of its result."""
-    return ended.status, ended.result.result.result
-
-
-def test_step_action_reports_every_step(steps, tool):
-    while not steps.messages:  # until feedback finds its way
-        steps.do(steps=1)
-    begun = tool.ticks
-    handle = steps.send(steps=8)
-    assert outcome(steps.result(handle)) == (GoalStatus.STATUS_SUCCEEDED, OK)
-    tool.robot.wait(lambda: len(steps.feedback(handle)) == 8, 'all feedback')
-    counts = [(each.completed_steps, each.remaining_steps) for each in steps.feedback(handle)]
-    assert counts == [(done, 8 - done) for done in range(1, 9)]
-    assert tool.ticks == begun + 8
-
-
-@pytest.mark.parametrize(
-    ('end', 'status', 'state'),
-    [
-        ('cancel', GoalStatus.STATUS_CANCELED, PAUSED),
-        ('pause', GoalStatus.STATUS_ABORTED, PAUSED),
-        ('resume', GoalStatus.STATUS_ABORTED, PLAYING),
-    ],
-)
-def test_steps_end_early_when_canceled_paused_or_resumed(steps, tool, end, status, state):
-    handle = steps.send(steps=2**63)
-    tool.robot.wait(lambda: steps.messages, 'the first step')
-    if end == 'cancel':
-        tool.robot.response(handle.cancel_goal_async())
-    else:
-        assert tool.set(state) == OK
-    assert outcome(steps.result(handle)) == (status, FAILED)
-    assert tool.state == state
-    if state == PAUSED:
-        before = tool.ticks
-        assert tool.ticks == before
 
 
 def test_real_element_is_not_reset():

@@ -141,7 +141,7 @@ class Action:
             stopped = [goal for goal in meant if goal in self._open and goal.abort is None]
             for goal in stopped:
                 goal.status = GoalStatus.STATUS_CANCELING
-                goal.abort = self._stop(goal.request)
+                goal.abort = self._host.cancel(goal.request)
             if stopped:
                 self._publish_status()
         response.goals_canceling = [goal.info for goal in stopped]
@@ -186,10 +186,6 @@ class Action:
             return Request[Any](None).refuse(refusal)
         return self._host.submit(command, CURRENT_REQUESTER.get(), wait)
 
-    def _stop(self, request: Request[Any]) -> Request[Any]:
-        """Stop what a goal has begun; return what is answered when it has ended."""
-        return self._host.cancel(request)
-
     # --- ends ----------------------------------------------------------------------------
 
     def _on_goal_ended(self, goal: ActionGoal, done: Future[Any]) -> None:
@@ -205,7 +201,8 @@ class Action:
         if abort is None or status == GoalStatus.STATUS_SUCCEEDED:
             self._conclude_goal(goal, result, status)
             return
-        status = self._mark_canceled(result, status)
+        if result.error_code in (FAILED, REFUSED):
+            result.error_code, status = CANCELED, GoalStatus.STATUS_CANCELED
         # the next goal must find the element at rest
         abort.answer.add_done_callback(lambda _: self._conclude_goal(goal, result, status))
 
@@ -234,12 +231,6 @@ class Action:
 
     def _failed(self, code: int, why: BaseException) -> tuple[Any, int]:
         return answers.build_failed_result(self._kind, code, f'{why}'), GoalStatus.STATUS_ABORTED
-
-    def _mark_canceled(self, result: Any, status: int) -> int:
-        """Say in the result of a canceled goal that it was; return its status."""
-        if result.error_code in (FAILED, REFUSED):
-            result.error_code, status = CANCELED, GoalStatus.STATUS_CANCELED
-        return status
 
     def _drop_old_goals(self) -> None:
         """Drop the goals whose results nobody will ask for any more."""

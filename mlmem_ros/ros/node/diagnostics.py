@@ -47,31 +47,6 @@ class Health:
 INACTIVE_HEALTH = Health(OK, 'inactive')
 
 
-class Hysteresis:
-    """Lets a warning stay for some reports, so that it is seen and does not flicker."""
-
-    def __init__(self, hold: int = 5) -> None:
-        self._hold = hold
-        self._held: Health | None = None
-        self._calm = 0
-
-    def forget(self) -> None:
-        """Drop all warnings: the node is not active."""
-        self._held = None
-
-    def smooth_health(self, now: Health) -> Health:
-        """Return the present health, or the present values under a lasting warning."""
-        if now.level == OK or (self._held and now.level < self._held.level):
-            self._calm += 1
-        else:
-            self._held, self._calm = now, 0
-        if self._calm > self._hold:
-            self._held = None
-        if self._held is None:
-            return now
-        return dataclasses.replace(now, level=self._held.level, text=self._held.text)
-
-
 def report_material(element: MemoryElement) -> Health:
     """Report energies in k_r cells^2, `dt` in time units; warn of more than one wall at rest.
 
@@ -277,8 +252,6 @@ class Diagnostics:
         self._seen: dict[str, Health] = {}  # of the device, as last sampled
         self._still: tuple[int, Reading | None] | None = None  # what it rests with as sampled
         self._made: dict[str, tuple[Health, DiagnosticStatus]] = {}
-        self._held = {name: Hysteresis() for name in ('loop', *ELEMENT_REPORTS, 'recorder')}
-        self._held['memory'] = Hysteresis(0)  # what it held before is not so
         self._publisher = node.create_publisher(
             DiagnosticArray, DIAGNOSTICS_TOPIC.name, build_qos_profile(DIAGNOSTICS_TOPIC.qos)
         )
@@ -313,18 +286,11 @@ class Diagnostics:
     def _publish_all(self, loop: Loop | None, procedure: str = '') -> None:
         if loop is None:
             self._seen, self._still = {}, None
-            for held in self._held.values():
-                held.forget()
         present = {
             'loop': self._pace.health(loop, procedure),
             **{name: self._seen.get(name, INACTIVE_HEALTH) for name in ELEMENT_REPORTS},
             'recorder': report_recorder(self._host),
         }
-        self._publish_health(
-            {name: self._held[name].smooth_health(now) for name, now in present.items()}
-        )
-
-    def _publish_health(self, present: dict[str, Health]) -> None:
         message = DiagnosticArray()
         for component, health in present.items():
             if component not in self._made or self._made[component][0] != health:

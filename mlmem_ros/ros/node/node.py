@@ -124,7 +124,7 @@ class MemoryNode(CheckedParameters, LifecycleNode):
         Services(
             self, self.host, lambda path: build_session_plan(self, self._given.values(), path)
         )
-        self._simulator = Simulator(self, self.host, self._begin_anew, self._activate_device)
+        Simulator(self, self.host, self._begin_anew, self._activate_device)
         self._diagnostics = Diagnostics(self, self.host, callback_guard)
         self._published: Publishers | None = None
         self._starting = self._blank = self._held = False
@@ -300,8 +300,7 @@ class MemoryNode(CheckedParameters, LifecycleNode):
     @property
     def waiting(self) -> int:
         """How many requests have not been answered yet."""
-        goals = self._actions.waiting + self._simulator.waiting
-        return len(self._callback_guard.waiting) + goals
+        return len(self._callback_guard.waiting) + self._actions.waiting
 
     @property
     def client_count(self) -> int:

@@ -11,23 +11,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from concurrent.futures import Future
 from importlib import import_module
 from threading import Condition
 from typing import Any
 
-from action_msgs.msg import GoalStatus
 from rclpy.clock import Clock, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
 
 from mlmem import Refused
-from mlmem.loop.mailbox import Request, TickRequest
+from mlmem.loop.mailbox import TickRequest
 
-from ...contract.services import SIMULATOR_SERVICES, STEPS_ACTION
+from ...contract.services import SIMULATOR_SERVICES
 from ...host import REFUSALS, Host
 from ..middleware import KEEP_ALL_PROFILE
-from .actions import Action, ActionGoal
 from .callback_guard import await_future
 
 STOPPED, PLAYING, PAUSED, _, NO_WORLD = range(5)
@@ -42,15 +39,11 @@ TIME, STATE = 1, 2
 
 
 def load_types() -> dict[str, Any] | None:
-    """Return the types of the services and the action by name, older ones without a few; None if
-    they are not installed.
-    """
+    """Return the types of the services by name; None if they are not installed."""
     try:
-        services = import_module('simulation_interfaces.srv')
-        steps = import_module('simulation_interfaces.action').SimulateSteps
-    except (ImportError, AttributeError):
+        return vars(import_module('simulation_interfaces.srv'))
+    except ImportError:
         return None
-    return {**vars(services), 'SimulateSteps': steps}
 
 
 class Simulator:
@@ -68,20 +61,12 @@ class Simulator:
         """
         self._node, self._host = node, host
         self._begin_anew, self._activate = begin_anew, activate
-        self._action: SimulateSteps | None = None
         if (kinds := load_types()) is None:
             return
         for name, type_name, _ in SIMULATOR_SERVICES:
             answer = getattr(self, f'_{name}')
             if (kind := kinds.get(type_name.rpartition('/')[2])) is not None:
                 node.create_service(kind, f'~/{name}', answer, qos_profile=KEEP_ALL_PROFILE)
-        if node.get_parameter('actions').value:
-            self._action = SimulateSteps(node, host, {}, STEPS_ACTION, kinds['SimulateSteps'])
-
-    @property
-    def waiting(self) -> int:
-        """How many goals are open, or have just ended without a request for the result."""
-        return self._action.waiting if self._action is not None else 0
 
     @property
     def state(self) -> int:
@@ -97,9 +82,8 @@ class Simulator:
         element = self._host.element
         # reset of state and time together
         resets = (20,) if element is None or element.simulated else ()
-        by_action = (33,) if self._action is not None else ()  # stepped several times by an action
-        # state is got, set, paused; stepped once or several times by a service
-        response.features.features = [*resets, 24, 25, 26, 31, 32, *by_action]
+        # state is got, set, paused; stepped once or several times
+        response.features.features = [*resets, 24, 25, 26, 31, 32]
         response.features.custom_info = (
             'mlmem_ros: a mechanical memory element; a step is one of its ticks'
         )
@@ -144,10 +128,15 @@ class Simulator:
     async def _step_simulation(self, request: Any, response: Any) -> Any:
         steps = TickRequest(request.steps)
         try:
-            await await_future(_start_steps(self._host, steps).answer)
+            if not steps.left:
+                raise Refused('steps must be at least 1')
+            await await_future(self._host.step(steps).answer)
         except REFUSALS as refusal:
             return _set_result(response, FAILED, f'{refusal}')
-        return _set_result(response, *_judge_steps(steps))
+        if steps.cut:
+            why = f'ended after {steps.done} steps: time was paused or resumed'
+            return _set_result(response, FAILED, why)
+        return _set_result(response, DONE, '')
 
     def _reset_simulation(self, request: Any, response: Any) -> Any:
         now = self.state
@@ -171,53 +160,6 @@ class Simulator:
         except REFUSALS as refusal:
             return _set_result(response, failed, f'{refusal}')
         return _set_result(response, DONE, '')
-
-
-class SimulateSteps(Action):
-    """Steps with feedback after each; a cancel ends them with the next one."""
-
-    def _start_goal(self, goal: Any) -> Request[Any]:
-        return _start_steps(self._host, TickRequest(goal.steps, self._report_step))
-
-    def _stop(self, request: Request[Any]) -> Request[Any]:
-        self._host.shorten(request)
-        return request
-
-    def _report_step(self, steps: TickRequest) -> None:
-        with self._lock:  # until the goal is known
-            goal = next((goal for goal in self._open if goal.request.asked is steps), None)
-        if goal is not None:
-            self.report(goal, completed_steps=steps.done, remaining_steps=steps.left)
-
-    def _judge_result(self, goal: ActionGoal, done: Future[Any]) -> tuple[Any, int]:
-        if (refusal := done.exception()) is not None:
-            self._host.log.refused(self._name, refusal)
-            return self._failed(FAILED, refusal)
-        code, why = _judge_steps(goal.request.asked)
-        status = GoalStatus.STATUS_SUCCEEDED if code == DONE else GoalStatus.STATUS_ABORTED
-        return _set_result(self._kind.Result(), code, why), status
-
-    def _failed(self, code: int, why: BaseException) -> tuple[Any, int]:
-        return _set_result(self._kind.Result(), FAILED, f'{why}'), GoalStatus.STATUS_ABORTED
-
-    def _mark_canceled(self, result: Any, status: int) -> int:
-        return int(GoalStatus.STATUS_CANCELED)
-
-
-def _start_steps(host: Host, steps: TickRequest) -> Request[int]:
-    if not steps.left:
-        return Request[int](steps).refuse(Refused('steps must be at least 1'))
-    return host.step(steps)
-
-
-def _judge_steps(steps: TickRequest) -> tuple[int, str]:
-    """Return the result of steps that have ended, with its reason."""
-    if steps.cut:
-        return (
-            FAILED,
-            f'ended after {steps.done} steps: time was paused or resumed, or they were canceled',
-        )
-    return DONE, ''
 
 
 def _set_result(response: Any, code: int, why: str) -> Any:
