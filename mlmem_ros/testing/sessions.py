@@ -4,11 +4,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
-
-import pytest
 
 from ..session.data import SessionData, load_session
 from ..session.replay import run_replay
@@ -58,29 +56,14 @@ class ReplayedSession:
         assert report.whole or incomplete, f'{report.verdict}: {"; ".join(report.lost)}'
 
 
-def replayed(bag: str | PathLike[str]) -> ReplayedSession:
-    """Replay a session.
-
-    Raises:
-        BagError: It cannot be read or replayed.
-    """
-    session = load_session(bag, motion=False)
-    return ReplayedSession(session, run_replay(session))
-
-
-@pytest.fixture
-def replay_session() -> Callable[[str | PathLike[str]], ReplayedSession]:
-    """Return `replayed`; a fixture, which a test takes as an argument."""
-    return replayed
-
-
 def assert_replays(bag: str | PathLike[str], incomplete: bool = False) -> ReplayedSession:
     """Fail unless a replay reproduces a session (see `ReplayedSession.assert_agrees`); return it,
-    for further checks.
+    for further checks. A session that cannot be read or replayed raises `BagError`.
     """
-    session = replayed(bag)
-    session.assert_agrees(incomplete)
-    return session
+    session = load_session(bag, motion=False)
+    replayed = ReplayedSession(session, run_replay(session))
+    replayed.assert_agrees(incomplete)
+    return replayed
 
 
 def assert_written(bag: str | PathLike[str], level: int, incomplete: bool = False) -> None:
