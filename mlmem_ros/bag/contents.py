@@ -121,9 +121,8 @@ except ImportError:  # PyYAML was built without libyaml
 
 METADATA_FILE = 'metadata.yaml'
 
-DROPPED_KEY = 'dropped_messages'
 LOST_KEY = 'mlmem_ros.lost'
-"""Our keys in the custom data of a bag."""
+"""Our key in the custom data of a repaired bag."""
 
 _ROOT_KEY = 'rosbag2_bagfile_information'
 _NEVER_NS = 2**63 - 1  # the starting time of a bag or file that holds no message
@@ -161,17 +160,6 @@ RELIABLE_QOS = format_qos()
 
 LATCHED_QOS = format_qos(durability='transient_local')
 """Reliable and transient local: late subscribers still get the last message."""
-
-
-def renew_qos(text: str) -> str:
-    """Return the QoS that any version of rosbag2 wrote as Jazzy writes it; empty if damaged."""
-    from rosbags.rosbag2.metadata import dump_qos_v9, parse_qos
-
-    try:
-        renewed: str = yaml.safe_dump(dump_qos_v9(parse_qos(text)), sort_keys=False)
-    except Exception:  # rosbags raises whatever a wrong type raises; messages do not need it
-        return ''
-    return renewed.rstrip('\n')
 
 
 @dataclass
@@ -340,7 +328,10 @@ def _build_node(
 
 @lru_cache  # most topics offer the same
 def _load_profiles(text: str) -> Any:
-    return yaml.safe_load(text) or []
+    try:
+        return yaml.safe_load(text) or []
+    except yaml.YAMLError:  # of a damaged bag; messages do not need it
+        return []
 
 
 def _require_text(value: object) -> str:

@@ -13,7 +13,6 @@ from typing import NamedTuple
 from mlmem import threads
 
 from . import jazzy
-from .contents import DROPPED_KEY
 from .errors import BagError
 from .writer import BagWriter
 
@@ -60,8 +59,8 @@ class QueuedWriter:
     load, so the actual wait is measured.
 
     When the disk cannot follow and the queue is full, messages are dropped and counted. The
-    running count is recorded, as a message on `dropped_topic` whenever it grows and as custom
-    data, so every gap is known.
+    running count is recorded, as a message on `dropped_topic` whenever it grows, so every gap is
+    known.
     """
 
     def __init__(
@@ -226,7 +225,6 @@ class QueuedWriter:
         if dropped == self._recorded_dropped:
             return
         self._recorded_dropped = dropped
-        self._writer.custom_data[DROPPED_KEY] = str(dropped)
         count = jazzy.make_message(_COUNT_TYPE, data=dropped)
         self._writer.write(self._dropped_topic, jazzy.serialize_message(count), log_time)
 

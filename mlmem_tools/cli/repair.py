@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
-from mlmem_ros.bag.contents import LOST_KEY, Loss, renew_qos
+from mlmem_ros.bag.contents import LOST_KEY, Loss
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
@@ -49,7 +49,7 @@ def repair_bag(source: str | PathLike[str], destination: str | PathLike[str]) ->
             writer.add_topic(
                 info.name,
                 info.type,
-                renew_qos(info.offered_qos),
+                info.offered_qos,
                 definition=reader.definition(info.name),
                 serialization_format=info.serialization_format,
             )

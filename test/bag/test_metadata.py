@@ -12,13 +12,10 @@ from hypothesis import strategies as st
 
 from mlmem_ros.bag.contents import (
     LATCHED_QOS,
-    RELIABLE_QOS,
     FileInfo,
     TopicInfo,
     format_metadata,
-    format_qos,
     parse_metadata,
-    renew_qos,
 )
 from mlmem_ros.bag.errors import BagError
 
@@ -166,30 +163,3 @@ def test_text_that_is_a_list_of_aliases_is_rejected(key):
     assert parse_metadata(few).files == ('bag_0.mcap',)  # PyYAML writes what is shared so
     with pytest.raises(BagError, match='must be rosbag2 metadata'):
         parse_metadata(f'{text}{value}\n')
-
-
-# rosbag2_storage/test/rosbag2_storage/test_qos.cpp, "supports_version_4".
-NEVER = '{sec: 0, nsec: 0}'
-VERSION_4_TEXT = f"""\
-- {{history: 1, depth: 10, reliability: 1, durability: 2, deadline: {NEVER}, lifespan: {NEVER},
-   liveliness: 0, liveliness_lease_duration: {NEVER}, avoid_ros_namespace_conventions: false}}
-"""
-
-
-@pytest.mark.parametrize(
-    'text', [RELIABLE_QOS, LATCHED_QOS, format_qos('best_effort'), RELIABLE_QOS + '\n']
-)
-def test_own_qos_is_that_of_jazzy(text):
-    assert renew_qos(text) == text.rstrip('\n')
-
-
-def test_numbers_of_version_4_become_words():
-    (profile,) = yaml.safe_load(renew_qos(VERSION_4_TEXT))
-    assert (profile['history'], profile['depth']) == ('keep_last', 10)
-    assert (profile['reliability'], profile['durability']) == ('reliable', 'volatile')
-    assert profile['liveliness'] == 'system_default'
-
-
-@pytest.mark.parametrize('text', ['', '{', 'word', '- 1', '- history: 1', '- {depth: x}'])
-def test_invalid_list_of_profiles_is_empty(text):
-    assert renew_qos(text) in ('', '[]')

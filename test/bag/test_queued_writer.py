@@ -9,7 +9,6 @@ from types import SimpleNamespace
 import pytest
 
 from mlmem_ros.bag import jazzy
-from mlmem_ros.bag.contents import DROPPED_KEY
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.reader import BagReader
@@ -74,7 +73,6 @@ def test_queued_messages_are_all_in_the_bag(make):
         (i, i + 5, level(i)) for i in range(1000)
     ]
     assert reader.topics[TOPIC].message_count == 0  # stands there, and says: nothing dropped
-    assert DROPPED_KEY not in reader.custom_data
 
 
 def test_idle_recording_is_synced(make):
@@ -109,7 +107,6 @@ def test_overflow_is_counted_and_recorded(make, monkeypatch):
     (count,) = reader.messages([TOPIC])
     assert reader.deserialize(count).data == 5
     assert count.log_time == 15  # that of the last message that is missing
-    assert reader.custom_data[DROPPED_KEY] == '5'
 
 
 def test_queue_is_bounded_in_bytes_too(make, monkeypatch):

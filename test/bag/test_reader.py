@@ -11,7 +11,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 from mlmem_ros.bag import jazzy, mcap_part
-from mlmem_ros.bag.contents import Definition, format_qos, renew_qos
+from mlmem_ros.bag.contents import Definition, format_qos
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
