@@ -39,19 +39,6 @@ VERDICT_TEXTS = {
 """The verdicts of a replay, by their codes, but for `part_missing`, which says which."""
 
 
-@dataclass(frozen=True)
-class Difference:
-    """The first difference between a replay and the recording.
-
-    Attributes:
-        tick: The first hashed tick whose state differs.
-        by: Greatest difference of a displacement there, in cells.
-    """
-
-    tick: int
-    by: float
-
-
 @dataclass
 class ComparedEvents:
     """How the recorded events of one topic agree with those that the replay computes, in order.
@@ -86,7 +73,7 @@ class ReplayReport:
     Attributes:
         refused: Commands that the replay refused, with reasons.
         hashes: State hashes compared.
-        difference: The first that differs, or None.
+        first_difference: The tick of the first that differs, or None.
         state_difference: Greatest difference of a displacement at any of them, in cells.
         outcomes: How the procedures ended.
         recorded_endings: How they ended in the recording; see `describe_ending`.
@@ -101,7 +88,7 @@ class ReplayReport:
     refused: list[str] = field(default_factory=list)
     hashes: int = 0
     equal_hashes: int = 0
-    difference: Difference | None = None
+    first_difference: int | None = None
     state_difference: float = 0.0
     outcomes: list[Outcome] = field(default_factory=list)
     recorded_endings: Sequence[str] = ()
@@ -130,7 +117,7 @@ class ReplayReport:
     @property
     def exact(self) -> bool:
         """Whether all recorded states, levels and events are the same to the bit."""
-        same = self.difference is None and self.levels_agree
+        same = self.first_difference is None and self.levels_agree
         return same and all(each.exact for each in self.events.values())
 
     @property
@@ -151,7 +138,7 @@ class ReplayReport:
         """
         if not self.compared or not self.levels_agree:
             return False
-        states = self.difference is None or (
+        states = self.first_difference is None or (
             bool(self.other_build) and self.state_difference <= MAX_ROUNDING_CELLS
         )
         return states and not self.other_events and not self.refused
@@ -215,7 +202,7 @@ class ReplayReport:
             'states': {
                 'recorded': self.hashes, 'equal': self.equal_hashes,
                 'greatest_difference': self.state_difference,
-                'first_difference': self.difference and self.difference.tick,
+                'first_difference': self.first_difference,
             },
             'events': {name: asdict(each) for name, each in self.events.items()},
             'procedures': {'recorded': list(self.recorded_endings), 'replayed': self.endings},

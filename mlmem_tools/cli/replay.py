@@ -73,10 +73,10 @@ def describe_report(report: ReplayReport) -> list[str]:
         lines.append(f'build       {name} was {then}, is {here}')
     if report.hashes:
         line = f'states      {report.equal_hashes} of {report.hashes} equal'
-        if report.difference is not None:
+        if report.first_difference is not None:
             line += (
-                f'; first difference at tick {report.difference.tick}, '
-                f'{report.difference.by:.3g} cells, greatest {report.state_difference:.3g}'
+                f'; first difference at tick {report.first_difference}, greatest '
+                f'{report.state_difference:.3g} cells'
             )
         lines.append(line)
     if report.events:

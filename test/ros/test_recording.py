@@ -135,7 +135,7 @@ def test_kill_loses_no_acknowledged_write(start, tmp_path, capsys):
         node.exit_status()
     report = run_replay(load_session(bag))
     assert report.levels_agree
-    assert report.difference is None
+    assert report.first_difference is None
     assert not report.whole  # its end is missing, and the report says so
     assert any('was not closed' in line for line in report.lost)
     assert main(['inspect', str(bag), '--repair', str(mended)]) == 0

@@ -76,4 +76,4 @@ def _findings(bag, whole):
         return  # no session has begun, or its beginning was not synced
     report = run_replay(load_session(reader))
     if not report.exact or report.refused:
-        yield f'{bag.name} does not replay: {report.difference}, refused: {report.refused}'
+        yield f'{bag.name} does not replay: {report.first_difference}, refused: {report.refused}'

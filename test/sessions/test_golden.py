@@ -45,7 +45,6 @@ def test_replay_says_where_and_by_how_much_it_differs():
     session.stamped[0] = (tick + 1, command)
     report = run_replay(session)
     assert not report.exact
-    assert report.difference is not None
-    assert report.difference.tick == next(h.tick for h in session.hashes if h.tick > tick)
+    assert report.first_difference == next(h.tick for h in session.hashes if h.tick > tick)
     # One tick later under the same ramp: the wall's cells lag by up to some tenths of a cell.
-    assert 1e-9 < report.difference.by < 2.5
+    assert 1e-9 < report.state_difference < 2.5

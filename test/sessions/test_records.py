@@ -154,10 +154,9 @@ def test_state_that_does_not_agree_is_rejected(header):
 
 
 def test_implausible_tick_is_rejected(header):
-    """There is a hash every 500 ticks; 10^15 ticks would take millennia."""
-    for tick in (10**15, 10**6):
-        with pytest.raises(BagError, match=f'none between tick 0 and tick {tick}'):
-            run_replay(session_of(json.dumps(header), [(tick, SetStrain(0.0))]))
+    """10^15 ticks would take millennia."""
+    with pytest.raises(BagError, match=f'from 0 to 1000000000; got {10**15}'):
+        run_replay(session_of(json.dumps(header), [(10**15, SetStrain(0.0))]))
     assert run_replay(session_of(json.dumps(header), [(5, SetStrain(0.0))])).ticks == 6
 
 
@@ -170,8 +169,8 @@ def test_hash_of_another_element_is_rejected(header, element):
 
 def test_record_from_before_the_session_is_rejected(header):
     late = session_of(json.dumps(header), [(5, SetStrain(0.0))])
-    with pytest.raises(BagError, match='must start at tick 100 or later; got 5'):
-        find_last_tick(late, first=100, silence=500)
+    with pytest.raises(BagError, match=r'must have ticks from 100 to .*; got 5'):
+        find_last_tick(late, first=100)
 
 
 @pytest.mark.parametrize('values', [{}, {'level': 'x', 'delay': '1'}, {'level': '2', 'delay': ''}])
