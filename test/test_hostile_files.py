@@ -68,12 +68,6 @@ def load_state(path):
     snapshot.restore_snapshot(build_element(), found)
 
 
-def load_calibration(path):
-    """Read a calibration; none is a new key, which is no error."""
-    if state_file.load_calibration(path, 'a', CASE_II.levels) is None:
-        raise StateError('there is none')
-
-
 def load_recording(path):
     """Read a session; raise what was lost of it, because what can be read is read."""
     if lost := data.load_session(path).lost:
@@ -101,12 +95,6 @@ KINDS = {
         lambda path: state_file.save_snapshot(path, snapshot.take_snapshot(build_element())),
         '.json',
         (StateError, DecodeError),
-    ),
-    'calibrations': Kind(
-        load_calibration,
-        lambda path: state_file.save_calibration(path, 'a', build_element().calibration),
-        '.json',
-        (StateError,),
     ),
     'curve': Kind(load_run, lambda path: shutil.copy(CURVE, path), '.csv'),
     'shot': Kind(csv_shots.load_shot, save_shot, '.csv'),

@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a non-volatile memory keeps between two runs, in files: its content, a snapshot; and
-calibrations, one for each design and settings that the element has had.
+"""What a non-volatile memory keeps between two runs, in a file: a snapshot of its content, and the
+calibration for its design and settings.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from mlmem import Calibration, SettingsError, atomic_files
-from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError, decode_value, encode_value, parse_json
+from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError, decode_value, parse_json
 from mlmem.physics import StateError
 from mlmem.schema import make_printable
 
@@ -27,7 +27,13 @@ def save_snapshot(path: Path, snapshot: Mapping[str, Any]) -> None:
     Raises:
         StateError: The file cannot be written; the message says why.
     """
-    _write_file(path, 'snapshot', snapshot, 'the state')
+    content = json.dumps({'format': FILE_FORMAT, 'snapshot': dict(snapshot)})
+    try:
+        atomic_files.make_directory(path.parent, exist_ok=True)
+        atomic_files.write_atomically(path, content)
+    except (OSError, ValueError) as error:
+        why = atomic_files.describe_error(error)
+        raise StateError(f'the state cannot be saved in {path}: {why}') from error
 
 
 def load_snapshot(path: Path) -> dict[str, Any] | None:
@@ -36,81 +42,38 @@ def load_snapshot(path: Path) -> dict[str, Any] | None:
     Raises:
         StateError: The file cannot be read, or holds no snapshot.
     """
-    return _read_file(path, 'snapshot', 'the state', 'start blank')
-
-
-def _write_file(path: Path, key: str, values: Mapping[str, Any], what: str) -> None:
-    """Replace a file by values under a key; `what` they are is for the message of an error."""
-    try:
-        atomic_files.make_directory(path.parent, exist_ok=True)
-        atomic_files.write_atomically(path, json.dumps({'format': FILE_FORMAT, key: dict(values)}))
-    except (OSError, ValueError) as error:
-        why = atomic_files.describe_error(error)
-        raise StateError(f'{what} cannot be saved in {path}: {why}') from error
-
-
-def _read_file(path: Path, key: str, what: str, remedy: str) -> dict[str, Any] | None:
-    """Return what `_write_file` stored; `remedy` says what moving a damaged file away achieves."""
     try:
         content = parse_json(atomic_files.read_text(path))
     except FileNotFoundError:
         return None
     except OSError as error:
-        why = f'{what} cannot be read from {path}: {atomic_files.describe_error(error)}'
+        why = f'the state cannot be read from {path}: {atomic_files.describe_error(error)}'
         raise StateError(make_printable(why, MAX_MESSAGE_CHARS)) from error
     except ValueError as error:
-        raise _build_damage_error(path, str(error), remedy) from error
-    found = content.get(key) if isinstance(content, dict) else None
+        raise _build_damage_error(path, str(error)) from error
+    found = content.get('snapshot') if isinstance(content, dict) else None
     if not isinstance(found, dict) or content.get('format') != FILE_FORMAT:
-        raise _build_damage_error(path, f'it must have format {FILE_FORMAT} and a {key}', remedy)
+        raise _build_damage_error(path, f'it must have format {FILE_FORMAT} and a snapshot')
     return found
 
 
-def _build_damage_error(path: Path, why: str, remedy: str) -> StateError:
-    """Return the error for a file that cannot be used."""
-    return StateError(
-        make_printable(f'{path} is damaged: {why}; move it away to {remedy}', MAX_MESSAGE_CHARS)
-    )
-
-
-MAX_CALIBRATIONS = 32
-"""Most calibrations in a file; a new one replaces the oldest."""
-
-_CALIBRATION_TEXTS = 'calibrations', 'the calibrations', 'calibrate again'
-
-
-def calibration_path(state: Path) -> Path:
-    """Return the calibration file that belongs to a state file."""
-    return state.with_name(f'{state.stem}.calibration.json')
-
-
-def load_calibration(path: Path, key: str, levels: int) -> Calibration | None:
-    """Return the calibration saved under a key (see `calibration_key`), or None if there is none
-    yet.
-
-    Raises:
-        StateError: The file cannot be read, or is damaged.
+def find_calibration(
+    snapshot: Mapping[str, Any] | None, key: str, levels: int
+) -> Calibration | None:
+    """Return the calibration in a snapshot, or None if it has none for a key; see
+    `calibration_key`.
     """
-    values = (_read_file(path, *_CALIBRATION_TEXTS) or {}).get(key)
-    if values is None:
+    if snapshot is None or snapshot.get('calibration_key') != key:
         return None
     try:
-        calibration: Calibration = decode_value(Calibration, values)
+        calibration: Calibration = decode_value(Calibration, snapshot.get('calibration'))
         calibration.check(levels)
-    except (DecodeError, SettingsError) as error:
-        raise _build_damage_error(path, str(error), _CALIBRATION_TEXTS[-1]) from error
+    except (DecodeError, SettingsError):  # who restores the snapshot says what is wrong
+        return None
     return calibration
 
 
-def save_calibration(path: Path, key: str, calibration: Calibration) -> None:
-    """Store a calibration under a key, beside those under other keys.
-
-    Raises:
-        StateError: The file cannot be read or written; it is left as it was.
-    """
-    kept = _read_file(path, *_CALIBRATION_TEXTS) or {}
-    kept.pop(key, None)
-    kept[key] = encode_value(calibration)
-    _write_file(
-        path, 'calibrations', dict(list(kept.items())[-MAX_CALIBRATIONS:]), 'the calibration'
-    )
+def _build_damage_error(path: Path, why: str) -> StateError:
+    """Return the error for a file that cannot be used."""
+    text = f'{path} is damaged: {why}; move it away to start blank'
+    return StateError(make_printable(text, MAX_MESSAGE_CHARS))

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What survives a restart: content and calibration of an element, in files."""
+"""What survives a restart: content and calibration of an element, in a file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from mlmem import (
-    Calibration,
     Driver,
     Loop,
     MemoryElement,
@@ -23,7 +22,6 @@ from mlmem import (
     threads,
 )
 from mlmem.loop.mailbox import Asked
-from mlmem.parsing import decode_value
 from mlmem.physics import Design, StateError
 from mlmem.procedure_table import PROCEDURES
 from mlmem.readers.calibration import calibration_key
@@ -34,7 +32,7 @@ from .worker import ThrottledLog, Worker
 
 
 class Store:
-    """Keeps the state of an element in a file, and its calibrations beside it.
+    """Keeps the state of an element in a file.
 
     A worker thread writes to the disk, in the order in which states were taken. Neither the loop
     nor a caller waits for it.
@@ -58,8 +56,7 @@ class Store:
         """
         # A lock belongs to a file, not to one of its names.
         self.path = Path(os.path.realpath(files.confine_path(settings.path)))
-        self._calibrations = state_file.calibration_path(self.path)
-        self._calibrated: tuple[str, Calibration] | None = None
+        self._saved: dict[str, Any] | None = None  # until it is restored
         self._interval = settings.interval
         self._due = threads.monotonic() + self._interval
         self._log = log
@@ -70,40 +67,29 @@ class Store:
     def new_element(
         self, design: Design, settings: Settings, driver: Driver | None = None
     ) -> MemoryElement:
-        """Return a device with the last calibration for this design and these settings.
-
-        A new combination is calibrated on an ideal element, which takes time, and is stored.
+        """Return a device with the saved calibration, if that is for this design and these
+        settings; a new combination is calibrated on an ideal element, which takes time.
 
         Raises:
-            StateError: Another element keeps its state in this file, or the calibration file is
-                damaged or cannot be read or written.
+            StateError: Another element keeps its state in this file, or the file is damaged or
+                cannot be read.
             Overdue: The disk does not answer.
             SettingsError: It cannot be calibrated.
             DesignError: The time step exceeds the stability limit.
         """
         self._worker.done(f'claiming {self.path}', self._take_claim)
-        path, key = self._calibrations, calibration_key(design, settings)
-        known = self._worker.done(
-            f'reading {path}', lambda: state_file.load_calibration(path, key, design.levels)
-        )
-        element = MemoryElement(design, settings, known, driver)
-        if known is None:
-            self._worker.done(
-                f'writing {path}',
-                lambda: state_file.save_calibration(path, key, element.calibration),
-            )
-        self._calibrated = key, element.calibration
-        return element
+        path, key = self.path, calibration_key(design, settings)
+        self._saved = self._worker.done(f'reading {path}', lambda: state_file.load_snapshot(path))
+        known = state_file.find_calibration(self._saved, key, design.levels)
+        return MemoryElement(design, settings, known, driver)
 
     def restore(self, element: MemoryElement) -> None:
-        """Give a new device the saved state, if there is one.
+        """Give a device that `new_element` returned the saved state, if there is one.
 
         Raises:
             StateError: The file is damaged, or belongs to another design.
-            Overdue: The disk does not answer.
         """
-        path = self.path
-        saved = self._worker.done(f'reading {path}', lambda: state_file.load_snapshot(path))
+        path, saved, self._saved = self.path, self._saved, None
         if saved is None:
             blank = ': the element is blank' if element.simulated else ''
             self._log.info(f'no state in {path} yet{blank}')
@@ -125,7 +111,8 @@ class Store:
         taken = snapshot.take_snapshot(element)
         self._due = threads.monotonic() + self._interval
         saved = self._worker.do(
-            f'saving the state in {self.path}', lambda: self._save_state(taken)
+            f'saving the state in {self.path}',
+            lambda: state_file.save_snapshot(self.path, taken),
         )
         saved.add_done_callback(self._log_error)
         return saved
@@ -190,13 +177,6 @@ class Store:
         with self._log.guard_errors('taking the state'):
             if not element.procedure:  # else next time
                 self.keep(element)
-
-    def _save_state(self, taken: dict[str, Any]) -> None:
-        state_file.save_snapshot(self.path, taken)
-        learnt = taken['calibration_key'], decode_value(Calibration, taken['calibration'])
-        if learnt != self._calibrated:
-            state_file.save_calibration(self._calibrations, *learnt)
-            self._calibrated = learnt
 
     def _log_error(self, saved: Future[None]) -> None:
         if (error := saved.exception()) is not None:

@@ -43,9 +43,6 @@ def generate_files() -> dict[str, str]:
         'command': _keys(session[records.COMMAND_TOPIC], ['tick', 'kind', *arguments]),
         'state hash': _keys(session[records.STATE_HASH_TOPIC], hashed),
         'state': _keys(keys.STATE, _written(state_file.save_snapshot, taken)),
-        'calibrations': _keys(
-            keys.CALIBRATIONS, _written(state_file.save_calibration, '', element.calibration)
-        ),
         'element': _keys(keys.ELEMENT, known.as_dict()),
     }
 

@@ -53,14 +53,6 @@ STATE = {
 }
 """A state file."""
 
-CALIBRATIONS = {
-    'format': f'version of the file: {state_file.FILE_FORMAT}',
-    'calibrations': f'the latest {state_file.MAX_CALIBRATIONS} calibrations, by a hash of the '
-    f'design '
-    'and settings',
-}
-"""A calibration file."""
-
 ELEMENT = {
     'format': f'version of the format: {element_file.FORMAT_VERSION}',
     'design': 'the design, by parameter, with the fitted potential, damping and substrate',

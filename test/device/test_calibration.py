@@ -38,7 +38,6 @@ from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.procedures import calibrating
 from mlmem.readers import listening
 from mlmem.settings import ProbeSettings
-from mlmem_ros.host import state_file
 from mlmem_tools.checks.echoes import forecast_echo
 
 from . import rig
@@ -264,10 +263,7 @@ def test_writes_with_planned_corrections_succeed(planned):
     assert not failed_writes(planned)
 
 
-def test_corrections_outlive_process_to_bit(planned, tmp_path):
-    state_file.save_calibration(tmp_path / 'file', 'key', planned.calibration)
-    kept = state_file.load_calibration(tmp_path / 'file', 'key', BITS_2.design.levels)
-    assert kept == planned.calibration
+def test_corrections_outlive_process_to_bit(planned):
     again = scattered_element()
     snapshot.restore_snapshot(again, json.loads(json.dumps(snapshot.take_snapshot(planned))))
     assert again.calibration == planned.calibration
@@ -334,13 +330,9 @@ def test_ideal_element_that_cannot_be_probed_is_rejected(monkeypatch):
     ],
     ids=str,
 )
-def test_file_with_wrong_calibration_is_rejected(planned, tmp_path, values):
+def test_snapshot_with_wrong_calibration_is_rejected(planned, values):
     """Values of another type are tried in `test_outside`."""
     values = encode_value(planned.calibration) | values
-    path = tmp_path / 'file'
-    path.write_text(json.dumps({'format': 1, 'calibrations': {'key': values}}))
-    with pytest.raises(StateError):
-        state_file.load_calibration(path, 'key', BITS_2.design.levels)
     taken = {**snapshot.take_snapshot(planned), 'calibration': values}
     with pytest.raises(StateError):
         snapshot.restore_snapshot(scattered_element(), taken)

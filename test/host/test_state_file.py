@@ -1,15 +1,14 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A state file holds one exact snapshot, the file beside it calibrations by design and settings;
-errors say what is wrong with a file.
-"""
+"""A state file holds one exact snapshot, with a calibration; errors say what is wrong with it."""
 
 import dataclasses
 import json
+import tracemalloc
 
 import pytest
 
-from mlmem import Calibration, DelayTable, Settings
+from mlmem import MemoryElement, Settings, snapshot
 from mlmem.move_settings import WriteSettings
 from mlmem.physics import CASE_I, CASE_II, StateError
 from mlmem.readers.calibration import calibration_key
@@ -19,69 +18,51 @@ from test.device import rig
 
 
 @pytest.mark.parametrize(
-    'load', [state_file.load_snapshot, lambda path: state_file.load_calibration(path, 'a', 2)]
-)
-@pytest.mark.parametrize(
     'text',
     [
-        '', '{"format": 1, "snap', '[]', '{"format": 1}',
-        '{"format": 2, "snapshot": {}, "calibrations": {}}',
-        '{"format": 1, "snapshot": [], "calibrations": []}',
-        '{"format": 1, "calibrations": {"a": {}}}',
-        '{"format": 1, "calibrations": {"a": {"left": 1, "right": 2}}}',
+        '', '\xff', '[' * 100_000, '{"format": 1, "snap', '[]', '{"format": 1}',
+        '{"format": 2, "snapshot": {}}', '{"format": 1, "snapshot": []}',
     ],
 )  # fmt: skip
-def test_damaged_file_is_rejected_and_kept(tmp_path, load, text):
+def test_damaged_file_is_rejected_and_kept(tmp_path, text):
     path = tmp_path / 'element.json'
-    path.write_text(text)
+    path.write_bytes(text.encode('latin-1'))
     with pytest.raises(StateError, match=r'element\.json is damaged: '):
-        load(path)
-    assert path.read_text() == text
+        state_file.load_snapshot(path)
+    assert path.read_bytes() == text.encode('latin-1')
 
 
-THIRDS = Calibration(DelayTable((1 / 3, 2 / 3)), DelayTable((2.0, 1.0), blank=0.1 + 0.2))
-OTHER = Calibration(DelayTable((1.0, 2.0)), DelayTable((2.0, 1.0)))
+def test_huge_file_is_rejected_in_little_memory(tmp_path):
+    """50 GB of zeros, which take no room on the disk."""
+    path = tmp_path / 'element.json'
+    with path.open('wb') as file:
+        file.truncate(50 * 10**9)
+    tracemalloc.start()
+    try:
+        with pytest.raises(StateError, match='is damaged: it is larger than 33554432 bytes'):
+            state_file.load_snapshot(path)
+        assert tracemalloc.get_traced_memory()[1] < 80e6  # twice what is read
+    finally:
+        tracemalloc.stop()
 
 
-@pytest.fixture
-def path(tmp_path):
-    return state_file.calibration_path(tmp_path / 'folder' / 'element.json')
+def test_calibration_is_found_by_its_key():
+    element = MemoryElement(CASE_II)
+    taken = json.loads(json.dumps(snapshot.take_snapshot(element)))
+    key = taken['calibration_key']
+    assert state_file.find_calibration(taken, key, CASE_II.levels) == element.calibration
+    for given, wanted, levels in ((None, key, 8), (taken, 'other', 8), (taken, key, 3)):
+        assert state_file.find_calibration(given, wanted, levels) is None
+    taken['calibration'] = {'left': 1}
+    assert state_file.find_calibration(taken, key, CASE_II.levels) is None
 
 
-def test_calibration_is_loaded_to_the_bit_by_its_key(path):
-    assert state_file.load_calibration(path, 'a', 2) is None
-    state_file.save_calibration(path, 'a', THIRDS)
-    state_file.save_calibration(path, 'b', OTHER)
-    assert state_file.load_calibration(path, 'a', 2) == THIRDS
-    assert state_file.load_calibration(path, 'b', 2) == OTHER
-    assert state_file.load_calibration(path, 'c', 2) is None
-    with pytest.raises(StateError, match='damaged'):
-        state_file.load_calibration(path, 'a', 3)  # levels
-    state_file.save_calibration(path, 'a', OTHER)
-    assert state_file.load_calibration(path, 'a', 2) == OTHER
-
-
-def test_oldest_calibrations_are_dropped(path):
-    for number in range(state_file.MAX_CALIBRATIONS + 2):
-        state_file.save_calibration(path, str(number), OTHER)
-        state_file.save_calibration(path, 'a', THIRDS)  # kept young
-    kept = json.loads(path.read_text())['calibrations']
-    assert len(kept) == state_file.MAX_CALIBRATIONS
-    assert '2' not in kept
-    assert '3' in kept
-    assert state_file.load_calibration(path, 'a', 2) == THIRDS
-
-
-def test_file_that_cannot_be_read_or_written_is_reported(path, tmp_path):
-    path.mkdir(parents=True)
-    with pytest.raises(StateError, match=r'calibrations cannot be read from .*directory'):
-        state_file.load_calibration(path, 'a', 2)
+def test_file_that_cannot_be_read_or_written_is_reported(tmp_path):
+    with pytest.raises(StateError, match=r'the state cannot be read from .*directory'):
+        state_file.load_snapshot(tmp_path)
     (tmp_path / 'file').write_text('')
-    with pytest.raises(StateError, match=r'cannot be (read|saved)'):
-        state_file.save_calibration(tmp_path / 'file' / 'x.json', 'a', THIRDS)
-
-
-# --- what a calibration depends on ------------------------------------------------------------
+    with pytest.raises(StateError, match='the state cannot be saved'):
+        state_file.save_snapshot(tmp_path / 'file' / 'x.json', {})
 
 
 def test_calibration_key_depends_on_what_delays_depend_on():

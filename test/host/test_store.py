@@ -53,7 +53,7 @@ def test_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
     loop = tmp_path / 'loop.json'
     loop.symlink_to(loop)
     with pytest.raises(StateError, match=r'loop\.json'):
-        kept(loop).restore(element)
+        kept(loop).new_element(CASE_II, Settings())
 
 
 # --- calibrations -----------------------------------------------------------------------------
@@ -80,29 +80,14 @@ def counted(monkeypatch):
 
 
 def test_design_is_calibrated_once(file, counted, kept):
-    first = kept(file).new_element(CASE_II, Settings())
+    store = kept(file)
+    first = store.new_element(CASE_II, Settings())
+    store.keep(first).result(20.0)
     assert kept(file).new_element(CASE_II, Settings()).calibration == first.calibration
     assert len(counted) == 1
     other = Settings(probe_right=ProbeSettings(omega_c=0.7, v_th=7e-4))
     assert kept(file).new_element(CASE_II, other).calibration != first.calibration
     assert len(counted) == 2
-    for settings in (Settings(), other):
-        kept(file).new_element(CASE_II, settings)
-    assert len(counted) == 2
-
-
-def test_learnt_calibration_outlives_the_state(file, kept):
-    store = kept(file)
-    element = store.new_element(CASE_II, Settings())
-    left = element.calibration.left
-    learnt = dataclasses.replace(
-        element.calibration,
-        left=dataclasses.replace(left, delays=tuple(delay + 1 / 3 for delay in left.delays)),
-    )
-    element.calibration = learnt
-    assert store.keep(element).result(20.0) is None
-    file.unlink()
-    assert kept(file).new_element(CASE_II, Settings()).calibration == learnt
 
 
 def test_state_of_other_pulses_restores_no_delays(file, kept):

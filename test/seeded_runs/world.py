@@ -10,7 +10,6 @@ from owner import owned
 
 from mlmem import atomic_files
 from mlmem.instrument.drivers import Simulation
-from mlmem.readers.calibration import calibration_key
 from mlmem_ros.host import state_file, worker
 
 from .disk import Disk, mounted
@@ -112,12 +111,7 @@ class SeededRun:
         atomic_files.make_directory(ROOT, exist_ok=True)
         if self.script.state:
             path = Path(STATE)
-            key = calibration_key(self.kind.design, self.kind.settings)
-            state_file.save_calibration(
-                state_file.calibration_path(path), key, self.kind.calibration
-            )
-            if self.script.level >= 0:
-                state_file.save_snapshot(path, self.kind.written(self.script.level))
+            state_file.save_snapshot(path, self.kind.written(self.script.level))
 
     def _fate(self):
         """Take the steps, from outside the process."""
