@@ -299,9 +299,6 @@ NODE_PARAMETERS = {
     'actions': (True, Description(
         'serve actions, too',
     )),
-    'view': (False, Description(
-        'serve the page of `mlmem view`'
-    )),
     'linger': (0.0, Description(
         'longest time to serve on after SIGINT, until every client has left the graph; SIGTERM '
         'ends it',

@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The executables `memory_node` and `memory_bank` with their plain options, besides those of ROS;
-they handle signals before loading the rest.
+"""The executables `memory_node` and `memory_bank`, with their options besides those of ROS; they
+handle signals before loading the rest.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ MAX_BANK_ELEMENTS = 128
 
 
 def parse_node_arguments(arguments: Sequence[str]) -> list[str]:
-    """Return a command line, the program first, with its plain options turned into ROS parameters.
+    """Return a command line, the program first, if it has only options of ROS.
 
     Raises:
-        SystemExit: An option is unknown or has a bad value, or help was requested.
+        SystemExit: There is another option, or help or the version was requested.
     """
     return _parse_arguments(build_node_parser(), arguments)[1]
 
@@ -88,17 +88,6 @@ def _build_parser(program: str, description: str) -> argparse.ArgumentParser:
         epilog='Parameters are set behind --ros-args by -p NAME:=VALUE.',
         allow_abbrev=False,
     )
-    parser.add_argument(
-        '--speed',
-        type=_parse_speed,
-        metavar='FACTOR',
-        help='multiple of real time, or "max" for as fast as possible',
-    )
-    parser.add_argument(
-        '--view',
-        action='store_true',
-        help='serve the page of "mlmem view" and print its address',
-    )
     parser.add_argument('--version', action='version', version=f'mlmem_ros {__version__}')
     return parser
 
@@ -106,13 +95,9 @@ def _build_parser(program: str, description: str) -> argparse.ArgumentParser:
 def _parse_arguments(
     parser: argparse.ArgumentParser, arguments: Sequence[str]
 ) -> tuple[argparse.Namespace, list[str]]:
-    """Return the plain options, and the equivalent ROS command line."""
+    """Return the plain options, and the ROS command line."""
     plain, of_ros = _split_arguments(arguments[1:])
     given = parser.parse_args(plain)
-    if given.speed is not None:
-        of_ros += ['--ros-args', '-p', f'time.speed:={given.speed!r}']
-    if given.view:
-        of_ros += ['--ros-args', '-p', 'view:=true']
     return given, [*arguments[:1], *of_ros]
 
 
@@ -136,18 +121,6 @@ def _parse_count(text: str) -> int:
             f'must be a number from 1 to {MAX_BANK_ELEMENTS}; got {text!r}'
         )
     return int(text)
-
-
-def _parse_speed(text: str) -> float:
-    try:
-        factor = 0.0 if text == 'max' else float(text)
-    except ValueError:
-        factor = -1.0
-    if not (text == 'max' or 0.0 < factor <= 1e6):  # false for NaN, too
-        raise argparse.ArgumentTypeError(
-            f'must be a number above 0 and at most 1e6, or "max"; got {text!r}'
-        )
-    return factor
 
 
 def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:

@@ -81,7 +81,7 @@ class Page:
     def _command(self, command: str, expected: str) -> None:
         words = shlex.split(command)
         if words[0] == 'memory_node' and words[-1] == '&':
-            faster = [words[0], '--speed', '10', *words[1:-1]]
+            faster = [*words[:-1], '--ros-args', '-p', 'time.speed:=10.0']
             self.nodes.enter_context(NodeHere('/mlmem', faster))
             return
         if command == 'kill %memory_node':

@@ -204,10 +204,10 @@ def test_bank_without_a_working_element_does_not_start():
 def test_bank_command_line_gives_names_and_files():
     given = ['memory_bank', '--elements=2', '--state', '/var/bank', '--ros-args']
     rest, elements = parse_bank_arguments(
-        [*given, '-p', 'view:=true', '-r', '__ns:=/leg/', '-r', 'a:=b']
+        [*given, '-p', 'linger:=1.0', '-r', '__ns:=/leg/', '-r', 'a:=b']
     )
     without_actions = ['--ros-args', '-p', 'actions:=false']
-    kept = ['memory_bank', '--ros-args', '-p', 'view:=true', '-r', 'a:=b']
+    kept = ['memory_bank', '--ros-args', '-p', 'linger:=1.0', '-r', 'a:=b']
     assert rest == [*kept, *without_actions]
     assert 'actions:=false' not in parse_bank_arguments(['memory_bank', '--actions'])[0]
     assert elements == [

@@ -46,15 +46,6 @@ def address_in(text):
     return lines[0].removeprefix('mlmem view: ') if lines else ''
 
 
-def test_node_serves_its_page_as_long_as_it_runs(start_shared):
-    """Also if the node is killed."""
-    node = start_shared(options=['--view'], name='seen', apart=True)
-    address = until(lambda: address_in(node.output), 'the address of the page')
-    assert fetched(address)['live']
-    node.signal(9)
-    until(lambda: gone(address), 'the end of the page')
-
-
 def test_session_that_cannot_be_shown_is_rejected(tmp_path, capsys):
     assert main(['view', str(tmp_path / 'nowhere')]) == 1
     assert main(['view', 'a', 'b', 'c']) == 2

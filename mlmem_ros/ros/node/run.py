@@ -15,7 +15,6 @@ import signal
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
 
 import rclpy
 from rclpy.context import Context
@@ -74,18 +73,10 @@ def run_nodes(
             return NOT_STARTED
         raise
     gc.freeze()  # or collecting the compiler's garbage stops time for 70 ms
-    with ExitStack() as pages:
-        for node in nodes:
-            if node.get_parameter('view').value:
-                from ...packages import find_tool  # most nodes have no page
-                from ..node_process import run_child_process
-
-                view = ['view', '--node', node.get_fully_qualified_name()]
-                pages.enter_context(run_child_process(find_tool('command_line').module, view))
-        spin_nodes(executor, stop)
-        await_last_clients(nodes, executor, stop)
-        RECEIVED_SIGNALS.ignore()
-        status = end_nodes(nodes, executor, lambda: exit_within(LEAVE_TIMEOUT_S))
+    spin_nodes(executor, stop)
+    await_last_clients(nodes, executor, stop)
+    RECEIVED_SIGNALS.ignore()
+    status = end_nodes(nodes, executor, lambda: exit_within(LEAVE_TIMEOUT_S))
     if any(node.preparing for node in nodes):  # Python cannot end while LLVM compiles
         os._exit(status)
     return status
