@@ -4,7 +4,7 @@
 
 - `study`: one runner for every count of presets and elements, by the functions below.
 - `reads`, `words`, `shaken`: proofs of reads, sound and with faults.
-- `robust_writes`, `times`: writes. `validity`, `forecasts`: where the model ends.
+- `robust_writes`, `robust_losses`, `times`: writes. `validity`, `forecasts`: where the model ends.
 - `twins`: what fits of individual elements, and twins beside them, are worth.
 - `windows`: how far kicks may be off. `landscapes`: the energy of a wall, as in the paper.
 - `designer`, `studies`: new elements; tolerance, and proofs of designs.

@@ -11,11 +11,12 @@ quarter of J if that is less.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from mlmem import Calibrate, MemoryElement, Write, load_element
+from mlmem import Calibrate, MemoryElement, Outcome, Write, load_element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, find_walls, scattered
 from mlmem.physics.wall import arrival_tolerance
@@ -43,6 +44,18 @@ def scatter_parts(name: str, scatter: float, seed: int) -> MemoryElement:
     return MemoryElement(shipped.design, shipped.settings, driver=driver)
 
 
+def write_at_random(
+    element: MemoryElement, seed: int, count: int
+) -> Iterator[tuple[Outcome, bool]]:
+    """Write random levels; yield each outcome, and whether the wall rests at the level."""
+    design, random = element.design, np.random.default_rng(seed)
+    limit = arrival_tolerance(design)
+    for level in map(int, random.integers(design.levels, size=count)):
+        outcome = element.perform(Write(level))
+        sites = [wall.position for wall in find_walls(design, element.chain.configuration)]
+        yield outcome, len(sites) == 1 and abs(sites[0] - design.defect_site(level)) <= limit
+
+
 def count_writes(name: str) -> dict[str, Any]:
     """Return the counts of an element by scatter."""
     return {f'{scatter:g}': _count_scatter(name, scatter) for scatter in ELEMENT_COUNTS}
@@ -58,17 +71,10 @@ def _count_scatter(name: str, scatter: float) -> dict[str, Any]:
         if one_end and not element.perform(Calibrate()).success:
             refused += 1
             continue
-        design, random = element.design, np.random.default_rng(10_000 + seed)
-        for level in map(int, random.integers(design.levels, size=WRITES_PER_ELEMENT)):
-            outcome = element.perform(Write(level))
+        for outcome, arrived in write_at_random(element, 10_000 + seed, WRITES_PER_ELEMENT):
             if not outcome.success:
                 failed += 1
                 continue
-            walls = find_walls(design, element.chain.configuration)
-            limit = arrival_tolerance(design)
-            arrived = (
-                len(walls) == 1 and abs(walls[0].position - design.defect_site(level)) <= limit
-            )
             right, wrong = right + arrived, wrong + (not arrived)
             ticks = outcome.end_tick - outcome.start_tick
             durations.append(ticks * element.settings.time.tick)

@@ -48,6 +48,7 @@ STUDY_PLACES = {
     'robust_reads': 'robust_reads:STUDY',
     'robust_words': 'words:ROBUST_STUDY',
     'robust_writes': 'robust_writes:STUDY',
+    'robust_losses': 'robust_losses:STUDY',
     'shaken': 'shaken:STUDY',
     'times': 'times:STUDY',
     'twin_alarms': 'twins.study:ALARMS_STUDY',

@@ -77,6 +77,25 @@ def _greatest_amount(amounts: Sequence[float]) -> str:
     return f'{max(amounts):g}' if amounts else 'none'
 
 
+def robust_losses(result: Mapping[str, Any]) -> Rows:
+    """Return the writes and calibrations of elements with other losses than their design's."""
+    names = {'eta': 'damping', 'friction': 'friction'}
+    rows = [
+        ['element', 'what differs', 'writes acknowledged', 'wrong', 'calibrations that failed']
+    ]
+    for found in result['presets'].values():
+        rows.append(
+            [
+                f'`{found["element"]}`',
+                f'{names[found["loss"]]} {found["factor"]:g} times',
+                f'{found["right"]} of {found["writes"]}',
+                str(found['wrong']),
+                str(found['failed calibrations']),
+            ]
+        )
+    return rows
+
+
 def robust_writes(result: Mapping[str, Any]) -> Rows:
     """Return failed and wrong writes by element and scatter of all parts."""
     rows: Rows = [['element', *(f'{float(key):.0%}' for key in result['presets']['robust_3'])]]
