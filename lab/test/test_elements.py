@@ -19,8 +19,8 @@ from mlmem_tools.identification.plan import plan_pulses
 
 CHOSEN = load_element('bits_1')
 JUDGES = {
-    'check': ['design', 'check', 'bits_1'],
-    'prove': ['design', 'prove', 'bits_1', '--jobs', '1'],
+    'check': ['design', 'check'],
+    'prove': ['design', 'prove', '--jobs', '1'],
 }
 
 
@@ -28,7 +28,8 @@ JUDGES = {
 def element():
     made = scattered(CHOSEN.design, Scatter(alpha=0.01), 3)
     trims = plan_pulses(made, CHOSEN).corrections
-    return Element(made, np.full(CHOSEN.design.N, 1e-4), 1.001, plan=trims)
+    deviations = np.full(CHOSEN.design.N, 1e-4)
+    return Element(made, deviations, 1.001, plan=trims, settings=CHOSEN.settings)
 
 
 @pytest.fixture(scope='module')
@@ -49,7 +50,7 @@ def test_an_element_is_judged_in_place_of_the_ideal_one(
     judge, file, element, capsys, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
-    status, told, why = judged(capsys, judge, '--json', '--element', file)
+    status, told, why = judged(capsys, judge, '--json', file)
     assert status == 0, why  # its pulses are planned
     found = json.loads(told)
     if judge == 'check':  # of its cells

@@ -7,13 +7,10 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mlmem import Settings
     from mlmem.element_file import Element
-    from mlmem.physics import Design
 
 Option = Callable[[argparse.ArgumentParser], object]
 """Adds itself to a parser."""
@@ -88,24 +85,18 @@ JSON_OPTION = declare_option(
 )
 
 
-ELEMENT_OPTION = declare_option(
-    '--element', type=Path, metavar='FILE',
-    help='fitted element to judge, with its planned pulses; by default one exactly as designed',
-)  # fmt: skip
-
-
-def load_element_option(
-    arguments: argparse.Namespace, design: Design, settings: Settings
-) -> Element | None:
-    """Return the element that an option names.
+def load_judged_element(source: str) -> tuple[Element, Element | None]:
+    """Return a shipped element, or the one in a file; and once more if it is not exactly as
+    designed, or has pulses of its own.
 
     Raises:
-        ElementFileError: There is no such element, or not of this design and these settings.
+        ElementFileError: There is no such element.
     """
-    from mlmem.element_file import read_matching_element
+    from mlmem.element_file import load_element
 
-    path = arguments.element
-    return None if path is None else read_matching_element(path, design, settings)
+    element = load_element(source)
+    as_designed = element.specimen.is_ideal and element.time_unit == 1.0 and element.plan is None
+    return element, None if as_designed else element
 
 
 def add_commands(subparsers: Any, commands: Mapping[str, Command]) -> None:

@@ -17,13 +17,12 @@ from typing import TYPE_CHECKING
 
 from . import laboratory
 from .command import (
-    ELEMENT_OPTION,
     JOBS_OPTION,
     JSON_OPTION,
     declare_command,
     declare_option,
     declare_tasks,
-    load_element_option,
+    load_judged_element,
 )
 from .output import create_console, print_failure, print_json, print_rows
 
@@ -46,19 +45,16 @@ PROOF_OPTIONS = (
 @declare_command(
     'judge a design',
     declare_option('source', metavar='ELEMENT', help='shipped element, or element file'),
-    ELEMENT_OPTION,
     JSON_OPTION,
     declare_option('--brief', action='store_true', help='leave out passes'),
     text='Judge every quantity that the memory depends on, say what goes wrong if one fails.',
 )
 def check(arguments: argparse.Namespace) -> int:
     """Judge a design."""
-    from mlmem import load_element
-
     from .. import checks
 
-    design, settings = load_element(arguments.source).design_and_settings
-    report = checks.check(design, settings, load_element_option(arguments, design, settings))
+    element, individual = load_judged_element(arguments.source)
+    report = checks.check(element.design, element.settings, individual)
     failed = report.verdict is checks.Verdict.FAIL
     if arguments.json:
         findings = [finding.as_dict() for finding in report.findings]
@@ -73,15 +69,12 @@ def check(arguments: argparse.Namespace) -> int:
     declare_option(
         'sources', metavar='ELEMENT', nargs='+', help='shipped elements, or element files'
     ),
-    ELEMENT_OPTION,
     *PROOF_OPTIONS,
     JSON_OPTION,
     text='Write and read back every level, write lower ones, and erase every level.',
 )
 def prove(arguments: argparse.Namespace) -> int:
     """Simulate designs."""
-    if arguments.element is not None and len(arguments.sources) > 1:
-        return print_failure('design', '--element needs the one design that it is of', 2)
     done: int = laboratory.load_part('prove_designs')(arguments)
     return done
 

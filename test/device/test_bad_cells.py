@@ -192,7 +192,7 @@ def test_procedures_go_through_levels_that_are_left():
 
 
 def test_bad_cell_in_element_file_is_simulated_and_judged(tmp_path, monkeypatch):
-    """A file keeps the stuck cell; `mlmem design check --element` says which levels are left."""
+    """A file keeps the stuck cell; `mlmem design check` says which levels are left."""
     design, settings = kind_with('case_2', '')
     made = Specimen(design, stuck=(STUCK_CELL,))
     element_file.write_element_file(

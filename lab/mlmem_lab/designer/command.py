@@ -9,14 +9,13 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mlmem import load_element
 from mlmem.element_file import as_designed, text_of
 from mlmem.errors import SettingsError
 from mlmem.physics import Specimen
 from mlmem.readers.one_wall import forecast_levels
 from mlmem.readers.reading import BLANK
 from mlmem_tools.checks.budget import Budget
-from mlmem_tools.cli.command import load_element_option
+from mlmem_tools.cli.command import load_judged_element
 from mlmem_tools.cli.output import (
     create_console,
     create_table,
@@ -81,13 +80,11 @@ def find(arguments: argparse.Namespace) -> int:
 
 def prove(arguments: argparse.Namespace) -> int:
     """Simulate designs; return the exit status."""
-    designs = [
-        (Path(source).stem, *load_element(source).design_and_settings)
-        for source in arguments.sources
-    ]
-    if element := load_element_option(arguments, *designs[0][1:]):
-        designs = [(f'{designs[0][0]}-{arguments.element.stem}', *designs[0][1:])]
-    return _show_proofs(create_console(aside=arguments.json), designs, arguments, element)
+    designs = []
+    for source in arguments.sources:
+        element, individual = load_judged_element(source)
+        designs.append((Path(source).stem, element.design, element.settings, individual))
+    return _show_proofs(create_console(aside=arguments.json), designs, arguments)
 
 
 def search_element(
@@ -145,13 +142,12 @@ def _format_echo(design: Design, settings: Settings) -> str:
 
 def _show_proofs(
     console: Console,
-    designs: list[tuple[str, Design, Settings]],
+    designs: list[tuple[str, Design, Settings, Element | None]],
     arguments: argparse.Namespace,
-    element: Element | None = None,
 ) -> int:
     """Prove designs and print the table of them; return the exit status."""
     proofs, passed = {}, True
-    for name, design, settings in designs:
+    for name, design, settings, element in designs:
         with console.status(f'{name}: calibrating {design.levels} levels'):
             proof = Proof(design, settings, arguments.sample, element=element)
             shared = proof.prepare_bench()
