@@ -12,7 +12,7 @@ from mlmem.errors import ProcedureFailed
 from mlmem.instrument.end import End
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
-from mlmem.moves.planner import find_moves, find_reachable_levels, find_route
+from mlmem.moves.planner import find_reachable_levels, find_route
 from mlmem.readers.echo import listening_time
 from mlmem.readers.reading import BLANK
 from mlmem.settings import RegisterSettings, Settings
@@ -23,33 +23,20 @@ from .concern import Finding, Subject, grade_finding, judge_value
 MIN_PEAK_MARGIN = 1.1
 """Peak over de-pinning strain that leaves room for scatter."""
 
-MAX_END_ACCELERATION = 2e-4
-"""Acceleration of the far end, in cells per time squared, up to which an erase is undisturbed.
-With 64 levels and peaks some 10 % off, it was undisturbed at 2e-4, but not at 4e-4."""
-
 
 def check(subject: Subject) -> Iterator[Finding]:
-    """Yield the findings on peaks of write and erase, ramps of an erase, and durations."""
+    """Yield the findings on peaks of write and erase, and durations."""
     walls = subject.forward(kink=False)
     if subject.settings.actuator.present:
         yield _judge_peaks(subject, 'write', walls)
         yield _judge_peaks(subject, 'erase', subject.forward(kink=True))
         yield _judge_wall_hold(subject, walls)
-        yield _judge_ramps(subject)
-        yield _judge_shake(subject)
-        if _erases_by_strain(subject):  # or strain erases only after kicks
-            yield _judge_settling(subject)
     yield _judge_durations(subject)
 
 
 def _settings_of_one_wall(subject: Subject) -> Settings:
     """Return settings in which a register holds one wall at its levels."""
     return replace(subject.settings, register=RegisterSettings())
-
-
-def _erases_by_strain(subject: Subject) -> bool:
-    moves = find_moves(subject.design, _settings_of_one_wall(subject), 0)
-    return any(move.target == BLANK and move.needs_actuator for move in moves)
 
 
 def _judge_peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
@@ -96,53 +83,6 @@ def _judge_wall_hold(subject: Subject, frees: dict[int, float]) -> Finding:
         'the tension that moves the kink leaves the wall in place, so the kink catches up',
         'the tension that moves the kink also moves the wall, which runs away from it: choose a '
         'smaller erase.tension',
-    )
-
-
-def _judge_ramps(subject: Subject) -> Finding:
-    erase = subject.settings.erase
-    shortest = min(erase.ramp, erase.release) * subject.design.eta
-    return grade_finding(
-        'erase_ramps',
-        {'shortest': shortest},
-        'damping times',
-        # measured: 1.4 and 2.4 damping times erase equally well, 1.1 worse
-        judge_value(shortest, 0.0, 1.3),
-        'the strain changes slowly enough, compared with the damping, for kink and wall to follow',
-        'ramps this short, compared with the damping time 1 / eta, leave kink and wall ringing; '
-        'only a simulation shows where they end',
-    )
-
-
-def _judge_shake(subject: Subject) -> Finding:
-    """Judge how much a smooth ramp shakes the far end, which moves by N times the strain."""
-    erase = subject.settings.erase
-    peak, ramp = max(-erase.compression, erase.tension), min(erase.ramp, erase.release)
-    shaken = 6.0 * abs(subject.design.end_displacement(peak)) / ramp**2
-    return grade_finding(
-        'erase_shake',
-        {'far end': shaken, 'calm': MAX_END_ACCELERATION},
-        'cells/time^2',
-        judge_value(MAX_END_ACCELERATION / shaken, 0.0, 1.0),
-        'the ramps leave the far end of the element calm',
-        'the ramps shake the far end, which pushes a wall there like a strain: choose longer ones',
-    )
-
-
-def _judge_settling(subject: Subject) -> Finding:
-    design, erase = subject.design, subject.settings.erase
-    way = max(design.defect_site(n + 1) - subject.release_site(n) for n in subject.open_levels)
-    needed = way / subject.drift_speed_at(1.0) if design.gamma < 0.0 else math.inf
-    given = 0.5 * erase.release + erase.settle
-    return grade_finding(
-        'erase_settling',
-        {'needed': needed, 'given': given},
-        'time',
-        judge_value(given / needed if needed else math.inf, 0.0, 1.0),
-        'the wall has the time to roll to the next defect: the gradient moves it at '
-        '|gamma| / (2 alpha eta)',
-        'the next cycle may begin before the wall has rolled to its defect: choose longer release '
-        'and settle, a greater |gamma| or less damping',
     )
 
 

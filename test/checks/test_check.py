@@ -150,25 +150,11 @@ def test_spoiled_design_fails_for_its_reason(concerns, changes, expected):
     assert expected <= failed(part(concerns, **changes))
 
 
-@pytest.mark.parametrize(
-    ('concern', 'groups', 'name', 'values'),
-    [
-        (schedule, {'erase': {'ramp': 300.0}}, 'erase_ramps', {}),
-        # A smooth ramp of t moves the end by N e with the acceleration 6 N e / t^2 at its ends.
-        (schedule, {'erase': {'ramp': 500.0}}, 'erase_shake',
-         {'far end': 6 * 225 * 0.042 / 500**2}),
-        # A tension of 0.040 frees the wall, which needs 0.0363, and 0.85 of it does not.
-        (steps, {'write': {'tension': 0.04}}, 'write_steps',
-         {'steps': 6, 'lost': 0, 'peaks tried': 5, 'peaks failed': 2}),
-    ],
-)  # fmt: skip
-def test_settings_that_are_risky_are_a_warning(concern, groups, name, values):
-    report = part((concern,), CASE_II, settings_with(**groups))
-    warned = [finding.name for finding in report.of(Verdict.WARN)]
-    assert name in warned
-    assert ('erase_ramps' in warned) == (name == 'erase_ramps')
-    found = report[name].values
-    assert {key: found[key] for key in values} == pytest.approx(values, rel=0.01)
+def test_peaks_near_failure_are_a_warning():
+    """A tension of 0.040 frees the wall, which needs 0.0363, and 0.85 of it does not."""
+    found = part((steps,), CASE_II, settings_with(write={'tension': 0.04}))['write_steps']
+    assert found.verdict is Verdict.WARN
+    assert found.values == {'steps': 6, 'lost': 0, 'peaks tried': 5, 'peaks failed': 2}
 
 
 def test_pulse_that_hides_the_first_levels_fails():
@@ -241,16 +227,6 @@ def test_weak_peaks_fail_the_steps():
     assert failed(report) == {'write_peaks', 'write_steps'}
     assert report['write_peaks'].values['compression needed'] == pytest.approx(-0.0204, abs=3e-4)
     assert 'from level 0 to the next' in report['write_steps'].text
-
-
-def test_erase_settling_is_judged_only_where_strain_erases():
-    """Kicks erase kick_2; written by strain its settle time is shorter than the estimate."""
-    design, settings = load_element('kick_2').design_and_settings
-    names = [finding.name for finding in part((schedule,), design, settings).findings]
-    assert 'erase_settling' not in names
-    by_strain = dataclasses.replace(settings.write, method='strain')
-    found = part((schedule,), design, dataclasses.replace(settings, write=by_strain))
-    assert found['erase_settling'].verdict is Verdict.WARN
 
 
 def test_trap_too_near_the_end_loses_the_wall():

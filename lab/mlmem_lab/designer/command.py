@@ -75,7 +75,7 @@ def find(arguments: argparse.Namespace) -> int:
         console.print(f'written: {arguments.output}')
     if not arguments.prove:
         return 0
-    return _show_proofs(console, [(f'{request.levels} levels', design, settings)], arguments)
+    return _show_proofs(console, [(f'{request.levels} levels', design, settings, None)], arguments)
 
 
 def prove(arguments: argparse.Namespace) -> int:
