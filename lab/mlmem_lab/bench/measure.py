@@ -1,14 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """How benchmarks measure: contenders take turns, so that a machine that is fast one second and
-slow the next changes no ratio. And how busy the machine was otherwise.
+slow the next changes no ratio.
 """
 
 from __future__ import annotations
 
-import os
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,44 +29,6 @@ def _read_cpu_field(key: str) -> str:
     lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
     pairs = (line.partition(':') for line in lines)
     return next((value.strip() for name, _, value in pairs if name.strip() == key), '')
-
-
-class LoadMeter:
-    """Measures from its start which share of a core others use.
-
-    That is the time which has passed on all cores, less what they were idle, less our own. The
-    kernel measures idle time and that of a process, but samples the other columns of /proc/stat
-    at its ticks, at which work that a timer starts is always found.
-    """
-
-    def __init__(self, processes: Iterable[int] = ()) -> None:
-        """Begin to measure; other processes of ours, by id, must live on."""
-        self._ours = [os.getpid(), *processes]
-        self._start = time.monotonic(), self._count_known_seconds()
-
-    def measure_others(self) -> float:
-        """Return the share of others since the start, in percent of a core."""
-        start_time, start_seconds = self._start
-        share = (self._count_known_seconds() - start_seconds) / (time.monotonic() - start_time)
-        return max(0.0, 100.0 * (len(_read_cpu_lines()) - 1 - share))
-
-    def _count_known_seconds(self) -> float:
-        """Return the seconds, summed over cores, that were idle or ours."""
-        columns = _read_cpu_lines()[0].split()[1:]
-        idle = int(columns[3]) + int(columns[4])  # idle and iowait
-        fields = (
-            Path(f'/proc/{process}/stat').read_text(encoding='utf-8').rpartition(')')[2].split()
-            for process in self._ours
-        )
-        return (idle + sum(int(each[11]) + int(each[12]) for each in fields)) / os.sysconf(
-            'SC_CLK_TCK'
-        )
-
-
-def _read_cpu_lines() -> list[str]:
-    """Return the lines of all cores together, and of each, from /proc/stat."""
-    lines = Path('/proc/stat').read_text(encoding='ascii').splitlines()
-    return [line for line in lines if line.startswith('cpu')]
 
 
 @dataclass(frozen=True)

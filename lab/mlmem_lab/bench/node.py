@@ -3,8 +3,8 @@
 """The node at its defaults: share of a core, tick lateness, read latency, start, memory.
 
 Requests come from another process. The time of a read beyond the ticks that the material needs is
-the latency of client, transport, command and loop. Each figure has the share of a core that others
-took while it was measured: on a machine that was not quiet a figure says little.
+the latency of client, transport, command and loop. On a machine that was busy before, the figures
+say little, and are marked.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from statistics import median
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..results import load_kept, save_result
-from .measure import LoadMeter, ResultTable, describe_processor, format_number
+from .measure import ResultTable, describe_processor, format_number
 
 if TYPE_CHECKING:
     from mlmem_ros.ros.client.client import MemoryClient
 
 TITLE = 'share of a core, tick lateness, read latency, start-up time and memory'
 
-MAX_OTHER_LOAD_PERCENT = 10.0
-"""Share of a core, in percent, that others may take on a quiet machine."""
+MAX_QUIET_LOAD = 0.2
+"""Greatest load average of a quiet machine."""
 
 Report = Mapping[str, float]
-"""What a node measured, by name, and the share of others as `others`, in percent of a core."""
+"""What a node measured, by name."""
 
 
 class Figure(NamedTuple):
@@ -64,45 +64,41 @@ def run(repeats: int) -> ResultTable:
     """Start nodes one after another, at least three, and return their figures."""
     os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, 100))
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    count = max(3, repeats // 2)
+    count, load = max(3, repeats // 2), os.getloadavg()[0]
     with NodeProcess():  # fills the cache of compiled loops
         pass
     found = [measure_node() for _ in range(count)]
-    rows = [build_row(key, [each[key] for each in found]) for key in FIGURES]
-    caption = f'{count} nodes; others: share of a core that others took meanwhile, in percent'
+    rows = [build_row(key, [each[key] for each in found], load) for key in FIGURES]
+    caption = f'{count} nodes; load average before: {load:.2f}'
     return ResultTable('The node at its defaults', caption, rows)
 
 
-def build_row(key: str, samples: Sequence[tuple[float, float]]) -> dict[str, str]:
-    """Return the row of a figure from its values and the shares of others."""
-    values, loads = zip(*samples, strict=True)
-    return {
-        'figure': FIGURES[key].name, 'goal': FIGURES[key].goal,
-        'value': format_number(median(values)), 'others': format_number(max(loads)),
-    }  # fmt: skip
+def build_row(key: str, values: Sequence[float], load: float) -> dict[str, str]:
+    """Return the row of a figure from its values, and the load average before."""
+    mark = ' (busy)' if load > MAX_QUIET_LOAD else ''
+    value = format_number(median(values)) + mark
+    return {'figure': FIGURES[key].name, 'goal': FIGURES[key].goal, 'value': value}
 
 
-def measure_node() -> dict[str, tuple[float, float]]:
-    """Return the figures of a node, each with the share of others."""
+def measure_node() -> dict[str, float]:
+    """Return the figures of a node."""
     from mlmem_ros.ros.client.client import standalone
 
     with NodeProcess() as node, standalone() as memory:
-        found = {'ready': (node.ready_time_s, node.others)}
-        reports: dict[str, tuple[Report, str]] = {}
         idle, fast = node.watch_node(), node.watch_node(speed=0.0)
-        for key in ('share', 'p99', 'overruns', 'memory'):
-            reports[key] = idle, key
-        reports['factor'] = fast, 'factor'
         memory.ready().wait()
         writing = node.watch_node(partial(write_levels, memory))
-        reports['writing'], reports['busy'] = (writing, 'share'), (writing, 'busy')
-        load = node.meter_load()
-        latencies = [measure_latency_ms(memory) for _ in range(15)]
-        found['latency'] = median(latencies), load.measure_others()
+        latency = median(measure_latency_ms(memory) for _ in range(15))
         subscribe_streams(memory)
-        reports['streams'] = node.watch_node(time.sleep), 'share'
-    return found | {
-        key: (report[name], report['others']) for key, (report, name) in reports.items()
+        streams = node.watch_node(time.sleep)
+    return {
+        **{key: idle[key] for key in ('share', 'p99', 'overruns', 'memory')},
+        'factor': fast['factor'],
+        'writing': writing['share'],
+        'busy': writing['busy'],
+        'latency': latency,
+        'streams': streams['share'],
+        'ready': node.ready_time_s,
     }
 
 
@@ -111,7 +107,6 @@ class NodeProcess:
 
     Attributes:
         ready_time_s: Seconds from the start of the process until it was ready.
-        others: Share of a core that others took meanwhile, in percent.
     """
 
     def __init__(self) -> None:
@@ -120,9 +115,7 @@ class NodeProcess:
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
             stderr=subprocess.DEVNULL,
         )  # fmt: skip
-        load = self.meter_load()
         self.ready_time_s: float = self._read_report()['ready']
-        self.others = load.measure_others()
 
     def __enter__(self) -> NodeProcess:
         time.sleep(5.0)  # discovery is under way
@@ -130,10 +123,6 @@ class NodeProcess:
 
     def __exit__(self, *_: object) -> None:
         self._process.__exit__(None, None, None)  # closes its input, and waits for its end
-
-    def meter_load(self) -> LoadMeter:
-        """Begin to measure what others than this process and the node take of the machine."""
-        return LoadMeter([self._process.pid])
 
     def watch_node(
         self, use_node: Callable[[float], object] = lambda seconds: None, speed: float = 1.0
@@ -144,11 +133,11 @@ class NodeProcess:
             use_node: Called with this time; what the robot does to the node.
         """
         assert self._process.stdin is not None
-        seconds, load = 10.0, self.meter_load()
+        seconds = 10.0
         self._process.stdin.write(f'{seconds} {speed}\n')
         self._process.stdin.flush()
         use_node(seconds)
-        return {**self._read_report(), 'others': load.measure_others()}
+        return self._read_report()
 
     def _read_report(self) -> dict[str, float]:
         assert self._process.stdout is not None
@@ -194,9 +183,7 @@ def keep_column(rows: Sequence[Mapping[str, str]], file: Path) -> None:
     kept = {row['figure']: row for row in load_kept(file).get('rows', ())}
     found = [{'figure': 'date', 'goal': '', processor: date.today().isoformat()}]
     for row in rows:
-        busy = ' (busy)' if float(row['others']) > MAX_OTHER_LOAD_PERCENT else ''
-        value = row['value'] + busy
-        found.append({'figure': row['figure'], 'goal': row['goal'], processor: value})
+        found.append({'figure': row['figure'], 'goal': row['goal'], processor: row['value']})
     columns = [{**kept.get(row['figure'], {}), **row} for row in found]
     modules = ['mlmem_ros', 'lab/mlmem_lab/bench']
     save_result(file, {'rows': columns}, 'mlmem bench node --result FILE', modules)

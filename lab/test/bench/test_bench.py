@@ -36,7 +36,8 @@ def test_ratios_are_taken_within_a_round():
 def test_tables_are_kept_beside_others(tmp_path, monkeypatch):
     found = ResultTable('K', 'all equal', [{'contender': 'a', 's': '1'}, {'contender': 'b'}])
     ours = SimpleNamespace(TITLE='K', run=lambda repeats: found)
-    monkeypatch.setattr(command.importlib, 'import_module', lambda name, package: ours)
+    loader = SimpleNamespace(import_module=lambda name, package: ours)
+    monkeypatch.setattr(command, 'importlib', loader)  # others import modules meanwhile
     file = tmp_path / 'bench.json'
     for name in ('recorder', 'kernel'):
         assert main(['bench', name, '--result', str(file)]) == 0

@@ -1,16 +1,16 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The benchmark of the node: the load of others beside each figure."""
+"""The benchmark of the node: figures of a busy machine are marked."""
 
 import json
 
 from mlmem_lab.bench.node import build_row, keep_column
 
-ROWS = [build_row('share', [(0.2, 3.0), (0.4, 80.0), (0.3, 5.0)]), build_row('memory', [(9, 0)])]
+ROWS = [build_row('share', [0.2, 0.4, 0.3], 0.8), build_row('memory', [9], 0.1)]
 
 
-def test_row_has_the_median_and_the_greatest_load():
-    assert (ROWS[0]['value'], ROWS[0]['others']) == ('0.3', '80')
+def test_row_has_the_median_and_a_mark_of_a_busy_machine():
+    assert [row['value'] for row in ROWS] == ['0.3 (busy)', '9']
 
 
 def test_result_file_has_a_column_for_every_processor(tmp_path):
