@@ -3,8 +3,10 @@
 """An element in a robot's own program, in each of rclpy's executors, beside the robot's node."""
 
 import os
+import shutil
 import subprocess
 import time
+from pathlib import Path
 
 import pytest
 from nodes import QUICK, SOON, node_parameters, program, run_in_executor
@@ -12,6 +14,7 @@ from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 
 from mlmem import SettingsError
 from mlmem_ros import MemoryClient, MemoryNode, RequestRefused
+from mlmem_ros.contract import services
 from mlmem_ros.host import state_file
 from mlmem_ros.ros.middleware import create_events_executor
 from mlmem_ros.ros.process import PROFILE_VARIABLES
@@ -91,3 +94,23 @@ def test_node_that_cannot_start_leaves_nothing_behind(context, robot):
     assert robot.get_node_names() == ['robot']
     with MemoryNode(parameters={'autostart': False}, context=context) as memory:
         assert memory.unconfigured
+
+
+EXAMPLE = Path(__file__).parents[2] / 'examples' / 'cpp_client'
+PREFIXES = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+
+
+def test_cpp_client_writes_and_reads_a_level(start, tmp_path):
+    if not services.load_action_types():
+        pytest.skip('mlmem_interfaces is not built: make interfaces')
+    if not any(Path(each, 'share', 'rclcpp_action').is_dir() for each in PREFIXES if each):
+        pytest.skip('there is no rclcpp_action: wheels do not have it, apt does')
+    if shutil.which('cmake') is None or shutil.which('c++') is None:
+        pytest.skip('there is no cmake or no C++ compiler')
+    subprocess.run(['cmake', '-S', EXAMPLE, '-B', tmp_path], check=True)
+    subprocess.run(['cmake', '--build', tmp_path], check=True)
+    start()
+    client = [tmp_path / 'client', '3']
+    done = subprocess.run(client, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    assert 'level 3' in done.stderr

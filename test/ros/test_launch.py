@@ -18,8 +18,6 @@ from closed_bag import check_closed
 from nodes import element_file
 from robot import Robot
 
-from mlmem_ros.host.settings import declare_parameters
-
 CHECKOUT = Path(__file__).parents[2]
 
 ELEMENT = element_file('case_2', {'scale.time': 1e-5})
@@ -115,11 +113,6 @@ def test_ros2_service_writes_and_topic_echoes(ros2, node):
     assert ros2('topic', 'echo', '--once', f'{node}/level').splitlines()[0] == 'data: 2'
 
 
-def test_ros2_run_mlmem_writes_and_reads(ros2, node):
-    ros2('run', 'mlmem_ros', 'mlmem', 'write', '1')
-    assert ros2('run', 'mlmem_ros', 'mlmem', 'read').startswith('level 1 (code 001)')
-
-
 def test_launch_arguments_reach_the_node(ros2, tmp_path):
     bag = tmp_path / 'session'
     names = ('element:=case_1', 'node_name:=left', 'node_namespace:=arm', f'record.path:={bag}')
@@ -128,23 +121,6 @@ def test_launch_arguments_reach_the_node(ros2, tmp_path):
         assert robot.get('record.path') == str(bag)
     assert 'process has finished cleanly' in output.read_text()
     assert {topic for topic, _, _ in check_closed(bag)} >= {'/arm/left/wall', '/arm/left/field'}
-
-
-def test_launch_shows_every_parameter_as_an_argument(ros2):
-    told = ros2('launch', 'mlmem_ros', 'memory.launch.py', '--show-args')
-    for name, _, description in declare_parameters():
-        assert f"'{name}':" in told
-        assert description.text in told
-
-
-def test_launch_warns_of_unknown_arguments(ros2, tmp_path):
-    given = ('write.atempts:=3', 'design.nothing:=1', 'node_name:=warned', 'robot:=theirs')
-    with launched(tmp_path, '/warned', *given) as (_, output):
-        lines = [line for line in output.read_text().splitlines() if 'no argument' in line]
-    assert [line.partition('there is no argument ')[2] for line in lines] == [
-        'write.atempts: it is ignored; did you mean write.attempts?',
-        'design.nothing: it is ignored',
-    ]
 
 
 def test_launch_manages_a_node_with_a_parameter_file(ros2, tmp_path):

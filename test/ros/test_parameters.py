@@ -73,27 +73,6 @@ def test_elements_in_namespaces_have_separate_frames(declared, namespace, frame)
     assert given.values().publish.frame_id == frame
 
 
-@pytest.mark.parametrize('name', ['bits_7', '', 4, [1.5], '/nowhere/element.yaml', '/'])
-def test_unknown_element_changes_nothing(declared, name):
-    node, given = declared({'element': 'bits_2'})
-    assert not set_all(node, {'element': name, 'write.attempts': 7}).successful
-    assert (given.values().design, given.values().settings) == load_element(
-        'bits_2'
-    ).design_and_settings
-
-
-def test_present_values_may_be_set_while_configured(declared):
-    """As `ros2 param load` does with what `ros2 param dump` wrote."""
-    node, given = declared({'scale.time': 5e-5})
-    given.lock(8)
-    listed = node.list_parameters([], 0).names
-    for name in listed:
-        if name != 'start_type_description_service':  # rclpy's own, which is read-only
-            value = node.get_parameter(name).value
-            assert set_all(node, {name: value}).successful, name
-    assert given.values().settings.scale.time == 5e-5
-
-
 def test_unknown_parameter_is_named_with_a_suggestion(declared):
     """rclpy says "Invalid access to undeclared parameter(s): []", and no more."""
     node, _ = declared()
@@ -101,16 +80,6 @@ def test_unknown_parameter_is_named_with_a_suggestion(declared):
         ParameterNotDeclaredException, match=r'time\.sped.; did you mean time\.speed'
     ):
         set_all(node, {'time.sped': 2.0})
-
-
-@pytest.mark.parametrize('name', ['write.method', 'read.end'])
-def test_text_that_is_no_choice_is_rejected(declared, name):
-    node, _ = declared()
-    refused = set_all(node, {name: 'euler'})
-    assert not refused.successful
-    assert name in refused.reason
-    with pytest.raises(SettingsError, match=name):
-        declared({name: 'euler'})
 
 
 # --- what `ros2 param dump` saves -----------------------------------------------------------
@@ -125,41 +94,48 @@ def dump(node):
     return {name: node.get_parameter(name).value for name in sorted(names)}
 
 
-def test_dump_starts_the_same_node(declared, file):
-    node, given = declared({'element': str(file)})
+@pytest.mark.parametrize('levels', [16, 256])
+def test_dump_starts_the_same_node_and_is_loaded_again(declared, file, levels):
+    """Also while the node is configured; one by one and at once, as `ros2 param load` does."""
+    given = {'element': str(file)} if levels == 16 else {'element': 'byte', 'target_word': 0xA8}
+    node, first = declared(given)
     saved = dump(node)
+    assert saved['target_word'] == given.get('target_word', -1)
     again, same = declared(saved)
-    assert same.values() == given.values()
+    assert same.values() == first.values()
     assert dump(again) == saved
+    same.lock(levels)
+    for values in (*({name: value} for name, value in saved.items()), saved):
+        assert set_all(again, values).successful, values
+        assert dump(again) == saved
+
+
+@pytest.mark.parametrize(
+    ('given', 'name', 'value'),
+    [
+        *[
+            ({'element': 'bits_2'}, 'element', value)
+            for value in ('bits_7', '', 4, [1.5], '/nowhere/element.yaml', '/')
+        ],
+        ({}, 'write.method', 'euler'),
+        ({}, 'read.end', 'euler'),
+        ({'element': 'byte', 'target_word': 5}, 'target_level', 5),
+        ({'target_level': 5}, 'target_word', 5),
+    ],
+    ids=str,
+)
+def test_value_that_is_no_choice_changes_nothing(declared, given, name, value):
+    node, _ = declared(given)
+    before = dump(node)
+    assert not set_all(node, {name: value, 'write.attempts': 7}).successful
+    assert dump(node) == before
+    with pytest.raises(SettingsError, match=name):
+        declared({**given, name: value})
 
 
 def test_dump_of_a_changed_file_gives_a_warning(declared, file, capfd):
     declared({'element': str(file), 'element_description': 'of another'})
     assert 'the element is not the one whose parameters were saved' in capfd.readouterr().err
-
-
-def test_dump_of_a_register_keeps_its_word(declared):
-    """At the start, one by one and at once."""
-    node, _ = declared({'element': 'byte', 'target_word': 0xA8})
-    saved = dump(node)
-    assert (saved['target_level'], saved['target_word']) == (-1, 0xA8)
-    again, _ = declared(saved)
-    assert dump(again) == saved
-    for values in (*({name: value} for name, value in saved.items()), saved):
-        assert set_all(again, values).successful
-        assert dump(again) == saved
-
-
-@pytest.mark.parametrize(
-    ('element', 'unfit', 'fit'),
-    [('byte', 'target_level', 'target_word'), ('case_2', 'target_word', 'target_level')],
-)
-def test_target_of_the_other_kind_is_rejected(declared, element, unfit, fit):
-    node, _ = declared({'element': element, fit: 5})
-    assert not set_all(node, {unfit: 5}).successful
-    assert (node.get_parameter(unfit).value, node.get_parameter(fit).value) == (-1, 5)
-    with pytest.raises(SettingsError, match=f'^{unfit}'):
-        declared({'element': element, unfit: 0})
 
 
 def test_element_of_the_other_kind_unsets_the_target(declared):
@@ -194,7 +170,7 @@ def test_actuator_absent_with_method_strain_is_rejected(declared):
     assert set_all(node, {'write.method': 'kick'}).successful
 
 
-def test_qos_overrides_of_a_publisher_and_a_subscription_apply(start):
+def test_qos_overrides_and_service_introspection_apply(start):
     start({
         'qos_overrides./mlmem/field.publisher.depth': 7,
         'qos_overrides./mlmem/field.publisher.reliability': 'best_effort',
@@ -204,12 +180,7 @@ def test_qos_overrides_of_a_publisher_and_a_subscription_apply(start):
         assert robot.get('qos_overrides./mlmem/probe.subscription.depth') == 9
         robot.wait(lambda: robot.node.count_publishers('/mlmem/field'), 'the publisher')
         (field,) = robot.node.get_publishers_info_by_topic('/mlmem/field')
-    assert field.qos_profile.reliability.name == 'BEST_EFFORT'
-
-
-def test_service_introspection_publishes_requests_and_answers(start):
-    start()
-    with Robot() as robot:
+        assert field.qos_profile.reliability.name == 'BEST_EFFORT'
         events = []
         robot.node.create_subscription(
             Trigger.Event, '/mlmem/read/_service_event', events.append, qos_profile_system_default

@@ -11,7 +11,6 @@ import pytest
 from nodes import SOON, arrived, hears, program, refused
 from robot import PATIENCE
 
-from mlmem.loop.mailbox import Cancel
 from mlmem_ros import RequestFailed, RequestRefused, standalone
 from mlmem_ros.contract.services import load_action_types
 from mlmem_ros.ros.client.client import wait_until
@@ -132,52 +131,42 @@ def test_client_that_has_gone_loses_its_place(memory, others):
 
 @pytest.mark.skipif(not load_action_types(), reason='mlmem_interfaces is not built')
 def test_feedback_of_a_waiting_goal_says_its_place(memory, others):
+    """It moves up when one before it begins, or is canceled."""
+
     async def watch(goal):
         return [feedback async for feedback in goal], (await goal).level
 
-    async def watch_both():
-        (first,) = under_way(memory, others, 1)
-        goals = []
-        for place, level in enumerate((2, 3), start=1):
-            goals.append(others[place].write(level))
-            arrived(memory, place)
-        watching = [asyncio.create_task(watch(goal)) for goal in goals]
-        for _ in range(40):
+    async def step_on():
+        for _ in range(20):
             await asyncio.sleep(0.02)
             await memory.memory.step()
+
+    async def watch_last():
+        (first,) = under_way(memory, others, 1)
+        goals = []
+        for place in (1, 2):
+            goals.append(others[place].write(place + 1))
+            arrived(memory, place)
+        watching = asyncio.create_task(watch(goals[1]))
+        await step_on()
+        assert goals[0].cancel_goal()
+        await step_on()
+        with pytest.raises(RequestFailed, match='canceled by its client while it waited'):
+            await goals[0]
         await memory.memory.set_parameters({'time.speed': 0.2})  # a write outlasts many reports
         await memory.memory.pause(False)
         await first
-        ended = await asyncio.gather(*watching)
+        ended = await watching
         await memory.memory.set_parameters({'time.speed': 1.0})
         return ended
 
-    for place, (feedback, level) in enumerate(asyncio.run(watch_both()), start=1):
-        assert level == place + 1
-        places = [each.place for each in feedback]
-        assert places == sorted(places, reverse=True)
-        assert set(places) == set(range(place + 1))  # it moves up when another begins
-        assert {each.phase == 'waiting' for each in feedback if each.place} == {True}
-        assert (feedback[-1].place, feedback[-1].phase == 'waiting') == (0, False)
-
-
-@pytest.mark.skipif(not load_action_types(), reason='mlmem_interfaces is not built')
-def test_waiting_goal_can_be_canceled(memory, others):
-    (first,) = under_way(memory, others, 3)
-    write = others[1].write(6)
-    arrived(memory, 1)
-    assert write.cancel_goal()
-    box = memory.node.host.loop._box
-    wait_until(  # steps would end the first write
-        lambda: any(isinstance(each.asked, Cancel) for each in list(box.commands)),
-        'the cancel',
-        SOON,
-    )
-    memory.memory.step().wait()
-    with pytest.raises(RequestFailed, match='canceled by its client while it waited'):
-        write.wait()
-    memory.memory.pause(False).wait()
-    assert first.wait().details['level'] == 3
+    feedback, level = asyncio.run(watch_last())
+    assert level == 3
+    places = [each.place for each in feedback]
+    assert places == sorted(places, reverse=True)
+    assert set(places) == {2, 1, 0}
+    assert {each.phase == 'waiting' for each in feedback if each.place} == {True}
+    assert (feedback[-1].place, feedback[-1].phase == 'waiting') == (0, False)
 
 
 def test_node_without_a_queue_rejects_at_once(start):

@@ -1,9 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The files for ros2_control agree with the node.
+"""The files for ros2_control agree with the node, which bears what a control loop sends.
 
-There are no wheels of the controller manager and its controllers. `Hardware` does with the two
-topics what their hardware interface does.
+There are no wheels of the controller manager and its controllers.
 """
 
 import io
@@ -61,6 +60,9 @@ def test_joint_limits_are_those_of_the_node():
 def test_description_and_controllers_name_the_same_joint():
     description = urdf()
     system = description.find('ros2_control')
+    given = {each.get('name'): each.text for each in system.iter('param')}
+    assert given['joint_commands_topic'] == '/mlmem/joint_commands'
+    assert given['joint_states_topic'] == '/mlmem/joint_states'
     assert system.get('name') == 'mlmem_hardware', 'a node of the name /mlmem is the element'
     controllers = yaml.safe_load((FOLDER / 'controllers.yaml').read_text())
     strain = controllers['strain_controller']['ros__parameters']
@@ -77,82 +79,42 @@ def test_description_and_controllers_name_the_same_joint():
     assert started == {'joint_state_broadcaster', 'strain_controller'}
 
 
-EVERY = 25
-"""Ticks from one joint state to the next."""
-
-
 @pytest.fixture(scope='module')
 def given():
     """An element written by strain, which its joint shows."""
-    return {'write.method': 'strain', 'publish.joint_states_every': EVERY}
+    return {'write.method': 'strain'}
 
 
-@pytest.fixture
-def description(memory):
-    """The robot description of the module's element."""
-    return urdf(element=memory.element, cells=load_element(QUICK['element']).design.N)
+def joint_command(position):
+    return JointState(name=['substrate'], position=[position])
 
 
-class Hardware:
-    """What joint_state_topic_hardware_interface does with its two topics."""
-
-    def __init__(self, robot, description):
-        given = {each.get('name'): each.text for each in description.iter('param')}
-        self._joint = description.find('ros2_control/joint').get('name')
-        self._threshold = float(given['trigger_joint_command_threshold'])
-        self.position = 0.0
-        self.heard = self.sent = 0
-        self._publisher = robot.node.create_publisher(JointState, given['joint_commands_topic'], 1)
-        robot.node.create_subscription(JointState, given['joint_states_topic'], self._read, 5)
-        robot.wait(lambda: self._publisher.get_subscription_count(), 'the node')
-
-    def _read(self, message):
-        self.position = message.position[message.name.index(self._joint)]
-        self.heard += 1
-
-    def write(self, position):
-        if not abs(self.position - position) <= self._threshold:  # NaN is sent
-            self._publisher.publish(JointState(name=[self._joint], position=[position]))
-            self.sent += 1
-
-
-def test_joint_command_moves_the_joint_within_its_limits(robot, description):
-    """A command of the position where the joint is is not sent."""
-    hardware, limit = Hardware(robot, description), limits(description)[1]
+def test_joint_commands_are_followed_up_to_the_limit(memory, robot):
+    limit = limits(urdf(element=memory.element, cells=load_element(QUICK['element']).design.N))[1]
     for position in (limit, 0.0):
-        hardware.write(position)
-        robot.wait(lambda: abs(hardware.position - position) < 1e-9, 'the position')  # noqa: B023
-        hardware.write(position)
-    assert hardware.sent == 2
+        robot.send_message('joint_commands', joint_command(position))
+        reached = lambda state: abs(state.position[0] - position) < 1e-9  # noqa: B023, E731
+        robot.next('joint_states', reached)
 
 
 @pytest.mark.parametrize(
     ('level', 'position'), [(3, math.nan), (5, 0.0)], ids=['no controller', 'at rest']
 )
-def test_control_loop_during_a_write_keeps_the_content(
-    memory, robot, description, level, position
-):
-    """Its hardware interface writes every period, whatever the controllers do.
-
-    Until one commands a position that is NaN. During a write the strain is not the one commanded,
-    which is sent; and it may come after it, if the joint states of rest come late.
+def test_control_loop_during_a_write_keeps_the_content(memory, robot, level, position):
+    """The hardware interface writes every period: NaN until a controller commands a position, and
+    that position while the strain is another one, in a write.
     """
-    hardware = Hardware(robot, description)
     before = len(memory.output)
-    robot.pause(True)
-    written = robot.ask('write', level=level)
-    arrived(memory)
-    for _ in range(6):
-        heard = hardware.heard
-        memory.step(EVERY)
-        robot.wait(lambda: hardware.heard > heard, 'its state')  # noqa: B023
-        hardware.write(position)
-        robot.get('target_level')  # the node has seen what was sent before
-    robot.pause(False)
-    robot.send_message('joint_commands', JointState(name=['substrate'], position=[position]))
+    with robot.paused():
+        written = robot.ask('write', level=level)
+        arrived(memory)
+        for _ in range(6):
+            robot.send_message('joint_commands', joint_command(position))
+            robot.get('target_level')  # the node has seen what was sent before
+            memory.step(25)
     assert robot.answer(written).success
-    assert hardware.sent
-    robot.get('target_level')  # the node has seen what was sent before
+    robot.send_message('joint_commands', joint_command(position))  # a period late
+    robot.get('target_level')
     assert robot.latest('level').data == level
     rejected = 'joint_commands refused' in memory.output[before:]
     assert rejected == (position == 0.0), memory.output[before:]

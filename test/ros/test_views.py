@@ -17,15 +17,12 @@ from mlmem.physics import CASE_II, find_walls
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.host.settings import PublishSettings
 from mlmem_ros.ros.views import (
-    BLUE,
     COLOUR_TABLE,
     IMAGE_COLUMNS,
     MAX_IMAGE_ROWS,
     MAX_LABELS,
     MAX_SHOWN_CELLS,
     MAX_SHOWN_WALLS,
-    RED,
-    WHITE,
     ChainMarkers,
     Contour,
     Palette,
@@ -55,16 +52,6 @@ def pixels(image):
 
 
 # The image
-
-
-def test_palette_runs_from_red_over_white_to_blue():
-    low, high = CASE_II.D_s1, CASE_II.D_s2
-    shown = np.array((-10.0 * high, 0.5 * (low + high), 10.0 * high, low, high))
-    colours = COLOUR_TABLE[Palette(CASE_II).colour_indices(shown)].astype(int)
-    assert (tuple(colours[0]), tuple(colours[2])) == (RED, BLUE)
-    assert abs(colours[1] - WHITE).max() <= 2
-    assert colours[3, 0] > colours[3, 2]
-    assert colours[4, 2] > colours[4, 0]
 
 
 def test_image_columns_are_configurations_and_move_left():
