@@ -6,8 +6,18 @@ Calls raise only `REFUSALS`, and no request waits for a disk that hangs.
 """
 
 from .host import Host
+from .requests import Requester
 from .sessions import State
 from .settings import SessionPlan
 from .worker import REFUSALS, Log, Overdue, ThrottledLog
 
-__all__ = ['REFUSALS', 'Host', 'Log', 'Overdue', 'SessionPlan', 'State', 'ThrottledLog']
+__all__ = [
+    'REFUSALS',
+    'Host',
+    'Log',
+    'Overdue',
+    'Requester',
+    'SessionPlan',
+    'State',
+    'ThrottledLog',
+]

@@ -27,6 +27,21 @@ QUEUE_TIMEOUT_S = 60.0
 """Longest wait of a request that brings no deadline of its own."""
 
 
+class Requester:
+    """Who sends a request, and waits for its turn: whoever it is, in order of arrival.
+
+    Attributes:
+        gone: Never known.
+    """
+
+    gone = False
+
+    @property
+    def key(self) -> object:
+        """What no other request has."""
+        return self
+
+
 class RequestGate:
     """Hands requests to the loop of an element, if it is active.
 

@@ -3,17 +3,15 @@
 """Requests of different clients wait for their turn, over real DDS."""
 
 import asyncio
-import subprocess
 import time
 from contextlib import ExitStack
 
 import pytest
-from nodes import SOON, arrived, hears, program, refused
+from nodes import SOON, arrived, refused
 from robot import PATIENCE
 
 from mlmem_ros import RequestFailed, RequestRefused, standalone
 from mlmem_ros.contract.services import load_action_types
-from mlmem_ros.ros.client.client import wait_until
 
 MOST = 3
 """Requests that may wait."""
@@ -50,19 +48,11 @@ def under_way(memory, others, *levels):
     return replies
 
 
-def test_second_request_of_one_node_is_rejected(memory, robot):
-    """Its second request is refused over another service, too."""
-    robot.trigger('read')
-    robot.answer(robot.ask('read'))
-    robot.introduce(memory, 'read', 'request')
-    memory.memory.pause().wait()
-    write = robot.ask('write', level=1)
-    memory.memory.step().wait()
-    read = robot.send('read')
-    robot.wait(lambda: memory.memory.step().wait() and read.done(), 'the refusal')
-    assert 'busy: write is running' in robot.answer(read)['error']
-    memory.memory.pause(False).wait()
-    assert robot.answer(write)['level'] == 1
+def test_requests_of_one_client_wait_for_one_another(client):
+    """Two at a time is what asyncio's `gather` sends."""
+    client.write(2).wait()
+    replies = [client.read(timeout=SOON), client.write(3), client.read(timeout=SOON)]
+    assert [reply.wait().level for reply in replies] == [2, 3, 3]
 
 
 def test_full_queue_rejects_the_next_request(memory, others):
@@ -96,37 +86,6 @@ def test_abort_faults_and_queries_do_not_wait(memory, client, others):
     with pytest.raises(RequestFailed, match='aborted'):
         first.wait()
     assert second.wait().details['level'] == 6
-
-
-GONE = """
-import sys
-from mlmem_ros import standalone
-with standalone() as memory:
-    memory.ready(60).wait()
-    print('ready', flush=True)
-    sys.stdin.readline()
-    writing = memory.request('write', 60.0, level=7)
-    print('asked', flush=True)
-    sys.stdin.readline()
-"""
-
-
-def test_client_that_has_gone_loses_its_place(memory, others):
-    pipes = {'stdin': subprocess.PIPE, 'stdout': subprocess.PIPE, 'text': True}
-    with program('-c', GONE, **pipes) as passer_by:
-        hears(passer_by, 'ready')
-        (first,) = under_way(memory, others, 2)
-        passer_by.stdin.write('\n')
-        passer_by.stdin.flush()
-        hears(passer_by, 'asked')
-        arrived(memory, 1)
-        last = others[1].request('read', 60.0)
-        arrived(memory, 2)
-        passer_by.communicate('\n')
-    waiting = memory.node.host.loop._asked.waiting
-    wait_until(lambda: len(waiting) == 1, 'the end of its place', SOON)
-    memory.memory.pause(False).wait()
-    assert first.wait().details['level'] == last.wait().details['level'] == 2
 
 
 @pytest.mark.skipif(not load_action_types(), reason='mlmem_interfaces is not built')

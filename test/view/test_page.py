@@ -7,14 +7,14 @@ import zipfile
 import pytest
 
 STATE = 'mlmem.shown().state'
-GIVEN = {'scale.time': 2e-5} | {
+GIVEN = {'scale.time': 2e-5, 'queue.most': 0} | {
     f'publish.{stream}_every': 20 for stream in ('field', 'wall', 'joint_states')
 }
 
 
 @pytest.fixture(scope='module')
 def node(start_shared):
-    """An eight-level element with streams at the default rates."""
+    """An eight-level element with streams at the default rates, which refuses what would wait."""
     return start_shared(GIVEN)
 
 

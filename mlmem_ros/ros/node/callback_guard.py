@@ -9,16 +9,12 @@ the future, and send the response from there.
 
 from __future__ import annotations
 
-import ctypes
 import inspect
-import struct
 import threading
 import time
 from collections.abc import Callable, Coroutine, Generator, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
-from contextvars import ContextVar
-from functools import cached_property
 from typing import Any, NamedTuple, TypeVar
 
 from action_msgs.msg import GoalStatus
@@ -35,18 +31,12 @@ from ...host import REFUSALS, ThrottledLog
 
 T = TypeVar('T')
 
-CURRENT_REQUESTER: ContextVar[Requester | None] = ContextVar('requester', default=None)
-"""Who has sent the request that is being answered."""
-
 REQUEST_ERRORS = (*REFUSALS, rclpy_implementation.RCLError, ValueError, TypeError)
 """Errors of bad requests to rclpy's own services: a transition that is not available now, a
 parameter of unknown type."""
 
 RESEND_DELAYS_S = 0.2, 1.0, 4.0
 """Seconds before an answer that was dropped is sent once more; clients ignore a second one."""
-
-SERVICE_INFO_STRUCT = struct.Struct('qq16sq')
-"""`rmw_service_info_t`: when the request was sent and received, who sent it, and its number."""
 
 
 async def await_future(future: Future[T]) -> T:
@@ -62,67 +52,6 @@ class _Outcome(NamedTuple):
         if not self.future.done():
             yield self.future
         return self.future.result()
-
-
-class Requester:
-    """Who sends a request: the node of the service's client, as far as the graph tells.
-
-    rclpy does not show the id in a request's header, so it is read from the structure behind it.
-    Where the rest of that differs from what rclpy shows of it, or another binding lays its objects
-    out, the requester is not known.
-    """
-
-    def __init__(self, node: Node, service: str, header: Any) -> None:
-        self._node = node
-        self._service = service
-        self._id = _read_writer_id(header)
-        self._seen = False
-
-    @cached_property
-    def key(self) -> object:
-        """Full name and participant of the node that asks; unique if it is not known."""
-        for end in self._find_client_endpoints():
-            if bytes(end.endpoint_gid)[:16] == self._id:
-                self._seen = True
-                # the name (of rmw_dds_common) while the graph knows only the endpoint
-                if end.node_name != '_NODE_NAME_UNKNOWN_':
-                    return end.node_namespace, end.node_name, self._id[:12]
-        return self._id or id(self)
-
-    @property
-    def gone(self) -> bool:
-        """Whether it was on the graph and is no more."""
-        return self._seen and all(
-            bytes(e.endpoint_gid)[:16] != self._id for e in self._find_client_endpoints()
-        )
-
-    def _find_client_endpoints(self) -> list[Any]:
-        """Return the ends of the service's clients, under the names that DDS gives to them."""
-        name = self._node.resolve_service_name(self._service)
-        reply, request = f'rr{name}Reply', f'rq{name}Request'
-        return [
-            *self._node.get_subscriptions_info_by_topic(reply, no_mangle=True),
-            *self._node.get_publishers_info_by_topic(request, no_mangle=True),
-        ]
-
-
-def _read_writer_id(header: Any) -> bytes:
-    """Return the id of a request's sender; empty if it is not known."""
-    kind = type(header)
-    if (
-        kind is not rclpy_implementation.rmw_service_info_t
-        # its objects begin with a pointer to the C structure
-        or type(kind).__name__ != 'pybind11_type'
-    ):
-        return b''
-    behind = ctypes.c_void_p.from_address(id(header) + object.__basicsize__).value
-    if not behind:
-        return b''
-    sent, received, writer, number = SERVICE_INFO_STRUCT.unpack(
-        ctypes.string_at(behind, SERVICE_INFO_STRUCT.size)
-    )
-    shown = header.source_timestamp, header.received_timestamp, header.request_id.sequence_number
-    return writer if (sent, received, number) == shown else b''
 
 
 class _Answer(NamedTuple):
@@ -214,9 +143,7 @@ class CallbackGuard:
                 self.waiting.discard(id(answer))
 
             self.waiting.add(id(answer))
-            token = CURRENT_REQUESTER.set(Requester(self._node, name, header))
             answer.run(try_send)
-            CURRENT_REQUESTER.reset(token)
 
         return send_answer
 
