@@ -100,7 +100,9 @@ DESIGN_TASKS = {'check': check, 'prove': prove}
         help='dry friction of every cell in k_r times lattice constants',
     ),
     declare_option('--trials', type=int, default=100, metavar='N', help='elements to try'),
-    declare_option('--output', type=Path, metavar='FILE.yaml', help='element file to write'),
+    declare_option(
+        '--output', type=Path, metavar='FILE.yaml', help='element file to write; none: print it'
+    ),
     declare_option('--prove', action='store_true', help='simulate the found element'),
     *PROOF_OPTIONS,
     JSON_OPTION,
@@ -143,7 +145,8 @@ def _reject_request(arguments: argparse.Namespace) -> str:
         )
     report = judge_request(levels, scatter, friction)
     title = f'{levels} levels, scatter {scatter:g}, friction {friction:g}'
-    print_rows(create_console(aside=arguments.json), f'budget of {title}', _list_rows(report))
+    aside = arguments.json or arguments.output is None  # the element may be piped
+    print_rows(create_console(aside=aside), f'budget of {title}', _list_rows(report))
     return '; '.join(finding.text for finding in report.of(Verdict.FAIL))
 
 

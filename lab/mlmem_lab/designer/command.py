@@ -46,7 +46,8 @@ def find(arguments: argparse.Namespace) -> int:
     """Search an element for levels, scatter and friction, and write its file; return the exit
     status.
     """
-    console = create_console(aside=arguments.json)
+    piped = arguments.output is None and not arguments.json
+    console = create_console(aside=piped or arguments.json)
     request = Request(arguments.levels, arguments.scatter, arguments.friction)
     try:
         design, settings = search_element(console, request, arguments.jobs, arguments.trials)
@@ -68,9 +69,9 @@ def find(arguments: argparse.Namespace) -> int:
             'design': design, 'settings': settings, 'file': arguments.output,
             'found': described,
         })  # fmt: skip
-    if arguments.output is None:
-        print(text, end='', file=console.file)
-    else:
+    if piped:
+        print(text, end='')
+    if arguments.output is not None:
         arguments.output.write_text(text, encoding='utf-8')
         console.print(f'written: {arguments.output}')
     if not arguments.prove:

@@ -68,13 +68,13 @@ def test_a_design_that_does_not_work_fails_its_proof():
 
 @pytest.mark.slow
 def test_an_element_is_found_written_and_proven(tmp_path, capsys):
-    file = tmp_path / 'two.yaml'
-    options = ['--output', str(file), '--trials', '10', '--prove', '--jobs', '1']
-    assert main(['design', '--levels', '2', *options]) == 0
+    """Without an output file the element alone is on the standard output."""
+    assert main(['design', '--levels', '2', '--trials', '10', '--prove', '--jobs', '1']) == 0
+    file, (text, printed) = tmp_path / 'two.yaml', capsys.readouterr()
+    file.write_text(text, encoding='utf-8')
     shipped = load_element(str(file))
     assert (shipped.design.levels, shipped.settings.write.method) == (2, 'kick')
     assert count_astray(*shipped, 0.03, elements=10)['astray'] == 0
-    printed = capsys.readouterr().out
     assert 'astray at 0.03' in printed
     found = dict(re.findall(r'^([a-z ]+?) +(\d+ of \d+)', printed, re.MULTILINE))
     assert {
