@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The file of an on-site law: `law.yaml`, as `mlmem law` writes it and `mlmem design` reads it.
+"""The file of an on-site law: `law.yaml`, as `mlmem law` writes it.
 
 `{format: 1, unit: SI, law: {low: 0.0, high: 0.04, force: [...]}, force_std: [...]}`: a `Curve` in
 m and N, or with `unit: cells` in those of a design.
