@@ -143,11 +143,12 @@ def load():
     for package in MESSAGES:
         import_type_support(package)
     case_2 = load_element('case_2')
-    for (design, settings), time in (
+    for element, time in (
         (case_2, 1e-4),
         (use_kicks(case_2), 1e-5),  # that of `nodes.QUICK`
     ):
-        MemoryElement(design, replace(settings, scale=replace(settings.scale, time=time)))
+        scale = replace(element.settings.scale, time=time)
+        MemoryElement(replace(element, settings=replace(element.settings, scale=scale)))
     inspect.getmodule(inspect.currentframe())
     assert threading.active_count() == 1
     gc.freeze()
