@@ -1,16 +1,15 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem rig` answers a frame that it cannot serve with one FAULT and serves the next client."""
+"""A rig answers a frame that it cannot serve with one FAULT and serves the next client."""
 
 import json
 import socket
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from mlmem import Settings
+from mlmem.physics import CASE_II
 from mlmem_ros.rig.frames import (
     FrameKind,
     Hello,
@@ -18,12 +17,16 @@ from mlmem_ros.rig.frames import (
     encode_frame,
     encode_set_points,
 )
+from mlmem_tools.rig.emulated import EmulatedRig
 
-from .lines import emulated
+from .lines import emulated, serving
 
 HELLO = encode_frame(FrameKind.HELLO, 0, json.dumps({'protocol': 1, 'ahead': 0.0}).encode())
 NONE = np.empty((2, 0))
 TIMEOUT_S = 30.0
+
+# A frame that cannot be served must not end the rig with a traceback.
+pytestmark = pytest.mark.filterwarnings('error::pytest.PytestUnhandledThreadExceptionWarning')
 
 
 def set_points(displacement=0.0, *, first=0, samples=80, site=0, motion=NONE, more=b''):
@@ -62,18 +65,9 @@ BAD_FRAMES = {
 
 @pytest.fixture(scope='module')
 def port():
-    """The TCP port of `mlmem rig`, whose standard error stays empty."""
-    process = subprocess.Popen(
-        [Path(sys.executable).with_name('mlmem'), 'rig'],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    try:
-        yield int(process.stdout.readline().rpartition(':')[2])
-        assert process.poll() is None
-    finally:
-        process.kill()
-        _, errors = process.communicate()
-    assert not errors
+    """The TCP port of a rig."""
+    with serving(EmulatedRig(CASE_II, Settings())) as server:
+        yield server.port
 
 
 def receive(port, data, kind):
