@@ -105,11 +105,6 @@ def program(*command, **streams):
     return node_process.subprocess.Popen([sys.executable, *map(str, command)], **streams)
 
 
-def hears(process, word):
-    """Read the output of a process up to a line; Fast DDS may print its complaints there, too."""
-    assert f'{word}\n' in iter(process.stdout.readline, ''), f'it ended before it said {word}'
-
-
 @contextlib.contextmanager
 def emulated_rig(*options):
     """Run an emulated rig in its own process; yield its address."""
@@ -155,11 +150,12 @@ def arrived(memory, waiting=0):
     stepped(memory, lambda: asked._open and len(asked.waiting) == waiting, f'{waiting} that wait')
 
 
-def refused(memory, reply, why):
-    """A request is refused in the tick in which it arrives."""
+def refused(memory, reply, code):
+    """A request is refused in the tick in which it arrives, with an `ErrorCode`."""
     stepped(memory, reply.done, 'the refusal')
-    with pytest.raises(RequestRefused, match=why):
+    with pytest.raises(RequestRefused) as refusal:
         reply.wait()
+    assert refusal.value.answer['error_code'] == code
 
 
 def stepped(memory, condition, what):

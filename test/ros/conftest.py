@@ -124,15 +124,9 @@ def frequent_reports():
 
 
 @pytest.fixture(scope='module')
-def given():
-    """What a module's element is given beside `nodes.QUICK`."""
-    return {}
-
-
-@pytest.fixture(scope='module')
-def memory(start_shared, given):
-    """An element for all tests of a module."""
-    return start_shared(given)
+def memory(request, start_shared):
+    """An element for all tests of a module, with its parameters `GIVEN` beside `nodes.QUICK`."""
+    return start_shared(getattr(request.module, 'GIVEN', {'actions': True}))
 
 
 @pytest.fixture(scope='module')

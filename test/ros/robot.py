@@ -7,7 +7,7 @@ from __future__ import annotations
 import json
 import time
 from collections import defaultdict
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cache, cached_property
 
 import rclpy
@@ -16,7 +16,6 @@ from diagnostic_msgs.srv import SelfTest
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import (
-    DescribeParameters,
     GetParameters,
     ListParameters,
     SetParameters,
@@ -24,7 +23,6 @@ from rcl_interfaces.srv import (
 )
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import NodeNameNonExistentError
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import (
     DurabilityPolicy,
@@ -237,21 +235,6 @@ class Robot:
 
     # Services
 
-    def introduce(self, memory, *services):
-        """Have a node of this process know whose requests these will be: the graph may tell it
-        after the first, which is then taken for that of another client.
-        """
-        names = {self.name(service) for service in services}
-        for service in SERVICES.keys() & services:
-            self._client(service)
-
-        def known():
-            asked = memory.node.get_client_names_and_types_by_node
-            with suppress(NodeNameNonExistentError):
-                return names <= {name for name, _ in asked(self.node.get_name(), '/')}
-
-        self.wait(known, 'known clients')
-
     def send(self, service, request=None, kind=None):
         """Send a request; return the future of its answer."""
         kind = kind or SERVICES[service]
@@ -360,11 +343,6 @@ class Robot:
         request = GetParameters.Request(names=names)
         answer = self.response(self.send('get_parameters', request, GetParameters))
         return list(map(parameter_value_to_python, answer.values))
-
-    def describe(self, names):
-        request = DescribeParameters.Request(names=names)
-        answer = self.response(self.send('describe_parameters', request, DescribeParameters))
-        return {described.name: described for described in answer.descriptors}
 
 
 class ActionTool:

@@ -34,23 +34,11 @@ SUCCEEDED, CANCELED, ABORTED, UNKNOWN = (
 )
 
 
-def introduced_tool(robot, memory, name):
-    """Return a client of an action whose goals the node takes for the robot's."""
-    tool = ActionTool(robot, name, KINDS[name])
-    robot.introduce(memory, f'{name}/_action/send_goal')
-    return tool
-
-
-@pytest.fixture(scope='module')
-def given():
-    return {'actions': True}
-
-
 @pytest.fixture
-def tool(robot, memory):
+def tool(robot):
     with contextlib.ExitStack() as tools:
         yield lambda name: tools.enter_context(
-            contextlib.closing(introduced_tool(robot, memory, name))
+            contextlib.closing(ActionTool(robot, name, KINDS[name]))
         )
 
 

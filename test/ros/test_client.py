@@ -20,11 +20,6 @@ from mlmem_ros import (
 )
 
 
-@pytest.fixture(scope='module')
-def given():
-    return {'actions': True}
-
-
 @pytest.fixture
 def node(create_node, client):
     """A robot's node, in no executor, next to the running memory."""

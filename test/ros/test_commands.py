@@ -24,11 +24,6 @@ from mlmem_tools.cli import demo, laboratory
 from mlmem_tools.cli.main import main
 
 
-@pytest.fixture(scope='module')
-def given():
-    return {'actions': True}
-
-
 @pytest.fixture
 def run(capsys):
     """Run a command in this process: run('read') returns its exit status, output and errors."""

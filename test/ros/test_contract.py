@@ -24,12 +24,6 @@ def driver(request):
     return request.param
 
 
-@pytest.fixture(scope='module')
-def given():
-    """That of a robot, but ten times as fast."""
-    return {'element': 'case_2', 'actions': True}
-
-
 def site(level):
     return PERIOD * (level + 1)
 

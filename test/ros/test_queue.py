@@ -16,10 +16,7 @@ from mlmem_ros.contract.services import load_action_types
 MOST = 3
 """Requests that may wait."""
 
-
-@pytest.fixture(scope='module')
-def given():
-    return {'actions': True, 'queue.most': MOST}
+GIVEN = {'actions': True, 'queue.most': MOST}
 
 
 @pytest.fixture(scope='module')
@@ -50,15 +47,14 @@ def under_way(memory, others, *levels):
 
 def test_requests_of_one_client_wait_for_one_another(client):
     """Two at a time is what asyncio's `gather` sends."""
-    client.write(2).wait()
-    replies = [client.read(timeout=SOON), client.write(3), client.read(timeout=SOON)]
-    assert [reply.wait().level for reply in replies] == [2, 3, 3]
+    replies = [client.write(level, timeout=SOON) for level in (2, 3, 1)]
+    assert [reply.wait().level for reply in replies] == [2, 3, 1]
 
 
 def test_full_queue_rejects_the_next_request(memory, others):
     replies = under_way(memory, others, *range(MOST + 1))
-    refused(memory, others[-1].request('read', SOON), 'write is running, and 3 requests wait')
-    refused(memory, others[-1].request('write', SOON, level=8), 'level must be')  # said at once
+    refused(memory, others[-1].request('read', SOON), 'busy')
+    refused(memory, others[-1].request('write', SOON, level=8), 'out_of_range')  # said at once
     memory.memory.pause(False).wait()
     assert [reply.wait().details['level'] for reply in replies] == [*range(MOST + 1)]
 

@@ -79,10 +79,8 @@ def test_description_and_controllers_name_the_same_joint():
     assert started == {'joint_state_broadcaster', 'strain_controller'}
 
 
-@pytest.fixture(scope='module')
-def given():
-    """An element written by strain, which its joint shows."""
-    return {'write.method': 'strain'}
+GIVEN = {'write.method': 'strain'}
+"""The joint shows the strain of a write."""
 
 
 def joint_command(position):

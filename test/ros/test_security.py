@@ -8,8 +8,6 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from xml.etree import ElementTree
 
-import pytest
-
 from mlmem_ros.contract import services
 from mlmem_ros.contract.calls import RequestFailed, RequestRefused
 from mlmem_ros.contract.services import load_action_types
@@ -27,20 +25,10 @@ SETTLED = 1.0
 ACTIONS_BUILT, SIMULATOR_BUILT = bool(load_action_types()), simulator.load_types() is not None
 
 
-@pytest.fixture(scope='module')
-def given():
-    return {'actions': True}
-
-
+REQUESTS, REPORTS = {'send_goal', 'cancel_goal', 'get_result'}, {'feedback', 'status'}
 ACTION = {
-    'execute': {
-        'reply': {'send_goal', 'cancel_goal', 'get_result'},
-        'publish': {'feedback', 'status'},
-    },
-    'call': {
-        'request': {'send_goal', 'cancel_goal', 'get_result'},
-        'subscribe': {'feedback', 'status'},
-    },
+    'execute': {'reply': REQUESTS, 'publish': REPORTS},
+    'call': {'request': REQUESTS, 'subscribe': REPORTS},
 }
 """The parts of an action by role and rule."""
 

@@ -53,9 +53,9 @@ def test_ticks_follow_the_clock_and_stand_with_it(start):
     start({'use_sim_time': True, 'scale.time': 1e-4})  # ticks of 2 ms
     with Robot() as robot, Simulator(robot, 100.0, step=1e-3).running() as clock:
         seen = []
-        for step in (1e-3, 1e-3, 0.0):
-            clock.step = step
-            time.sleep(0.4)
+        for seconds in (0.2, 0.2, 0.0):
+            clock.step, until = 1e-3, clock.now + seconds
+            wait_until(lambda: clock.now >= until, 'the clock')  # noqa: B023
             clock.step = 0.0
             time.sleep(0.2)  # the node has made its ticks
             seen.append((clock.now / 2e-3, robot.pause(True)['tick']))

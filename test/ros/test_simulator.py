@@ -56,10 +56,7 @@ class Tool:
         return self.call(srv.ResetSimulation, 'reset_simulation', scope=scope).result.result
 
 
-@pytest.fixture(scope='module')
-def given():
-    streams = {'publish.field_every': 1, 'publish.wall_every': 1}
-    return {'element': 'bits_1', 'actions': True, **streams}
+GIVEN = {'element': 'bits_1', 'publish.field_every': 1, 'publish.wall_every': 1}
 
 
 @pytest.fixture

@@ -51,7 +51,8 @@ def test_new_stream_is_published_recorded_and_compared(energies, tmp_path):
     report = run_replay(session)
     assert report.exact
     assert (report.events['energies'].recorded, report.events['energies'].equal) == (2, 2)
-    session.recorded['energies'][1] = session.recorded['energies'][1] + 1e-3
+    seconds, energies = session.events['energies'][1]
+    session.events['energies'][1] = seconds, energies + 1e-3
     changed = run_replay(session)
     assert changed.other_events == ['~/energies']
     assert not changed.passed

@@ -22,8 +22,8 @@ def root(tmp_path_factory):
 
 
 @pytest.fixture(scope='module')
-def given(root):
-    return {'element': 'byte', 'files.root': str(root)}
+def memory(start_shared, root):
+    return start_shared({'element': 'byte', 'files.root': str(root)})
 
 
 def test_client_reads_the_word_it_wrote(client):
