@@ -14,6 +14,7 @@ import time
 import pytest
 
 from mlmem import Faults, Read, Refused, SetStrain, SettingsError, Write
+from mlmem.loop.timetable import SteadyPacer
 from mlmem.physics import StateError
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import Overdue, State, state_file
@@ -87,18 +88,15 @@ def test_write_that_cannot_be_saved_fails(serve, kept, monkeypatch):
     assert host.submit(Read()).answer.result(SOON).success  # a read saves nothing
 
 
-def test_write_with_a_hanging_disk_is_answered(serve, kept, monkeypatch, hung):
+def test_hanging_disk_delays_no_answer_and_is_a_loss_at_the_end(
+    serve, kept, monkeypatch, hung, log
+):
     host = serve(**kept).activate()
     monkeypatch.setattr(state_file, 'save_snapshot', lambda *_: hung.wait())
     answer = host.submit(Write(0)).answer
     until(host, answer.done)
     assert 'the disk does not answer' in answer.result().error
     assert host.submit(Read()).answer.result(SOON).success
-
-
-def test_close_with_a_hanging_disk_reports_the_loss(serve, kept, monkeypatch, hung, log):
-    host = serve(**kept).activate()
-    monkeypatch.setattr(state_file, 'save_snapshot', lambda *_: hung.wait())
     host.close()
     assert host.lost
     assert any('the disk does not answer' in text for text in log.of('error'))
@@ -151,28 +149,14 @@ def test_failed_device_is_released_and_its_file_kept(serve, kept, file, log):
     assert service.activate().submit(Read()).answer.result(SOON).reading.level == 0
 
 
-class Clock:
-    """A clock that stops the loop when it is gone."""
-
-    slack, gone = 0.0, False
-
-    def now(self):
-        if self.gone:
-            raise RuntimeError('the clock has gone')
-        return 0.0
-
-    def wait(self, changed, seconds):
-        changed.wait(seconds)
-
-
 @pytest.fixture
 def failed(serve, log):
     """An element in service whose loop has failed after a write; it has no state file."""
-    service, clock = serve(), Clock()
-    host = service.activate(clock)
+    service, pacer = serve(), SteadyPacer()
+    host = service.activate(pacer)
     assert host.submit(Write(0)).answer.result(SOON).success
     assert host.submit(SetStrain(0.01)).answer.result(SOON) is None
-    clock.gone = True
+    pacer.now = lambda: 1 / 0
     assert service.failed.wait(SOON)
     element = host.element
     host.fail()
@@ -206,20 +190,6 @@ def test_listener_that_fails_stops_nothing(serve, log):
 @pytest.fixture
 def record(tmp_path):
     return RecordSettings(path=str(tmp_path / 'session'))
-
-
-def test_one_of_many_record_requests_succeeds(serve, record):
-    service = serve()
-    host = service.activate()
-    started = [host.record(service.plan(record)) for _ in range(20)]
-    paths = [future.result(SOON) for future in started if future.exception(SOON) is None]
-    assert [str(path) for path in paths] == [record.path]
-    assert host.submit(Read()).answer.result(SOON).success
-    stopped = [host.record(None) for _ in range(20)]
-    assert sum(future.exception(SOON) is None for future in stopped) == 1
-    assert host.refused == 38
-    assert run_replay(load_session(record.path)).exact
-    assert host.sessions.state is State.IDLE
 
 
 @pytest.mark.parametrize('active', [False, True])
@@ -319,3 +289,17 @@ def test_initial_content_of_a_simulated_element_is_read(serve):
     service.activate()
     assert service.host.element.reading is None
     assert service.host.submit(Read()).answer.result(60.0).reading.level == 5
+
+
+def test_one_of_many_record_requests_succeeds(serve, record):
+    service = serve()
+    host = service.activate()
+    started = [host.record(service.plan(record)) for _ in range(20)]
+    paths = [future.result(SOON) for future in started if future.exception(SOON) is None]
+    assert [str(path) for path in paths] == [record.path]
+    assert host.submit(Read()).answer.result(SOON).success
+    stopped = [host.record(None) for _ in range(20)]
+    assert sum(future.exception(SOON) is None for future in stopped) == 1
+    assert host.refused == 38
+    assert run_replay(load_session(record.path)).exact
+    assert host.sessions.state is State.IDLE
