@@ -24,7 +24,6 @@ from mlmem import (
     SettingsError,
     Survey,
     Write,
-    as_designed,
     element_file,
     load_element,
 )
@@ -216,20 +215,6 @@ def test_bad_cells_that_are_none_or_leave_no_level_are_rejected(cells):
     assert Settings().add_stuck_cells((3, 7)).element.stuck == (3, 7)
 
 
-def four_levels(name):
-    """Return a shipped element, of Case II its first four levels."""
-    kind = load_element(name)
-    return as_designed(replace(kind.design, N=min(kind.design.N, 125)), kind.settings)
-
-
-def stuck(kind, level, cell):
-    """Return an element whose wall rests at a level, and a cell of which then sticks."""
-    element = MemoryElement(kind)
-    place(element, level)
-    element.apply(SetFaults(Faults(stuck_cell=cell)))
-    return element
-
-
 @pytest.mark.parametrize(
     ('name', 'n'),
     sampled(
@@ -238,22 +223,10 @@ def stuck(kind, level, cell):
     ),
 )
 def test_no_write_is_acknowledged_that_was_not_done(name, n):
-    """A wall that has to pass the cell, or may be taken for it."""
-    kind = four_levels(name)
-    element = stuck(kind, 1, kind.design.defect_site(2) + n)
+    """A wall that has to pass the cell, or may be taken for it; of Case II the first levels."""
+    design, settings = load_element(name).design_and_settings
+    element = MemoryElement(replace(design, N=min(design.N, 125)), settings)
+    place(element, 1)
+    element.apply(SetFaults(Faults(stuck_cell=design.defect_site(2) + n)))
     outcome = element.perform(Write(2))
     assert not outcome.success or true_level(element) == 2
-
-
-def test_stuck_cell_goes_with_strain_of_write():
-    """Nailed to the laboratory it was torn out of its well, and the device stopped. Now the write
-    is refused or done, and the device goes on.
-    """
-    element = MemoryElement(four_levels('case_2'))
-    assert element.perform(Write(1)).success
-    element.apply(SetFaults(Faults(stuck_cell=117)))
-    before = element.chain.configuration[116]
-    outcome = element.perform(Write(3))
-    assert not outcome.success or true_level(element) == 3
-    assert element.chain.configuration[116] == pytest.approx(before, abs=1e-9)
-    element.perform(Read())

@@ -158,12 +158,6 @@ def test_command_that_may_move_wall_makes_unknown(written):
     assert rig.succeed(held, Read()).level == 3
     held.apply(Abort())
     assert held.unknown.reason == 'aborted'
-    moved = written(3)
-    moved.apply(Write(1))
-    while moved.reading is not None:
-        moved.advance()
-    moved.apply(Abort())
-    assert moved.unknown.reason == 'aborted'
 
 
 @pytest.mark.parametrize(('command', 'level'), [(Write(3), 3), (Write(0), 0), (Erase(), -1)])
@@ -219,17 +213,6 @@ def phases(told):
     return [phase for phase, _ in itertools.groupby(each.phase for each in told)]
 
 
-def test_write_goes_through_its_phases(written):
-    told, _ = watched(written(0), Write(1))
-    assert phases(told)[:2] == [PHASE_STRAINING, PHASE_SETTLING]
-    assert phases(told)[-1] == PHASE_LISTENING
-    strained = [each.strain for each in told if each.phase == PHASE_STRAINING]
-    assert max(map(abs, strained)) > 0.02
-    assert told[-1].strain == 0.0
-    launched, _ = watched(rig.device(), Write(0))
-    assert PHASE_LAUNCHING in phases(launched)
-
-
 @pytest.mark.parametrize('command', [Write(2), Write(1), Write(3), Read('both')])
 def test_share_rises_to_about_one(written, command):
     told, outcome = watched(written(1), command)
@@ -238,6 +221,17 @@ def test_share_rises_to_about_one(written, command):
     assert shares == sorted(shares)
     assert 0.75 <= shares[-1] <= 1.0
     assert shares[len(shares) // 2] < 0.7
+    if command == Write(2):
+        assert phases(told)[:2] == [PHASE_STRAINING, PHASE_SETTLING]
+        strained = [each.strain for each in told if each.phase == PHASE_STRAINING]
+        assert max(map(abs, strained)) > 0.02
+    assert phases(told)[-1] == PHASE_LISTENING
+    assert told[-1].strain == 0.0
+
+
+def test_write_of_a_blank_element_launches_a_wall():
+    told, _ = watched(rig.device(), Write(0))
+    assert PHASE_LAUNCHING in phases(told)
 
 
 def test_failed_attempt_is_counted_and_prolongs_write(written):
@@ -272,20 +266,6 @@ def test_reads_move_no_wall(level, end):
     rig.ticks(element, 400)  # 8000 time units: what still rang has faded by exp(-16)
     assert rig.wall(element) == pytest.approx(position, abs=1e-8)
     np.testing.assert_allclose(element.chain.v, v, atol=1e-8)
-
-
-@pytest.mark.parametrize(
-    ('level', 'weak'), [(1, {'tension': 0.034}), (2, {'compression': -0.0195})], ids=str
-)
-def test_weak_peak_is_compensated_by_next_attempt(level, weak):
-    """0.034 and -0.0195 do not free the wall; a tenth more does."""
-    element = rig.device(level, write=weak)
-    outcome = rig.run(element, Write(level + 1))
-    assert outcome.success, outcome.error
-    assert outcome.attempts == 2
-    assert rig.holds(element, level + 1)
-    patient = rig.device(level, write=weak | {'escalation': 1.0})
-    assert not rig.run(patient, Write(level + 1)).success
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@
 import math
 import threading
 import time
+from types import SimpleNamespace
 from unittest.mock import Mock
 
 import pytest
@@ -23,7 +24,9 @@ from mlmem import (
     Write,
     snapshot,
 )
-from mlmem.loop.mailbox import MAX_PENDING_REQUESTS
+from mlmem.loop.mailbox import MAX_PENDING_REQUESTS, Cancel, Request
+from mlmem.loop.open_requests import OpenRequests
+from mlmem.loop.timetable import LoopStatistics
 from mlmem.physics import StateError
 from mlmem.rejections import ErrorCode
 
@@ -323,3 +326,22 @@ def test_single_tick_is_answered_even_if_pause_ends_first(start):
     blocked.set()
     result(holding)
     assert result(tick) > 0
+
+
+@pytest.mark.parametrize('leaves', ['canceled', 'past its deadline', 'gone'])
+def test_places_move_up_when_a_request_leaves(leaves):
+    requests = OpenRequests(rig.device(), LoopStatistics(), None, None, most=3)
+    clients = [SimpleNamespace(key=name, gone=False) for name in 'abcd']
+    running, *waiting = (Request(Write(1), client=client) for client in clients)
+    for request in (running, *waiting):
+        requests.apply(request)
+    assert [request.place for request in (running, *waiting)] == [0, 1, 2, 3]
+    first, second, third = waiting
+    if leaves == 'canceled':
+        requests.apply(Request(Cancel(first)))
+    else:
+        first.client.gone = leaves == 'gone'
+        first.deadline = math.inf if first.client.gone else 0.0
+        requests.refuse_expired()
+    assert isinstance(first.answer.exception(0.0), Refused)
+    assert (second.place, third.place) == (1, 2)

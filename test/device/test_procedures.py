@@ -169,18 +169,6 @@ def test_blank_element_is_read_from_right():
         assert reading.left_delay is None
 
 
-def test_wall_between_two_levels_is_undecodable():
-    """Tension holds it at the substrate's softest site, 67, a third of the way to 75."""
-    element = rig.device(2, read={'min_margin': 0.5})
-    element.apply(SetStrain(0.03))
-    rig.ticks(element, 300)
-    assert rig.wall(element) == pytest.approx(67.3, abs=0.5)
-    outcome = rig.run(element, Read())
-    assert not outcome.success
-    assert 'lies between levels' in outcome.error
-    assert outcome.reading.level == UNDECODABLE
-
-
 def test_wall_that_stopped_short_does_not_count_as_written():
     """Scatter of 0.1 % in alpha stops the wall 8 cells short, where the target is the nearest
     level.

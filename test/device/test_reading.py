@@ -54,21 +54,10 @@ def both(left, right, names='left', calibration=CALIBRATION, end='', **settings)
 # --- one end ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize('level', range(8))
-@pytest.mark.parametrize('end', list(End))
-def test_calibrated_delay_is_its_level(level, end):
-    delay = 200.0 + 100.0 * level if end == 'left' else 630.0 - 70.0 * level
-    reading = decoded(delay, end)
-    assert (reading.level, reading.code) == (level, f'{level:03b}')
-    assert (reading.end, reading.delay, reading.reason) == (end, delay, '')
-    assert (reading.level_margin, reading.threshold_margin) == (1.0, 3.0)
-    site = 25 * (level + 1)
-    assert reading.distance == pytest.approx(site - 1 if end == 'left' else 225 - site)
-
-
 @pytest.mark.parametrize(
     ('delay', 'least', 'level', 'margin', 'distance'),
     [
+        (300.0, 0.2, 1, 1.0, 49.0),
         (220.0, 0.2, 0, 0.6, 29.0),
         (339.0, 0.2, 1, 0.22, 58.75),
         (170.0, 0.2, 0, 0.4, 24.0),

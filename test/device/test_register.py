@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Many walls in one element: a byte in the paper's second one."""
+"""Many walls in one element: a byte in the paper's second one, and words of robust cells."""
 
 import itertools
 from dataclasses import replace
@@ -31,6 +31,7 @@ from mlmem import (
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
+from mlmem.moves.planner import erasing_moves, find_route
 from mlmem.physics import Scatter, Specimen, find_walls, scattered
 from mlmem.physics.equilibrium import find_pinned_walls
 from mlmem.readers.register import find_wall_levels, forecast_words
@@ -328,3 +329,56 @@ def test_element_in_another_ground_state_is_written_again(state):
     element = rig.settle(MemoryElement(NIBBLE), np.full(NIBBLE.design.N, state))
     assert any(element.perform(Write(5)).success for _ in range(2))
     assert element.perform(Read()).reading.level == 5
+
+
+# --- without a clearing pulse: kicks put walls in and take them out ----------------------------
+
+ROBUST = load_element('robust_words')
+ROBUST_CODE = Code(8, 3)
+
+
+@pytest.mark.parametrize('scatter', [0.0, 0.02])
+def test_words_follow_each_other_in_scattered_elements(scatter):
+    """Three walls, two of others, one, none: every write takes walls out and puts others in."""
+    made = scattered(ROBUST.design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), 77)
+    element = MemoryElement(*ROBUST, driver=Simulation.of(made, ROBUST.settings.time))
+    for walls in ((1, 4, 7), (0, 6), (3,), (2, 5)):
+        assert element.perform(Write(ROBUST_CODE.word(walls))).success
+        assert tuple(levels(element)) == walls
+    assert element.perform(Erase()).success
+    assert levels(element) == []
+
+
+def test_erase_of_an_unknown_content_succeeds():
+    """A wall pinned by the lattice next to a kink is no word."""
+    between = find_pinned_walls(
+        Specimen(ROBUST.design), [ROBUST.design.defect_site(level) + 0.3 for level in (2, 4)]
+    )
+    assert find_wall_levels(ROBUST.design, between) == (2, 4)
+    element = rig.settle(MemoryElement(ROBUST), between)
+    assert element.perform(Erase()).success
+    assert levels(element) == []
+
+
+def test_kicks_out_have_the_speeds_of_kinks_and_walls_in_turn():
+    """Three walls rest: a kink goes to the level below the first, a wall below the second."""
+    element, speeds = rig.pin(MemoryElement(ROBUST), 1, 4, 7), []
+    kick = element.transducer.kick
+    element.transducer.kick = lambda target, speed: speeds.append(speed) or kick(target, speed)
+    assert element.perform(Write(ROBUST_CODE.word((3,)))).success
+    of_kinks, of_walls = ROBUST.settings.kick.kink_speeds, ROBUST.settings.kick.wall_speeds
+    assert speeds[0] / of_kinks[0] == pytest.approx(speeds[1] / of_walls[3])
+    assert speeds[0] < of_kinks[0]  # they stop short of what they are to meet
+
+
+def test_route_keeps_walls_that_rest_already():
+    """Only walls to the left are missing: nothing is taken out."""
+    start, target = ROBUST_CODE.word((7,)), ROBUST_CODE.word((1, 4, 7))
+    assert [move.name for move in find_route(*ROBUST, start, target)] == ['kick'] * 2
+
+
+def test_kicks_clear_only_without_a_clearing_pulse():
+    assert [move.name for move in erasing_moves(*ROBUST)] == ['kick out']
+    moves = erasing_moves(*BYTE)
+    assert [move.name for move in moves] == ['clearing pulse']
+    assert all(move.start == UNDECODABLE for move in moves)

@@ -134,22 +134,6 @@ def test_accelerations_within_a_run_are_those_of_its_ticks(rested):
     assert end(together) == end(alone)
 
 
-@pytest.mark.parametrize('begin', sampled(range(12, 40, 3), lambda begin: begin % 6 == 0))
-def test_acceleration_is_felt_before_procedure_looks(begin):
-    """A single jerk while a read drives its pulses, or listens, may last only for its own tick."""
-    alone, together, told = rig.device(1), rig.device(1), ([], [])
-    for element in (alone, together):
-        element.apply(Read())
-    for tick in range(180):
-        shakes = {0: {begin: 1e-5, begin + 1: 0.0}[tick]} if tick in (begin, begin + 1) else {}
-        if shakes:
-            alone.apply(Disturb(shakes[0]))
-        told[0].extend(rig.plain(event) for event in alone.advance())
-        told[1].extend(rig.plain(event) for event in together.advance(1, shakes))
-    assert len(told[0]) >= 2
-    assert told[0] == told[1]
-
-
 @pytest.mark.parametrize('lost', [3, 4, 40])
 def test_failing_tick_is_found_within_its_run(lost):
     """A write runs, and the material cannot advance beyond some step: the write then ends."""

@@ -39,10 +39,6 @@ def through_json(values):
     return json.loads(json.dumps(values, allow_nan=False))
 
 
-def blank():
-    return rig.device()
-
-
 def elastic():
     """Return a device over an elastic substrate that is being compressed; a rigid one's delays."""
     rigid = dataclasses.replace(CASE_II, N=75)
@@ -111,23 +107,14 @@ def faulty():
 
 
 ILL = Faults(
-    sensor_noise=2e-6,
-    sensor_dropout=0.02,
-    sensor_lag=25.0,
-    actuator_offset=1e-3,
-    actuator_lag=50.0,
-    missed_cycle=0.3,
-    weak_cell=40,
-    weak_factor=0.97,
-    disorder_alpha=0.002,
-    disorder_k_r=0.002,
-    disorder_s=0.05,
-    damping_factor=1.2,
-    seed=11,
-)
+    sensor_noise=2e-6, sensor_dropout=0.02, sensor_lag=25.0,
+    actuator_offset=1e-3, actuator_lag=50.0, missed_cycle=0.3,
+    weak_cell=40, weak_factor=0.97, damping_factor=1.2, seed=11,
+    disorder_alpha=0.002, disorder_k_r=0.002, disorder_s=0.05,
+)  # fmt: skip
 
 STATES = (
-    blank, elastic, written_and_moving, all_active, on_a_trajectory, shaken, pulsed, faulty,
+    rig.device, elastic, written_and_moving, all_active, on_a_trajectory, shaken, pulsed, faulty,
 )  # fmt: skip
 
 

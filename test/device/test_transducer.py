@@ -64,21 +64,6 @@ def test_move_may_end_within_step():
     assert held_cell.motion[0, -1] == pytest.approx(start + 1.0 + 0.05 * STAGES[0], abs=1e-14)
 
 
-def test_detector_filters_displacements_from_first_step():
-    """The filter convolves the envelope, 8 wide, with a Gaussian of one period, 3 wide."""
-    element = rig.paper(5)
-    rest = element.transducer.rest(End.LEFT)
-    detector = element.transducer.fire(End.LEFT)
-    rig.ticks(element, 8)
-    v_m = detector.echo(End.LEFT).v_m
-    wide = math.hypot(8.0, 2.0 * math.pi / 2.1)
-    t = np.arange(1, 193) * 0.5
-    envelope = 0.01 * 8.0 / wide * np.exp(-0.5 * ((t - 48.0) / wide) ** 2)
-    pulse = np.abs(envelope * np.sin(2.1 * t))
-    np.testing.assert_allclose(v_m[:192], pulse, atol=2e-4)
-    assert rest == pytest.approx(element.design.D_s2, abs=1e-3)
-
-
 def test_both_ends_listen_at_once():
     """Each to its own carrier, since its own pulse. What it knows ends four periods of the filter
     and half a window of eight periods ago, or of four at the right: 29.9 and 53.9 time units.
@@ -115,10 +100,6 @@ def test_upper_edge_is_above_bands_of_both_phases(preset):
     design = load_element(preset).design
     tops = [pass_band(k * design.alpha.max())[1] for k in (design.k_s1, design.k_s2)]
     assert max(tops) <= find_upper_edge(design) < max(tops) + 0.1
-    softer = ('case_1', 'robust_2_friction', 'robust_words')
-    # all others are of Case II's cells, or as stiff
-    if preset not in softer and not preset.startswith('robust_3'):
-        assert find_upper_edge(design) == 2.2
 
 
 @pytest.mark.parametrize('method', INTEGRATORS.values(), ids=INTEGRATORS)
@@ -297,19 +278,6 @@ def test_end_ignores_its_own_drive_but_for_what_returns():
     assert reverberation.returns.since == (3 + after) * TICK
     fed(reverberation, wave(5 * TICK))
     assert reverberation.returns.bound == pytest.approx(1e-3 * 2.0 / math.pi, rel=0.1)
-
-
-@pytest.mark.parametrize('ticks', [1, 7, 50])
-def test_bound_has_same_bits_for_any_cut_of_time(ticks):
-    v = np.random.default_rng(1).normal(0.0, 1e-4, 100 * TICK + 150)
-    runs, single = follower(), follower()
-    start = runs.memory
-    for each, step in ((runs, ticks), (single, 1)):
-        each.ignore(500)
-        for first in range(0, 98, step):
-            a, b = start + first * TICK, start + min(98, first + step) * TICK
-            fed(each, v[a:b], past=v[a - each.memory : a])
-    assert runs.returns == single.returns
 
 
 @pytest.mark.parametrize('level', [0, 3, 7])

@@ -86,16 +86,20 @@ def test_element_file_sets_only_what_it_names(tmp_path):
 def test_element_file_keeps_fitted_element_with_settings(tmp_path):
     design, settings = load_element('bits_2').design_and_settings
     alpha = 1.0 + 0.01 * np.random.default_rng(1).standard_normal(design.N)
-    made = Specimen(design, alpha, k_r_factor=0.99, stuck=(7,))
-    settings = replace(settings, element=ElementSettings('7 12:0.5'))
+    made = Specimen(design, alpha, k_r_factor=0.99, stuck=(45,))
+    settings = replace(settings, element=ElementSettings('45'))
     path = tmp_path / 'leg.yaml'
     saved = Element(made, 1e-4 * alpha, time_unit=1.01, chi2=1.1, data=99, settings=settings)
     element_file.write_element_file(path, saved)
     element = mlmem.load_element(path)
     assert element.settings == settings
-    assert element.specimen.stuck == (7,)
+    assert element.specimen.stuck == (45,)
     assert element.specimen.alpha == pytest.approx(made.alpha, rel=1e-12)
     assert (element.time_unit, element.chi2, element.data) == (1.01, 1.1, 99)
+    simulated = mlmem.MemoryElement(element)  # as fitted
+    assert simulated.settings == settings
+    assert simulated.chain.specimen.alpha == pytest.approx(made.alpha)
+    assert simulated.chain.specimen.masses == pytest.approx(1.01**-2)
 
 
 @pytest.mark.parametrize(

@@ -1,35 +1,30 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What is rejected says why by a code, and where by a field."""
+"""What is rejected says why by a code, and where by a field; every setting is checked."""
 
 import copy
+import math
 import pickle
+from dataclasses import fields, replace
 
 import pytest
 
 from mlmem import (
-    Faults,
-    FollowTrajectory,
     Refused,
-    SetFaults,
     SetMethod,
     Settings,
     SettingsError,
     Write,
-    factory_calibration,
     load_element,
 )
 from mlmem.element import MemoryElement
 from mlmem.loop.timetable import check_speed
 from mlmem.parsing import DecodeError, decode_value, parse_json, parse_yaml, read_file
 from mlmem.rejections import ErrorCode, Rejected
+from mlmem.schema import find_descriptions
 from mlmem.settings import ActuatorSettings, ElementSettings, RegisterSettings, WriteSettings
 
-
-@pytest.fixture(scope='module')
-def element():
-    design, settings = load_element('bits_1').design_and_settings
-    return MemoryElement(design, settings, factory_calibration(design, settings))
+ROBUST = load_element('robust_words').settings
 
 
 @pytest.mark.parametrize(
@@ -37,20 +32,12 @@ def element():
     [
         (lambda: WriteSettings(ramp=-1.0), ErrorCode.OUT_OF_RANGE, 'ramp'),
         (lambda: WriteSettings(method='luck'), ErrorCode.OUT_OF_RANGE, 'method'),
-        (
-            lambda: Settings(write=WriteSettings(tension=0.2)),
-            ErrorCode.CONFLICT, 'write.tension',
-        ),
-        (
-            lambda: Settings(actuator=ActuatorSettings(present=False)),
-            ErrorCode.CONFLICT, 'write.method',
-        ),
-        (
-            lambda: Settings(
-                element=ElementSettings('217'), register=RegisterSettings(spacing=1)
-            ),
-            ErrorCode.CONFLICT, 'element.bad_cells',
-        ),
+        (lambda: Settings(actuator=ActuatorSettings(present=False)),
+         ErrorCode.CONFLICT, 'write.method'),
+        (lambda: Settings(element=ElementSettings('217'), register=RegisterSettings(spacing=1)),
+         ErrorCode.CONFLICT, 'element.bad_cells'),
+        (lambda: replace(ROBUST, register=RegisterSettings(), element=ElementSettings('40')),
+         ErrorCode.CONFLICT, 'read.method'),
         (lambda: check_speed(-1.0), ErrorCode.OUT_OF_RANGE, 'time.speed'),
     ],
 )  # fmt: skip
@@ -60,21 +47,11 @@ def test_settings_rejected_name_code_and_field(make, code, field):
     assert (rejected.value.code, rejected.value.field) == (code, field)
 
 
-@pytest.mark.parametrize(
-    ('command', 'code', 'field'),
-    [
-        (SetMethod('luck'), ErrorCode.OUT_OF_RANGE, 'write.method'),
-        (SetFaults(Faults(stuck_cell=1)), ErrorCode.CONFLICT, 'faults.stuck_cell'),
-        (FollowTrajectory((), ()), ErrorCode.OUT_OF_RANGE, 'times'),
-        (FollowTrajectory((1.0, 2.0), (0.0,)), ErrorCode.CONFLICT, 'strains'),
-        (FollowTrajectory((1.0,), (0.0,), joint='knee'), ErrorCode.OUT_OF_RANGE, 'joint'),
-        ('no command', ErrorCode.OUT_OF_RANGE, 'command'),
-    ],
-)
-def test_commands_rejected_name_code_and_field(element, command, code, field):
+def test_command_rejected_names_code_and_field():
+    element = MemoryElement(load_element('bits_1'))
     with pytest.raises(Refused) as rejected:
-        element.apply(command)
-    assert (rejected.value.code, rejected.value.field) == (code, field)
+        element.apply(SetMethod('luck'))
+    assert (rejected.value.code, rejected.value.field) == (ErrorCode.OUT_OF_RANGE, 'write.method')
 
 
 @pytest.mark.parametrize(
@@ -129,3 +106,56 @@ def test_yaml_alias_counts_all_values_that_it_stands_for():
     with pytest.raises(DecodeError) as rejected:
         parse_yaml('\n'.join(lines))
     assert rejected.value.code is ErrorCode.MALFORMED
+
+
+# --- settings ----------------------------------------------------------------------------------
+
+
+def changed(group, **values):
+    return replace(getattr(Settings(), group), **values)
+
+
+PEAKS = ('compression', 'tension', 'start_strain')
+
+
+@pytest.mark.parametrize('peak', PEAKS)
+@pytest.mark.parametrize('group', ['write', 'erase'])
+def test_no_peak_may_exceed_actuators_limit(group, peak):
+    """All other peaks are a tenth as great."""
+    given = {name: getattr(Settings(), name) for name in ('write', 'erase')}
+    for name, each in given.items():
+        peaks = {peak: 0.1 * getattr(each, peak) for peak in PEAKS}
+        given[name] = replace(each, **peaks)
+    value = getattr(getattr(Settings(), group), peak)
+    given[group] = replace(given[group], **{peak: value})
+    Settings(actuator=ActuatorSettings(max_strain=abs(value)), **given)
+    with pytest.raises(SettingsError) as rejected:
+        Settings(actuator=ActuatorSettings(max_strain=0.999 * abs(value)), **given)
+    assert rejected.value.field == f'{group}.{peak}'
+
+
+def test_settings_with_too_strong_kicked_pulse_are_rejected():
+    """5 times 0.2 is beyond the greatest amplitude of a pulse, 0.5."""
+    settings = load_element('kick_2').settings
+    with pytest.raises(SettingsError, match=r'^read.kicked_gain times probe.A must be .*; got 1'):
+        replace(settings, probe=replace(settings.probe, A=0.2))
+
+
+@pytest.mark.parametrize('group', [field.name for field in fields(Settings)])
+def test_every_setting_is_described_and_bounded(group):
+    """Both bounds of a number are legal; whatever is beyond, or of another type, is rejected."""
+    described = dict(find_descriptions(getattr(Settings(), group)))
+    assert list(described) == list(fields(getattr(Settings(), group)))
+    for field, row in described.items():
+        value = getattr(getattr(Settings(), group), field.name)
+        text = isinstance(value, str)
+        wrong = ['nowhere', 7, None] if text else [math.nan, math.inf, 'x', None]
+        bounded = not (row.choices or row.low is None)
+        for bound, beyond in ((row.low, -math.inf), (row.high, math.inf)) if bounded else ():
+            assert getattr(changed(group, **{field.name: bound}), field.name) == bound
+            step = 1 if beyond > 0 else -1
+            whole = isinstance(bound, int)
+            wrong.append(bound + step if whole else math.nextafter(bound, beyond))
+        for bad in wrong:
+            with pytest.raises(SettingsError, match=f'{field.name} must be .*; got'):
+                changed(group, **{field.name: bad})
