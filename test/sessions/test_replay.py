@@ -159,7 +159,7 @@ def test_trajectory_is_converted_to_strains():
 @pytest.mark.parametrize(
     ('points', 'word'),
     [
-        ([(0.1, [0.01, 0.02], []), (0.2, [], [])], 'one position'),
+        ([(0.1, [0.01, 0.02], []), (0.2, [0.0], [])], 'one position'),
         ([(0.1, [0.01], []), (0.2, [], [])], 'one position'),
         ([(0.1, [0.01], [0.0, 0.0]), (0.2, [0.0], [])], 'one velocity'),
         ([(0.1, [0.01], [0.0]), (0.2, [0.0], [])], 'one velocity'),
