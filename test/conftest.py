@@ -64,17 +64,7 @@ if HAVE_ROS:
         signal.signal(signal.SIGINT, signal.default_int_handler)  # children would inherit it
 
 
-class NeedsRos(pytest.Module):
-    """A test module that is skipped without being imported."""
-
-    def collect(self):
-        pytest.skip('rclpy is not installed', allow_module_level=True)
-
-
-def pytest_pycollect_makemodule(module_path, parent):
-    if HAVE_ROS or module_path.relative_to(ROOT).parts[0] not in NEED_ROS:
-        return None
-    return NeedsRos.from_parent(parent, path=module_path)
+collect_ignore = [] if HAVE_ROS else sorted(NEED_ROS)
 
 
 @pytest.hookimpl(hookwrapper=True)
@@ -126,12 +116,6 @@ def preloaded_processes():
             ours = SimpleNamespace(**vars(subprocess) | {'Popen': Process})
             patch.setattr(node_process, 'subprocess', ours)
         yield
-
-
-@pytest.fixture
-def real_processes(monkeypatch):
-    """Start nodes and commands as users do."""
-    monkeypatch.setattr(node_process, 'subprocess', subprocess)
 
 
 @pytest.fixture(scope='session', autouse=True)

@@ -4,8 +4,7 @@
 
 Each worker has one such server, which has a single thread and never joins a ROS graph. It forks
 twice, so that the new process becomes a child of the worker, their subreaper: status, signals,
-group and death with its parent are as `subprocess` makes them. Tests of how a process starts and
-loads ask for `real_processes`.
+group and death with its parent are as `subprocess` makes them.
 """
 
 from __future__ import annotations
