@@ -55,17 +55,6 @@ def declare_tasks(**commands: Command) -> Option:
     return add_tasks
 
 
-def declare_exclusive(*options: Option) -> Option:
-    """Return options of which only one may be given."""
-
-    def add_group(parser: argparse.ArgumentParser) -> None:
-        group = parser.add_mutually_exclusive_group()
-        for each in options:
-            each(group)  # type: ignore[arg-type]
-
-    return add_group
-
-
 NODE_OPTION = declare_option('--node', default='mlmem', help='name of the memory node')
 
 

@@ -18,7 +18,6 @@ from .command import (
     Command,
     Option,
     declare_command,
-    declare_exclusive,
     declare_option,
     declare_wait,
 )
@@ -225,10 +224,8 @@ COMMANDS['record'] = _build_request_command(
     # a node that only begins, and compiles, answers late
     lambda client, given: client.record(not given.stop, given.path or '', math.inf),
     _format_recorded,
-    declare_exclusive(
-        declare_option('path', nargs='?', help="path of the bag, below the node's `files.root`"),
-        declare_option('--stop', action='store_true', help='end the recording'),
-    ),
+    declare_option('path', nargs='?', help="path of the bag, below the node's `files.root`"),
+    declare_option('--stop', action='store_true', help='end the recording'),
     more="""\
 If the path exists, the time is added to its name. Without a path, the node takes its
 `record.path`.""",

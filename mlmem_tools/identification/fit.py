@@ -331,8 +331,7 @@ def _descend_stages(
 ) -> Fit:
     """Return the fit to which a sequence of stages leads; derivatives near x may be known."""
     for number, stage in enumerate(stages):
-        what = _describe_unknowns(misfit.unknowns) if stage.free == 'cells' else 'shared values'
-        told(f'{what}, {_describe_window(stage)}', number / len(stages))
+        told(f'stage {number + 1} of {len(stages)}', number / len(stages))
         if not stage.blur and stage.window == WHOLE_WINDOW:
             misfit = misfit.with_drift(x)
         x, _, slopes = minimise_misfit(misfit, x, stage, slopes)
@@ -341,14 +340,3 @@ def _descend_stages(
     if scaled is not misfit:
         x, _, slopes = minimise_misfit(scaled, x, stages[-1], slopes)
     return compute_posterior(scaled, x, slopes)
-
-
-def _describe_unknowns(unknowns: Unknowns) -> str:
-    added = [term for term in ADDED_TERMS if term in unknowns.terms]
-    return ', '.join(('every cell', *added))
-
-
-def _describe_window(stage: Stage) -> str:
-    if stage.window < 0.0:
-        return 'displacements at rest'
-    return 'whole record' if stage.window == WHOLE_WINDOW else f'{stage.window:g} after the pulse'

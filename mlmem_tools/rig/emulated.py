@@ -38,6 +38,7 @@ from mlmem_ros.rig.frames import (
 from mlmem_ros.rig.link import MAX_READ_BYTES, FrameLink
 
 
+@dataclass
 class Sensors:
     """The transducers of both ends; each moves its end by what it measures.
 
@@ -47,39 +48,31 @@ class Sensors:
         unit: Unit of displacements, in cells.
         zero: Readings of the left and the right end at displacement 0, in that unit.
         gain: Displacements read over the true ones, of the left and the right end.
+        noise: Standard deviation of a sample, in cells.
+        jitter: Standard deviation of a sample's time, in samples.
+        seed: Of the random numbers.
     """
 
-    def __init__(
-        self,
-        unit: float = 1.0,
-        zero: tuple[float, float] = (0.0, 0.0),
-        gain: tuple[float, float] = (1.0, 1.0),
-        *,
-        noise: float = 0.0,
-        jitter: float = 0.0,
-        seed: int = 0,
-    ) -> None:
-        """Make sensors.
+    unit: float = 1.0
+    zero: tuple[float, float] = (0.0, 0.0)
+    gain: tuple[float, float] = (1.0, 1.0)
+    noise: float = 0.0
+    jitter: float = 0.0
+    seed: int = 0
 
-        Args:
-            unit: Unit of displacements, in cells.
-            zero: Readings at displacement 0, in that unit.
-            gain: Displacements read over the true ones.
-            noise: Standard deviation of a sample, in cells.
-            jitter: Standard deviation of a sample's time, in samples.
-            seed: Of the random numbers.
+    def __post_init__(self) -> None:
+        """Check the numbers.
 
         Raises:
-            SettingsError: A number is out of range.
+            SettingsError: One is out of range.
         """
-        if not (0.0 <= noise < math.inf and 0.0 <= jitter < math.inf and min(gain) > 0.0):
+        if not (0.0 <= self.noise < math.inf and 0.0 <= self.jitter < math.inf):
             raise SettingsError(
-                'noise and jitter must be at least 0, and a gain above 0; got '
-                f'{noise:g}, {jitter:g} and {min(gain):g}'
+                f'noise and jitter must be at least 0; got {self.noise:g} and {self.jitter:g}'
             )
-        self.unit, self.zero, self.gain = unit, zero, gain
-        self.noise, self.jitter = noise, jitter
-        self._rng = np.random.default_rng(seed)
+        if min(self.gain) <= 0.0:
+            raise SettingsError(f'a gain must be above 0; got {min(self.gain):g}')
+        self._rng = np.random.default_rng(self.seed)
 
     def measure_ends(self, ends: Array) -> Array:
         """Return what is read of displacements in cells, shape (2, n) both."""
