@@ -4,8 +4,7 @@
 
 A file is one run, a CSV with a header such as `displacement_mm,force_N` (um, mm, cm, m; mN, N,
 kN). The law is the mean of both directions and of all runs. Printed are wells, barriers, the
-energy set free on passing, its scatter between runs, whether kicks erase walls, and, with --mass
-and --coupling, pass bands.
+energy set free on passing, its scatter between runs, and whether kicks erase walls.
 
 Exit status 0: the law has two or more wells; 1: it has not, or could not be written; 2: a file is
 no curve, or an argument is wrong.
@@ -26,10 +25,6 @@ from .output import create_console, print_failure, print_json, print_rows
     declare_option('curves', metavar='CURVE.csv', type=Path, nargs='+', help='one run each'),
     declare_option('--output', type=Path, metavar='LAW.yaml', help='file to write'),
     declare_option('--knots', type=int, default=64, help='places of the law, 16 to 1024'),
-    declare_option('--mass', type=float, metavar='KG', help='mass of an element, for bands'),
-    declare_option(
-        '--coupling', type=float, metavar='N/M', help='stiffness of the springs, for bands'
-    ),
     JSON_OPTION,
     text=__doc__,
 )
@@ -40,20 +35,13 @@ def law(arguments: argparse.Namespace) -> int:
     from ..checks.budget import describe_erase
     from ..law.curves import average_runs, load_run, save_law
 
-    chain = arguments.mass, arguments.coupling
     if not 16 <= arguments.knots <= 1024:
         return print_failure('law', f'--knots must be from 16 to 1024; got {arguments.knots}', 2)
-    if (chain[0] is None) != (chain[1] is None):
-        return print_failure('law', 'bands need both --mass and --coupling', 2)
-    if chain[0] is not None and not all(0.0 < each < math.inf for each in chain):
-        return print_failure('law', '--mass and --coupling must be above 0 and finite', 2)
     try:
         found = average_runs([load_run(path) for path in arguments.curves], arguments.knots)
     except DecodeError as error:
         return print_failure('law', error, 2)
     told = found.as_dict()
-    if chain[0] is not None:
-        told['bands'] = found.bands(*chain)
     if arguments.json:
         print_json(told)
     else:
@@ -88,8 +76,6 @@ def law(arguments: argparse.Namespace) -> int:
             )
             clauses = '; '.join(describe_erase(below, above))
             console.print(f'wells {n} and {n + 1}: {clauses}', soft_wrap=True)
-        for low, high in told.get('bands', ()):
-            console.print(f'pass band {low:.4g} to {high:.4g} Hz')
         for run in told['runs']:
             lost = '' if run['lost'] is None else f', {1e3 * run["lost"]:.3g} mJ lost on the way'
             wells = _count_wells(run['ground_states'])

@@ -191,14 +191,6 @@ class Measured:
             found[f'{name}_std'] = None if spread is None else float(spread)
         return found
 
-    def bands(self, mass: float, coupling: float) -> list[tuple[float, float]]:
-        """Return the pass band of every ground state in Hz, for masses in kg and linear springs of
-        a stiffness in N/m between them.
-        """
-        stiffnesses = [float(self.curve.stiffness(D)) for D in self.curve.ground_states]
-        edges = [(k / mass, (k + 4.0 * coupling) / mass) for k in stiffnesses]
-        return [(math.sqrt(a) / math.tau, math.sqrt(b) / math.tau) for a, b in edges]
-
     def as_dict(self) -> dict[str, Any]:
         """Return everything as plain values."""
         return {
