@@ -34,23 +34,15 @@ from .concern import Finding, Report, Subject, judge_value
 NARROWEST_WALL = 1.97
 """Width in cells below which no kick contracts a wall."""
 
-HIGHEST_POINT_SCATTER = 0.25
-"""Standard deviation of the highest point between two levels, over sigma E_0: 0.23 to 0.30."""
-
 RARE_DEVIATIONS = 2.58
 """Standard deviations outside which one of a hundred normal values lies."""
 
-ENERGY_PER_LEVEL = 2.0 * RARE_DEVIATIONS * HIGHEST_POINT_SCATTER
-"""Kinetic energy that a level with a scatter sigma needs, over sigma E_0."""
+ENERGY_PER_LEVEL = 2.0 * RARE_DEVIATIONS * 0.25
+"""Kinetic energy that a level with a scatter sigma needs, over sigma E_0. The highest point
+between two levels scatters by 0.23 to 0.30 of sigma E_0."""
 
 USUAL_SHARE, BEST_SHARE = 0.25, 0.5
 """Share of the scatter allowed by law 2 that designs reach: usually, and at best."""
-
-WIDEST_WALL = 10.0
-"""Half width in cells above which no design was tried."""
-
-CELLS_PER_WIDTH = 2.0
-"""Cells per level over the width of a wall; nearer defects merge."""
 
 
 def width_for_scatter(levels: int, scatter: float, share: float) -> float:
@@ -68,7 +60,8 @@ def most_levels_with_scatter(scatter: float) -> float:
     """Return how many levels the widest walls ever tried bear with a scatter, by law 2."""
     if scatter <= 0.0:
         return math.inf
-    energy = WIDEST_WALL / NARROWEST_WALL - 1.0
+    widest_wall = 10.0  # half width in cells above which no design was tried
+    energy = widest_wall / NARROWEST_WALL - 1.0
     return BEST_SHARE * energy / (ENERGY_PER_LEVEL * scatter)
 
 
@@ -299,7 +292,8 @@ def judge_request(levels: int, scatter: float, friction: float) -> Report:
         {
             'at least': width_for_scatter(levels, scatter, BEST_SHARE),
             'usually': width,
-            'cells of the element': CELLS_PER_WIDTH * levels * width,
+            # two cells per level over the width of a wall; nearer defects merge
+            'cells of the element': 2.0 * levels * width,
         },
         'cells',
         Verdict.PASS,

@@ -28,8 +28,6 @@ from mlmem.settings import ProbeSettings, TimeSettings
 from .bare import SETTLING_TIME
 from .concern import Finding, Subject, grade_finding, judge_value
 
-FINDING_NAME = 'read_disturb'
-
 AMPLITUDE_STEPS = tuple(1.25**k for k in range(24))
 """Amplitudes that are tried, over that of the pulse: up to 170 times."""
 
@@ -48,7 +46,7 @@ def check(subject: Subject) -> Iterator[Finding]:
     ratios = {end: loudest[end] / probe.A for end, probe in probes.items()}
     worst = min(ratios, key=lambda end: ratios[end])
     yield grade_finding(
-        FINDING_NAME,
+        'read_disturb',
         {end.value: amplitude for end, amplitude in loudest.items()},
         'cells',
         judge_value(ratios[worst], 1.0, 2.0),

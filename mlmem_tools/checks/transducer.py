@@ -22,9 +22,6 @@ from mlmem_ros.host.design_check import Verdict
 from .concern import Finding, Subject
 from .disturb import build_bare_chain
 
-MIN_SAMPLES = 200
-"""Least number of samples of a motion: some end with a jump of the acceleration."""
-
 
 class Demand(NamedTuple):
     """What a motion asks of its transducer, at most: in cells, k_r and time units."""
@@ -56,7 +53,8 @@ def check(subject: Subject) -> Iterator[Finding]:
             motion = Kick(chain.end(1), target, speed, kick)
             # longer motions demand little of a transducer
             if motion.duration <= 20_000 * chain.dt:
-                step = min(chain.dt, (motion.duration - kick.hold) / MIN_SAMPLES)
+                min_samples = 200  # some end with a jump of the acceleration
+                step = min(chain.dt, (motion.duration - kick.hold) / min_samples)
                 fine = Chain(chain.design, step, chain.integrator)
                 fine.set_specimen(chain.specimen)
                 fine.place(v)

@@ -16,9 +16,6 @@ if TYPE_CHECKING:
 OUTPUT_ERRORS = errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EFBIG, errno.EDQUOT
 """What may go wrong with a print; a sub-command handles these for its own files."""
 
-INTERRUPTED_STATUS = 130
-"""Exit status of a command that was interrupted, as of a shell."""
-
 
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C while a command runs.
@@ -52,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return 1
         return _report_failure(first, f'the output cannot be written: {error.strerror}', 1)
     except KeyboardInterrupt:
-        return _report_failure(first, 'interrupted', INTERRUPTED_STATUS)
+        return _report_failure(first, 'interrupted', 130)  # as of a shell
     return status
 
 

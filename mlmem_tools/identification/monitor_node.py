@@ -42,9 +42,6 @@ from mlmem_ros.ros.node.diagnostics import (
 from .residual_monitor import ResidualMonitor
 from .watching import MAX_WATCHED_CELLS
 
-WAVEFORM_DELAY_S = 0.2
-"""Seconds after an outcome in which the waveforms of its read come, on another topic."""
-
 DRIVER = 'device.driver'
 
 
@@ -96,7 +93,7 @@ class MonitorNode:
             self._monitor.take_shot(decode_read_shot(np.asarray(message.data)))
 
     def _take_outcome(self, message: Any) -> None:
-        time.sleep(WAVEFORM_DELAY_S)
+        time.sleep(0.2)  # the waveforms of its read come on another topic
         before = self._monitor.text
         with self._log.guard_errors('outcome'):
             self._monitor.end_procedure(parse_status(message).values.get('procedure', ''))

@@ -17,8 +17,6 @@ from mlmem.settings import Settings
 
 from .kick_search import KICK_SPEEDS, Found, build_chain, build_kick, drive_end, middle_speed
 
-STEP_KINDS = ('wall', 'kink')
-
 
 def cases_ahead(levels: int, spacing: int, level: int, kind: int) -> list[tuple[int, ...]]:
     """Return what may rest to the right of a wall (kind 0) or kink (1) at a level."""
@@ -66,7 +64,7 @@ def search_words(
         found.append([])
         for level in range(levels):
             if report is not None:
-                report(f'{STEP_KINDS[kind]} to level {level}', (kind + level / levels) / 2.0)
+                report(f'{("wall", "kink")[kind]} to level {level}', (kind + level / levels) / 2.0)
             cases = cases_ahead(levels, settings.register.spacing, level, kind)
             if not cases:
                 break
