@@ -58,13 +58,6 @@ def declare_tasks(**commands: Command) -> Option:
 NODE_OPTION = declare_option('--node', default='mlmem', help='name of the memory node')
 
 
-def declare_wait(seconds: float) -> Option:
-    """Return the option for how long to wait for a node, in seconds."""
-    return declare_option(
-        '--wait', type=float, default=seconds, metavar='S', help='longest wait for the node'
-    )
-
-
 JOBS_OPTION = declare_option(
     '--jobs', type=int, metavar='N', help='parallel processes; default: one per core'
 )

@@ -19,7 +19,6 @@ from .command import (
     Option,
     declare_command,
     declare_option,
-    declare_wait,
 )
 from .output import print_failure, print_json
 
@@ -69,10 +68,13 @@ def _build_request_command(
             print(describe(answer))
         return 0 if getattr(answer, 'passed', True) else 1
 
+    wait = declare_option(
+        '--wait', type=float, default=5.0, metavar='S', help='longest wait for the node'
+    )
     text = f'{summary[0].upper()}{summary[1:]}.\n\n{more}'.rstrip()
-    return declare_command(
-        summary, *options, NODE_OPTION, declare_wait(5.0), JSON_OPTION, text=text
-    )(run_request)
+    return declare_command(summary, *options, NODE_OPTION, wait, JSON_OPTION, text=text)(
+        run_request
+    )
 
 
 def _as_dict(answer: Answer) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from .command import JSON_OPTION, Option, declare_command, declare_option
+from .command import JSON_OPTION, declare_command, declare_option
 from .output import print_failure, print_json
 
 if TYPE_CHECKING:
@@ -21,12 +21,16 @@ if TYPE_CHECKING:
     from ..rig.emulated import EmulatedRig
 
 
-def _declare_number(name: str, text: str, metavar: str = 'X', default: float = 0.0) -> Option:
-    return declare_option(name, type=float, default=default, metavar=metavar, help=text)
-
-
-def _declare_deviation(name: str, of: str, unit: str = 'relative') -> Option:
-    return _declare_number(name, f'scatter of the {of}, {unit}')
+NUMBERS = {
+    '--latency': 'delay of every frame in s',
+    '--jitter': 'additional random delay in s',
+    '--loss': 'probability that a frame is lost',
+    '--drift': 'relative error of its clock; positive: fast',
+    '--scatter': 'relative scatter of the on-site stiffness of the cells',
+    '--gain': 'relative scatter of the gain of either transducer',
+    '--noise': 'noise of a sample, in cells (s.d.)',
+}
+"""Options that are a number, 0 unless given."""
 
 
 @declare_command(
@@ -36,25 +40,16 @@ def _declare_deviation(name: str, of: str, unit: str = 'relative') -> Option:
     declare_option(
         '--port', type=int, default=0, help='port to listen on; by default any free one'
     ),
-    _declare_number('--latency', 'delay of every frame', 'S'),
-    _declare_number('--jitter', 'additional random delay', 'S'),
-    _declare_number('--loss', 'probability that a frame is lost', 'P'),
-    _declare_number('--drift', 'relative error of its clock; positive: fast'),
-    _declare_number('--restart', 'disconnect after this time', 'S'),
     declare_option(
         '--at-once',
         action='store_true',
         help='play set-points as soon as they arrive',
     ),
     declare_option('--no-actuator', action='store_true', help='emulate a rig without an actuator'),
-    _declare_deviation('--scatter', 'on-site stiffness of the cells'),
-    _declare_deviation('--scatter-k-r', 'springs between the cells'),
-    _declare_deviation('--scatter-s', 'stiffness of the substrate'),
-    _declare_deviation('--scatter-mass', 'masses of the cells'),
-    _declare_deviation('--scatter-offset', 'ground states of the cells', 'in cells'),
-    _declare_deviation('--gain', 'gain of either transducer'),
-    _declare_number('--noise', 'noise of a sample, in cells (s.d.)'),
-    _declare_number('--sample-jitter', 'jitter of a sample, in samples (s.d.)'),
+    *(
+        declare_option(name, type=float, default=0.0, metavar='X', help=text)
+        for name, text in NUMBERS.items()
+    ),
     declare_option('--seed', type=int, default=0, help='seed of the random numbers'),
     JSON_OPTION,
     text=__doc__,
@@ -68,9 +63,7 @@ def rig(arguments: argparse.Namespace) -> int:
 
     try:
         emulated = _build_rig(load_element(arguments.element), arguments)
-        line = LineProperties(
-            arguments.latency, arguments.jitter, arguments.loss, arguments.restart, arguments.seed
-        )
+        line = LineProperties(arguments.latency, arguments.jitter, arguments.loss, arguments.seed)
         server = Server(emulated, line, arguments.host, arguments.port)
     except (DesignError, StateError, ValueError, OSError) as error:
         return print_failure('rig', error, 2)
@@ -91,20 +84,13 @@ def _build_rig(chosen: Element, given: argparse.Namespace) -> EmulatedRig:
 
     from ..rig.emulated import EmulatedRig, Sensors
 
-    scatter = Scatter(
-        given.scatter, given.scatter_k_r, given.scatter_s, given.scatter_mass,
-        given.scatter_offset,
-    )  # fmt: skip
-    made = scattered(chosen.design, scatter, given.seed)
+    made = scattered(chosen.design, Scatter(given.scatter), given.seed)
     # by how much steps are shorter than in a node: what stands for a real element has no step, and
     # a fit would hear the errors of the usual one
     step_refinement = 2
     element = Simulation.of(made, chosen.settings.time, step_refinement)
     left, right = 1.0 + given.gain * make_generator(given.seed, Stream.GAIN).standard_normal(2)
-    sensors = Sensors(
-        gain=(float(left), float(right)), noise=given.noise, jitter=given.sample_jitter,
-        seed=given.seed,
-    )  # fmt: skip
+    sensors = Sensors(gain=(float(left), float(right)), noise=given.noise, seed=given.seed)
     return EmulatedRig(
         chosen.design,
         chosen.settings,

@@ -70,7 +70,7 @@ class MonitorNode:
                 ('node', 'mlmem', 'name of the memory node'),
             )
         )
-        memory = MemoryClient(node, name, actions=False)
+        memory = MemoryClient(node, name, patience=60.0, actions=False)
         self._monitored = memory.name
         self._monitor = _build_monitor(memory, Path(twin))
         self._log = ThrottledLog(node.get_logger())
@@ -118,7 +118,7 @@ def report_twin(monitor: ResidualMonitor) -> Health:
 
 def _build_monitor(memory: MemoryClient, twin: Path) -> ResidualMonitor:
     """Return the monitor of the element behind a memory node; raises as `MonitorNode`."""
-    parameters = memory.parameters(DESCRIPTION, DRIVER).wait()
+    parameters = memory.parameters(DESCRIPTION, DRIVER, timeout=60.0).wait()
     element = element_file.parse(parameters[DESCRIPTION], DESCRIPTION)
     design, settings = element.design, element.settings
     if settings.compares_waveforms or design.N > MAX_WATCHED_CELLS:

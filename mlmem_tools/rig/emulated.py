@@ -337,13 +337,11 @@ class LineProperties:
         latency: Delay of every frame in seconds.
         jitter: Greatest additional random delay in seconds.
         loss: Probability that a frame is lost.
-        restart: Seconds after which the rig disconnects and restarts; 0: never.
     """
 
     latency: float = 0.0
     jitter: float = 0.0
     loss: float = 0.0
-    restart: float = 0.0
     seed: int = 0
 
 
@@ -419,7 +417,7 @@ class Server:
         inward, outward = _Wire(self._line, self._rng), _Wire(self._line, self._rng)
         rig, parser = self._rig, Parser()
         rig.begin(outward.push)
-        last = begun = threads.monotonic()
+        last = threads.monotonic()
         self._restarts = False
         while not (self._ended or self._restarts):
             wait = min(
@@ -438,5 +436,3 @@ class Server:
             last = now
             if data := outward.receive_frames(now):
                 connection.sendall(data)
-            if 0.0 < self._line.restart < now - begun:
-                self.restart()
