@@ -19,10 +19,6 @@ from .settings import SessionPlan
 
 T = TypeVar('T')
 
-INACTIVE_REASON = 'inactive: {}configure and activate the node first'
-"""Why nothing is accepted; the gap is for what stopped the device, if anything did."""
-
-
 QUEUE_TIMEOUT_S = 60.0
 """Longest wait of a request that brings no deadline of its own."""
 
@@ -65,8 +61,10 @@ class RequestGate:
             Refused: The node is not active.
         """
         if (loop := self.loop) is None:
-            why = INACTIVE_REASON.format(f'{self.stopped}; ' if self.stopped else '')
-            raise Refused('inactive: the node is shut down' if self._closed else why)
+            if self._closed:
+                raise Refused('inactive: the node is shut down')
+            stopped = f'{self.stopped}; ' if self.stopped else ''
+            raise Refused(f'inactive: {stopped}configure and activate the node first')
         return loop
 
     def submit(self, command: Command, client: Client | None = None, wait: float = 0.0) -> Asked:

@@ -113,9 +113,6 @@ def _serialize_json(values: dict[str, Any]) -> bytes:
 MAX_TICKS = 2**53
 """Ticks of a device's clock: 500 000 years at the default pace."""
 
-MAX_HASH_INTERVAL_TICKS = 10**6
-"""Upper bound of `record.hash_every`, the ticks between two hashes; its default is 500."""
-
 
 @dataclass(frozen=True)
 class Header:
@@ -159,7 +156,7 @@ class Header:
     @property
     def hash_every(self) -> int:
         """Ticks between two hashes."""
-        name, given = 'record.hash_every', Description('', low=1, high=MAX_HASH_INTERVAL_TICKS)
+        name, given = 'record.hash_every', Description('', low=1, high=10**6)
         return int(decode_value(int, self.parameters.get(name, 500), name, given))
 
     @property

@@ -318,10 +318,6 @@ def _parse_response(kind: type[SomeAnswer], response: Any) -> SomeAnswer:
     return parse_answer(kind, response.success, response.message)
 
 
-SPIN_TIMEOUT_S = 10.0
-"""Seconds per spin; this executor must not wait without a time-out."""
-
-
 @contextmanager
 def standalone(name: str = 'mlmem', patience: float = 10.0) -> Iterator[MemoryClient]:
     """Join the ROS graph with a client, its node and a thread that spins it; leave it at the end.
@@ -349,7 +345,7 @@ def standalone(name: str = 'mlmem', patience: float = 10.0) -> Iterator[MemoryCl
 
     def spin_until_over() -> None:
         while not over.done():
-            executor.spin_until_future_complete(over, SPIN_TIMEOUT_S)
+            executor.spin_until_future_complete(over, 10.0)  # it must not wait for ever
 
     thread = threading.Thread(target=spin_until_over, name='mlmem-client', daemon=True)
     thread.start()

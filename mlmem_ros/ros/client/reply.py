@@ -36,12 +36,6 @@ T = TypeVar('T')
 SIGNAL_PERIOD_S = 0.1
 """Seconds after which a waiting thread looks for signals, which another thread may have got."""
 
-POLL_PERIOD_S = 0.02
-"""Seconds between two looks for a missing service: no event tells of new ones."""
-
-CANCEL_TIMEOUT_S = 60.0
-"""Longest wait in seconds for a node to take a cancel."""
-
 Steps = Generator[float, None, T]
 """What leads to an answer: it yields the seconds to wait at most, and may be resumed earlier."""
 
@@ -195,7 +189,7 @@ class Reply(Future[T]):
                     'start one with "ros2 run mlmem_ros memory_node", and check ROS_DOMAIN_ID and '
                     'the name'
                 )
-            yield from self._wait_for_node(POLL_PERIOD_S)
+            yield from self._wait_for_node(0.02)  # no event tells of new services
         if message is None:  # DDS drops messages without a reader
             return None
         self._is_sent, hidden = True, connection.hidden
@@ -368,7 +362,7 @@ class ProcedureReply(Reply[T]):
         def send_cancel(reply: Reply[Any]) -> Steps[Any]:
             return (yield from reply.call(f'{self._path}/cancel_goal', CancelGoal, message))
 
-        Reply(self._connection, f'cancel {self._what}', send_cancel, CANCEL_TIMEOUT_S)
+        Reply(self._connection, f'cancel {self._what}', send_cancel, timeout=60.0)
 
 
 class Suspension:
