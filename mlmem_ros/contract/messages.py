@@ -19,8 +19,8 @@ from mlmem import Outcome
 from mlmem.physics.potential import Array
 from mlmem.procedure_table import JOINT_NAME
 
-from . import answers
-from .statuses import Status
+from .answers import format_values
+from .statuses import ERROR, OK, Status
 from .streams import Joints, Stream
 
 
@@ -98,31 +98,31 @@ def _build_array(stream: Stream, values: Array) -> Any:
     return stream.kind(layout=layout, data=data)
 
 
-def build_test_statuses(outcome: Outcome, name: str) -> list[DiagnosticStatus]:
+def build_test_statuses(outcome: Outcome, node: str) -> list[DiagnosticStatus]:
     """Return one status for every check of a self-test, or a single one without checks."""
     return [
-        _build_test_status(name, check.name, check.passed, check.message, check.values)
+        build_component_status(
+            node, check.name, OK if check.passed else ERROR, check.message, check.values
+        )
         for check in outcome.checks
-    ] or [build_refused_test(name, outcome.error)]
+    ] or [build_refused_test(node, outcome.error)]
 
 
-def build_refused_test(name: str, reason: str) -> DiagnosticStatus:
+def build_refused_test(node: str, reason: str) -> DiagnosticStatus:
     """Return the status of a self-test that did not run."""
-    return _build_test_status(name, 'self_test', False, reason, {})
+    return build_component_status(node, 'self_test', ERROR, reason, {})
 
 
-def _build_test_status(
-    name: str, check: str, passed: bool, message: str, values: Mapping[str, Any]
+def build_component_status(
+    node: str, component: str, severity: int, text: str, values: Mapping[str, Any]
 ) -> DiagnosticStatus:
+    """Return the status of a component of a node, by its full name; see `answers.format_values`
+    for the values.
+    """
     return DiagnosticStatus(
-        level=DiagnosticStatus.OK if passed else DiagnosticStatus.ERROR,
-        name=f'{name[1:]}: {check}',
-        message=message,
-        hardware_id=name,
-        values=build_key_values(values),
+        level=bytes([severity]),
+        name=f'{node[1:]}: {component}',
+        message=text,
+        hardware_id=node,
+        values=[KeyValue(key=key, value=each) for key, each in format_values(values).items()],
     )
-
-
-def build_key_values(found: Mapping[str, Any]) -> list[KeyValue]:
-    """Return values as diagnostics carry them; see `answers.format_values`."""
-    return [KeyValue(key=key, value=text) for key, text in answers.format_values(found).items()]

@@ -24,6 +24,7 @@ from mlmem.element_file import read_matching_element
 from mlmem.instrument.drivers import SIMULATION_NAME
 from mlmem.physics import INTEGRATORS
 from mlmem_ros.contract.calls import RequestError
+from mlmem_ros.contract.messages import build_component_status
 from mlmem_ros.contract.statuses import parse_status
 from mlmem_ros.contract.streams import STREAMS, decode_read_shot
 from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC
@@ -36,7 +37,6 @@ from mlmem_ros.ros.node.diagnostics import (
     REPORT_PERIOD_S,
     WARN,
     Health,
-    build_health_status,
 )
 
 from .residual_monitor import ResidualMonitor
@@ -104,7 +104,11 @@ class MonitorNode:
         message = DiagnosticArray()
         message.header.stamp = self.node.get_clock().now().to_msg()
         health = report_twin(self._monitor)
-        message.status.append(build_health_status(self._monitored, 'twin', health))
+        message.status.append(
+            build_component_status(
+                self._monitored, 'twin', health.level[0], health.text, health.values
+            )
+        )
         self._publisher.publish(message)
 
 

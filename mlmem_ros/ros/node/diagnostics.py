@@ -18,7 +18,7 @@ from mlmem.instrument.end import End
 from mlmem.physics import find_walls, stable_step
 from mlmem.physics.energy import energy
 
-from ...contract.messages import build_key_values
+from ...contract.messages import build_component_status
 from ...contract.streams import describe_content
 from ...contract.topics import DIAGNOSTICS_TOPIC
 from ...host import Host
@@ -294,22 +294,13 @@ class Diagnostics:
         message = DiagnosticArray()
         for component, health in present.items():
             if component not in self._made or self._made[component][0] != health:
-                status = build_health_status(self._name, component, health)
-                self._made[component] = health, status
+                made = build_component_status(
+                    self._name, component, health.level[0], health.text, health.values
+                )
+                self._made[component] = health, made
             message.status.append(self._made[component][1])
         message.header.stamp = self._clock.now().to_msg()
         self._publisher.publish(message)
-
-
-def build_health_status(node: str, component: str, health: Health) -> DiagnosticStatus:
-    """Return the status of a component of the node of this full name."""
-    return DiagnosticStatus(
-        level=health.level,
-        name=f'{node[1:]}: {component}',
-        message=health.text,
-        hardware_id=node,
-        values=build_key_values(health.values),
-    )
 
 
 def _read_health(health: Callable[[MemoryElement], Health], element: MemoryElement) -> Health:
