@@ -89,12 +89,6 @@ def judge_value(value: float, fail_below: float, warn_below: float) -> Verdict:
     return Verdict.PASS if value >= warn_below else Verdict.WARN
 
 
-MAX_STRAIN = 0.12
-"""Largest strain tried on a wall, either sign."""
-
-STRAIN_TOLERANCE = 1e-4
-"""Accuracy of the strain at which a wall is released."""
-
 LAUNCH_LEVEL = -1
 """Pseudo-level from which a launched wall comes to level 0."""
 
@@ -188,30 +182,25 @@ class Subject:
             found[level] = compute_held_landscape(self.made, start, goal)
         return found
 
-    def freeing_strain(self, level: int, sign: float, *, kink: bool = False) -> float:
-        """Return the strain that frees a wall; NaN if none does, or the level pins no wall."""
-        return _find_freeing_strain(self.element or self.design, level, sign, kink)
-
     def forward(self, *, kink: bool) -> dict[int, float]:
         """Return the strains that move a wall or a kink on, by the sampled level that it leaves.
 
-        They are NaN as from `freeing_strain`.
+        They are NaN where no strain frees it, or the level pins none.
         """
         design = self.design
         signs = {
             n: -1.0 if design.is_freed_by_compression(n) is not kink else 1.0 for n in self.steps
         }
         return {
-            level: self.freeing_strain(level, sign, kink=kink) for level, sign in signs.items()
+            level: _find_freeing_strain(self.element or design, level, sign, kink)
+            for level, sign in signs.items()
         }
 
 
 @lru_cache(maxsize=256)  # whatever the instrument is set to
 def _find_freeing_strain(made: Design | Specimen, level: int, sign: float, kink: bool) -> float:
     try:
-        return find_depinning_strain(
-            made, level, sign, MAX_STRAIN, kink=kink, tolerance=STRAIN_TOLERANCE
-        )
+        return find_depinning_strain(made, level, sign, largest=0.12, kink=kink, tolerance=1e-4)
     except StateError:
         return math.nan
 
