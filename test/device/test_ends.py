@@ -7,9 +7,7 @@ import itertools
 
 import hypothesis
 import hypothesis.strategies as st
-import numpy as np
 import pytest
-from sampled import sampled
 
 from mlmem import (
     ELEMENT_NAMES,
@@ -30,8 +28,7 @@ from mlmem import (
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, find_walls
 from mlmem.readers.calibration import DelayTable
-from mlmem.readers.decoding import decode_echoes, find_exchanged_levels
-from mlmem.readers.echo import Echo, detection_threshold
+from mlmem.readers.decoding import find_exchanged_levels
 
 from . import rig
 
@@ -59,48 +56,6 @@ def test_no_calibration_that_ships_lets_one_end_change_level(name):
     for names in NAMES:
         read_from = rig.change(settings, read={'end': names})
         assert find_exchanged_levels(design, read_from, calibration) == []
-
-
-def heard(end, probe, crossings):
-    """Return an echo with these crossings of the thresholds, or silence."""
-    t = np.arange(0.5, 1400.0, 0.5)
-    ratio = np.zeros_like(t)
-    if crossings is not None:
-        low, delay, high = crossings
-        for time, least in ((low, 0.9), (delay, 1.1), (high, 3.0)):
-            ratio[t >= (delay if time is None else time)] = least
-    v_c = ratio * detection_threshold(probe, t)
-    over = ratio > 1.0
-    delay = float(t[over.argmax()]) if over.any() else None
-    return Echo(end, probe, t, v_c, v_c, delay, float(ratio.max()))
-
-
-@pytest.mark.parametrize('names', NAMES)
-@pytest.mark.parametrize('name', sampled(
-    ['case_2', 'bits_1', 'bits_2', 'bits_4', 'kick_4'],
-    lambda name: name in ('bits_1', 'bits_2'),
-))  # fmt: skip
-def test_any_error_of_one_end_gives_true_level_or_none(name, names):
-    """A delay of any size, early ones too, swept over all delays that the table has; silence."""
-    design, settings = load_element(name).design_and_settings
-    read = rig.change(settings, read={'end': names}).read
-    calibration = factory_calibration(design, settings)
-    right = 0
-    for wrong in End:
-        honest, table = wrong.opposite, calibration.table(wrong)
-        probes = {end: end.probe(settings) for end in End}
-        sweep = [(t - 2.0, t, t + 3.0) for t in np.arange(60.0, table.longest + 60.0, 3.0)]
-        sweep += [table.find_crossings(level) for level in range(design.levels)]
-        said = [(each, heard(wrong, probes[wrong], each)) for each in (None, *sweep)]
-        for true in range(0, design.levels, max(1, design.levels // 4)):
-            sound = calibration.table(honest).find_crossings(true)
-            good = heard(honest, probes[honest], sound)
-            for each, bad in said:
-                echoes = {honest: good, wrong: bad}
-                level = decode_echoes(design, read, calibration, echoes, (1, 0)).level
-                assert level in (true, UNDECODABLE), (wrong, true, each)
-                right += level == true
-    assert right > 0
 
 
 @rig.unhurried

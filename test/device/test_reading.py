@@ -338,3 +338,4 @@ def test_crossing_when_listening_begins_is_only_a_near_level():
         assert decode_echoes(CASE_II, ReadSettings(), near, echoes, STORED).level == level
     assert both(108.0, 630.0, 'right', near).level == 0
     assert both(108.0, 560.0, 'right', near).level == UNDECODABLE
+    assert both(108.0, 630.0, 'right').level == UNDECODABLE
