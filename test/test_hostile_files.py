@@ -8,7 +8,6 @@ A kind of file is a row of `KINDS`.
 import os
 import random
 import shutil
-import signal
 import socket
 import time
 from collections.abc import Callable
@@ -143,20 +142,6 @@ OTHER_CONTENTS = {
 }
 
 
-@pytest.fixture
-def time_limit():
-    """Fail after ten seconds of waiting, which a pipe without a writer would take for ever."""
-
-    def interrupt(*_):
-        pytest.fail('it waits')  # no error that a command would catch
-
-    before = signal.signal(signal.SIGALRM, interrupt)
-    signal.setitimer(signal.ITIMER_REAL, 10.0)
-    yield
-    signal.setitimer(signal.ITIMER_REAL, 0.0)
-    signal.signal(signal.SIGALRM, before)
-
-
 def rejection(kind, path):
     """Return the message with which a file is rejected, or None; any other error is raised."""
     start = time.process_time()
@@ -182,7 +167,9 @@ def path(kind, tmp_path):
     return tmp_path / f'file{kind.suffix}'
 
 
-def test_path_that_is_no_file_is_rejected(kind, path, time_limit):
+@pytest.mark.timeout(10, method='signal')
+def test_path_that_is_no_file_is_rejected(kind, path):
+    """At once: a pipe without a writer would be waited for, for ever."""
     for what, make in NO_FILES.items():
         make(path)
         assert rejection(kind, path), what

@@ -344,7 +344,7 @@ def test_method_decides_how_content_is_reached(name, method, changes, start, tar
     assert find_names(design, rig.change(settings, **changes), start, target) == names
 
 
-def test_level_reached_only_by_strain_is_not_reached_without_actuator():
+def test_level_of_strain_alone_needs_an_actuator():
     design, settings = by_method('case_2', 'kick')
     without = rig.change(settings, kick=CASE_2_SPEEDS, actuator={'present': False})
     assert find_names(design, without, BLANK, 3) == ['kick']
