@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whatever a client sends, every request is answered once and the node lives on.
 
-All tests use one node. Each ends with a read that the node has to answer; the last one ends it.
+Tests with a robot use one node. Each ends with a read that the node has to answer; the last one
+ends it.
 """
 
 import logging

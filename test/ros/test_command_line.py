@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The options of the executable, and the speed of time."""
+"""The options of the executable, the speed of time, and starts that end for bad input."""
 
 import pytest
 from nodes import end_node

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands that send one request to a node, as in a shell."""
+"""The commands that send one request to a node, as in a shell; `mlmem demo`."""
 
 import json
 import re

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An element in a robot's own program, in each of rclpy's executors, beside the robot's node."""
+"""An element in a robot's own program, in each of rclpy's executors; a client in C++."""
 
 import os
 import shutil

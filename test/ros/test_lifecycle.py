@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The managed node: its transitions, its saved content, and the clocks that pace it."""
+"""The managed node: its transitions, its saved content, what it prepares, and its log."""
 
 import logging
 import re

@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Processes that end with their parent, and no sooner; parameters on their command line."""
+"""Processes that end with their parent, and no sooner; parameters on their command line; their
+profile for Fast DDS.
+"""
 
 import subprocess
 from xml.etree import ElementTree

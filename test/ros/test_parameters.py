@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node's parameters: `element` names the element, few others override a value of it."""
+"""A node's parameters: `element` names the element, few others override a value of it; those
+of every ROS 2 node.
+"""
 
 from dataclasses import replace
 

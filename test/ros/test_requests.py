@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Requests with arguments as messages: how they are decoded, and which are refused."""
+"""Requests with arguments as messages: how they are decoded, and which are refused; the fast
+decoder of an Imu.
+"""
 
 import struct
 
