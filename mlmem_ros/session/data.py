@@ -50,8 +50,6 @@ class SessionData:
         header: Where a replay starts.
         stamped: Commands with the tick at which they took effect.
         events: The values of all event streams, by name, with their times: what a replay compares.
-        echoes: Rows t, v_m and v_c of every echo, shape (3, n), with its time.
-        shots: The pulses of surveys.
         configurations: Delta_j over time, one array of shape (N,) each.
         displacements: Displacement of the substrate's end in metres over time.
         lost: What cannot be read, or was dropped from the recording: one line each.
@@ -64,8 +62,6 @@ class SessionData:
     stamped: list[tuple[int, Command]] = field(default_factory=list)
     hashes: list[StateHash] = field(default_factory=list)
     events: dict[str, list[tuple[float, Any]]] = field(default_factory=dict)
-    echoes: list[tuple[float, Array]] = field(default_factory=list)
-    shots: list[Shot] = field(default_factory=list)
     configurations: list[tuple[float, NDArray[np.float32]]] = field(default_factory=list)
     displacements: list[tuple[float, float]] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
@@ -75,6 +71,20 @@ class SessionData:
     def content_name(self) -> str:
         """What the content is called: `word` of a register, else `level`."""
         return CONTENT_NAMES[bool(self.header.settings.register.spacing)]
+
+    @property
+    def echoes(self) -> list[tuple[float, Array]]:
+        """Rows t, v_m and v_c of every echo, shape (3, n), with its time."""
+        return [
+            (time, values.reshape(3, -1).astype(np.float64))
+            for time, values in self.events.get('echo', [])
+        ]
+
+    @property
+    def shots(self) -> list[Shot]:
+        """The pulses of surveys."""
+        found = self.events.get('waveform', [])
+        return [_parse_shot(values, SHOT_HEAD_SIZE) for _, values in found]
 
     @property
     def outcomes(self) -> list[tuple[float, Mapping[str, str]]]:
@@ -92,10 +102,10 @@ class SessionData:
         """Return the last echo of every successful procedure at an end, and its outcome, with a
         delay; a write ends with the echo that verifies it.
         """
-        found = []
+        found, echoes = [], self.echoes
         for time, values in self.outcomes:
             if values.get('procedure') in procedures and values.get('end') == end:
-                before = [rows for heard, rows in self.echoes if heard <= time]
+                before = [rows for heard, rows in echoes if heard <= time]
                 if before and _has_content_and_delay(values):
                     found.append((before[-1], values))
         return found
@@ -194,12 +204,12 @@ def _list_handlers(
 
 
 def _take_event(session: SessionData, stream: Stream, seconds: float, message: Any) -> None:
-    session.events.setdefault(stream.name, []).append((seconds, parse_message(stream, message)))
+    values = parse_message(stream, message)
     if stream.name == 'echo':
-        session.echoes.append((seconds, calls.parse_echo(message)))
+        calls.parse_echo(message)  # which refuses what is none
     elif stream.name == 'waveform':
-        data = np.asarray(message.data, dtype=np.float64)
-        session.shots.append(_parse_shot(data, message.layout.data_offset))
+        _parse_shot(values, message.layout.data_offset)
+    session.events.setdefault(stream.name, []).append((seconds, values))
 
 
 def _take_field(session: SessionData, seconds: float, message: Any) -> None:

@@ -176,7 +176,7 @@ def test_record_from_before_the_session_is_rejected(header):
 @pytest.mark.parametrize('values', [{}, {'level': 'x', 'delay': '1'}, {'level': '2', 'delay': ''}])
 def test_outcome_without_a_level_is_not_a_read(header, values):
     session = session_of(json.dumps(header))
-    session.echoes = [(0.5, np.zeros((3, 2)))]
+    session.events['echo'] = [(0.5, np.zeros(6, np.float32))]
     outcome = {'procedure': 'read', 'end': 'left', **values}
     session.events['outcome'] = [(1.0, Status(OK, '', outcome))]
     assert session.reads('left') == []
