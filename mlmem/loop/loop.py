@@ -17,7 +17,7 @@ from ..commands import Command, Disturb, Event
 from ..element import MemoryElement
 from ..errors import Refused
 from ..procedure_table import Abort
-from .mailbox import Asked, Cancel, Client, Ending, Mailbox, Request, TickRequest
+from .mailbox import Asked, Cancel, Ending, Mailbox, Request, TickRequest
 from .open_requests import OpenRequests, Resolve, Stamped
 from .timetable import MAX_SLEEP_S, LoopStatistics, Pacer, SteadyPacer, Timetable, check_speed
 
@@ -142,15 +142,13 @@ class Loop:
         return self._box.call(function)
 
     def refuse_expired(self) -> None:
-        """Refuse requests that have waited for too long, or whose clients have gone."""
+        """Refuse requests that have waited for too long."""
         if self._asked.waiting:
             self._box.call(self._asked.refuse_expired)
 
-    def submit(
-        self, command: Command, client: Client | None = None, wait: float = math.inf
-    ) -> Asked:
-        """Hand in a command for the next tick; a procedure of a `client` may wait for its turn for
-        so many seconds.
+    def submit(self, command: Command, wait: float | None = None) -> Asked:
+        """Hand in a command for the next tick; a procedure may wait for its turn for so many
+        seconds, and is refused without them while another runs.
 
         Returns:
             Its answer is the outcome of a procedure when it ends, and None for what begins none,
@@ -162,8 +160,10 @@ class Loop:
             except Refused as refusal:
                 return Request(command).refuse(refusal)
             return self._box.shake(self._pacer.now(), command)
-        deadline = threads.monotonic() + wait
-        return self._box.submit(Request(command, client=client, deadline=deadline))
+        request: Asked = Request(command)
+        if wait is not None:
+            request.waits, request.deadline = True, threads.monotonic() + wait
+        return self._box.submit(request)
 
     @property
     def paused(self) -> bool:
@@ -186,10 +186,6 @@ class Loop:
         last, once its events are published, or the exception `Refused` if time is running.
         """
         return self._box.step(steps or TickRequest())
-
-    def shorten(self, request: Request[int]) -> None:
-        """Let a request for ticks end with the next one."""
-        self._box.shorten(request)
 
     # --- in the loop's thread ------------------------------------------------------------
 

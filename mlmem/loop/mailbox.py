@@ -12,7 +12,7 @@ from collections.abc import Callable, Sized
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
 from .. import threads
 from ..commands import Disturb, Outcome
@@ -21,18 +21,6 @@ from ..errors import Refused
 from ..rejections import ErrorCode
 
 T = TypeVar('T')
-
-
-class Client(Protocol):
-    """Who asks."""
-
-    @property
-    def key(self) -> object:
-        """What is equal for requests of one client."""
-
-    @property
-    def gone(self) -> bool:
-        """Whether it is known to be there no more."""
 
 
 @dataclass(eq=False)
@@ -45,7 +33,7 @@ class Request(Generic[T]):
     Attributes:
         asked: A command, a `Cancel`, or a function to call between two ticks.
         answer: Its outcome, for whoever waits: the exception `Refused` if it is not accepted.
-        client: Who asks, and would wait for a turn; None: nobody would.
+        waits: Whether it waits for its turn while a procedure runs; if not, it is refused.
         deadline: When its turn must have come, on the steady clock.
         place: Its place among those that wait, from 1; 0 if it does not wait.
         run: The procedure that it has begun, or None.
@@ -53,7 +41,7 @@ class Request(Generic[T]):
 
     asked: Any
     answer: Future[T] = field(default_factory=lambda: threads.Future())
-    client: Client | None = None
+    waits: bool = False
     deadline: float = math.inf
     place: int = 0
     run: ProcedureRun | None = None
@@ -105,13 +93,11 @@ class TickRequest:
 
     Attributes:
         left: How many remain.
-        told: Called in the loop's thread after each, once its events are published.
         done: How many were run.
-        cut: Whether they were to be more: time was paused or resumed, or who asked wants no more.
+        cut: Whether they were to be more: time was paused or resumed.
     """
 
     left: int = 1
-    told: Callable[[TickRequest], None] = lambda steps: None
     done: int = 0
     cut: bool = False
 
@@ -175,7 +161,9 @@ class Mailbox:
         with self.changed:
             if self._closed is None and paused is not None:
                 self.paused = paused
-                self._shorten_steps(*self.steps)
+                for steps in (request.asked for request in self.steps):
+                    steps.cut = steps.cut or steps.left > 1
+                    steps.left = min(steps.left, 1)
             return self._post_request(self.calls, Request[T](function)).answer
 
     def step(self, steps: TickRequest) -> Request[int]:
@@ -189,17 +177,6 @@ class Mailbox:
             return self._post_request(
                 self.steps, Request[int](steps), _refuse_if_full(self.steps) or refusal
             )
-
-    def shorten(self, request: Request[int]) -> None:
-        """Let a request for ticks end with the next one."""
-        with self.changed:
-            self._shorten_steps(request)
-
-    def _shorten_steps(self, *requests: Request[int]) -> None:
-        for request in requests:
-            steps: TickRequest = request.asked
-            steps.cut = steps.cut or steps.left > 1
-            steps.left = min(steps.left, 1)
 
     def set_speed(self, speed: float) -> None:
         """Run at another multiple of real time from the next tick on."""
@@ -274,7 +251,6 @@ class Mailbox:
             closed = self._closed if steps.left else None
             if steps.left and closed is None:
                 self.steps.appendleft(request)
-        steps.told(steps)
         if closed is not None:
             request.refuse(closed)
         elif not steps.left:

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Requests whose commands an element carries out: from the tick they begin with to the answer.
 
-One procedure runs at a time. Those of other clients wait for their turn, in order of arrival; all
-else passes them. A client's own second procedure is refused: it has not seen how the first ended.
+One procedure runs at a time. The others wait for their turn, in order of arrival; all else passes
+them.
 """
 
 from __future__ import annotations
@@ -104,15 +104,13 @@ class OpenRequests:
         return min((request.deadline for request in self.waiting), default=math.inf)
 
     def refuse_expired(self) -> None:
-        """Refuse those that have waited for too long, or whose clients have gone."""
+        """Refuse those that have waited for too long."""
         now = threads.monotonic()
         for request in list(self.waiting):
             if now >= request.deadline:
                 self._drop_request(
                     request, f'busy: {self._element.procedure or "another"} came first'
                 )
-            elif request.client is not None and request.client.gone:
-                self._drop_request(request, 'its client has gone')
 
     def refuse(self, refusal: Refused) -> None:
         """Refuse all."""
@@ -121,13 +119,10 @@ class OpenRequests:
         self.waiting.clear()
 
     def _must_wait(self, request: Asked) -> bool:
-        running, client = self._element.procedure, request.client
-        if not running or client is None or not isinstance(request.asked, QUEUED_COMMANDS):
+        running = self._element.procedure
+        if not (running and request.waits and isinstance(request.asked, QUEUED_COMMANDS)):
             return False
         self._element.check(request.asked)
-        others = [each.client for each in (*self._open, *self.waiting)]
-        if any(other is not None and other.key == client.key for other in others):
-            return False  # and is refused as busy
         if len(self.waiting) >= self._most:
             self.refuse_expired()
         if len(self.waiting) >= self._most > 0:

@@ -6,7 +6,6 @@ Calls raise only `REFUSALS`, and no request waits for a disk that hangs.
 """
 
 from .host import Host
-from .requests import Requester
 from .sessions import State
 from .settings import SessionPlan
 from .worker import REFUSALS, Log, Overdue, ThrottledLog
@@ -16,7 +15,6 @@ __all__ = [
     'Host',
     'Log',
     'Overdue',
-    'Requester',
     'SessionPlan',
     'State',
     'ThrottledLog',

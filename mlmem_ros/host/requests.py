@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from mlmem import Command, Faults, Loop, MemoryElement, Refused, SetFaults, SetMethod
 from mlmem.commands import PHASE_WAITING, Feedback
 from mlmem.instrument.instrument import Units
-from mlmem.loop.mailbox import Asked, Client, Request, TickRequest
+from mlmem.loop.mailbox import Asked, Request, TickRequest
 
 from .sessions import Sessions
 from .settings import SessionPlan
@@ -21,21 +21,6 @@ T = TypeVar('T')
 
 QUEUE_TIMEOUT_S = 60.0
 """Longest wait of a request that brings no deadline of its own."""
-
-
-class Requester:
-    """Who sends a request, and waits for its turn: whoever it is, in order of arrival.
-
-    Attributes:
-        gone: Never known.
-    """
-
-    gone = False
-
-    @property
-    def key(self) -> object:
-        """What no other request has."""
-        return self
 
 
 class RequestGate:
@@ -67,14 +52,16 @@ class RequestGate:
             raise Refused(f'inactive: {stopped}configure and activate the node first')
         return loop
 
-    def submit(self, command: Command, client: Client | None = None, wait: float = 0.0) -> Asked:
-        """Hand in a command for the next tick; see `Loop.submit`. Without a time in seconds for
-        which it may wait for its turn, that is `QUEUE_TIMEOUT_S`.
+    def submit(self, command: Command, wait: float | None = None) -> Asked:
+        """Hand in a command for the next tick; see `Loop.submit`. With 0 s it may wait for
+        its turn for `QUEUE_TIMEOUT_S`.
 
         With a state file, the outcome comes after the changed content is safe on the disk; if it
         cannot be saved, the outcome is a failure.
         """
-        return self._asked(lambda loop: loop.submit(command, client, wait or QUEUE_TIMEOUT_S))
+        if wait == 0.0:
+            wait = QUEUE_TIMEOUT_S
+        return self._asked(lambda loop: loop.submit(command, wait))
 
     def submit_scaled(self, make: Callable[[Units], Command]) -> Asked:
         """Hand in a command given in SI values, converted to the device's units."""

@@ -5,7 +5,6 @@
 import math
 import threading
 import time
-from types import SimpleNamespace
 from unittest.mock import Mock
 
 import pytest
@@ -328,11 +327,10 @@ def test_single_tick_is_answered_even_if_pause_ends_first(start):
     assert result(tick) > 0
 
 
-@pytest.mark.parametrize('leaves', ['canceled', 'past its deadline', 'gone'])
+@pytest.mark.parametrize('leaves', ['canceled', 'past its deadline'])
 def test_places_move_up_when_a_request_leaves(leaves):
     requests = OpenRequests(rig.device(), LoopStatistics(), None, None, most=3)
-    clients = [SimpleNamespace(key=name, gone=False) for name in 'abcd']
-    running, *waiting = (Request(Write(1), client=client) for client in clients)
+    running, *waiting = (Request(Write(1), waits=True) for _ in range(4))
     for request in (running, *waiting):
         requests.apply(request)
     assert [request.place for request in (running, *waiting)] == [0, 1, 2, 3]
@@ -340,8 +338,7 @@ def test_places_move_up_when_a_request_leaves(leaves):
     if leaves == 'canceled':
         requests.apply(Request(Cancel(first)))
     else:
-        first.client.gone = leaves == 'gone'
-        first.deadline = math.inf if first.client.gone else 0.0
+        first.deadline = 0.0
         requests.refuse_expired()
     assert isinstance(first.answer.exception(0.0), Refused)
     assert (second.place, third.place) == (1, 2)

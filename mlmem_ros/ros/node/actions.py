@@ -25,7 +25,7 @@ from mlmem.loop.mailbox import Request
 from ...contract import answers, messages, services
 from ...contract.commands import build_command
 from ...contract.services import REQUEST_ARGUMENTS
-from ...host import Host, Requester
+from ...host import Host
 from ..middleware import KEEP_ALL_PROFILE, RELIABLE_PROFILE
 from .callback_guard import await_future
 
@@ -184,7 +184,7 @@ class Action:
         except Refused as refusal:
             self._host.refused += 1
             return Request[Any](None).refuse(refusal)
-        return self._host.submit(command, Requester(), wait)
+        return self._host.submit(command, wait)
 
     # --- ends ----------------------------------------------------------------------------
 

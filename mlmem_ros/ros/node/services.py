@@ -29,7 +29,7 @@ from ...contract.commands import (
     parse_request,
 )
 from ...contract.streams import select_streams
-from ...host import REFUSALS, Host, Requester, SessionPlan
+from ...host import REFUSALS, Host, SessionPlan
 from ...host.settings import Parameters
 from ..middleware import KEEP_ALL_PROFILE
 from .callback_guard import await_future
@@ -102,7 +102,7 @@ class Services:
     async def _run_command(self, command: Command, wait: float = 0.0) -> tuple[bool, str]:
         asked = {'asked': command.level} if isinstance(command, Write) else {}
         try:
-            outcome = await await_future(self._host.submit(command, Requester(), wait).answer)
+            outcome = await await_future(self._host.submit(command, wait).answer)
         except REFUSALS as failure:
             return self._log_refusal(find_request_name(command), failure, **asked)
         if outcome is None:  # accepted, with nothing to wait for
@@ -131,7 +131,7 @@ class Services:
     ) -> SelfTestService.Response:
         response.id = name = self._node.get_fully_qualified_name()
         try:
-            outcome = await await_future(self._host.submit(SelfTest(), Requester()).answer)
+            outcome = await await_future(self._host.submit(SelfTest(), 0.0).answer)
         except REFUSALS as failure:
             self._log_refusal('self_test', failure)
             response.status = [messages.build_refused_test(name, str(failure))]
