@@ -49,6 +49,7 @@ if TYPE_CHECKING:
         Abort,
         Calibrate,
         Erase,
+        Kick,
         Locate,
         Read,
         Reset,
@@ -66,12 +67,12 @@ __all__ = [
     'BLANK', 'CASE_I', 'CASE_II', 'ELEMENT_NAMES', 'UNDECODABLE', 'Abort', 'Calibrate',
     'Calibration', 'Chain', 'Command', 'DelayTable', 'Design', 'DesignError', 'Disturb',
     'Driver', 'DriverError', 'DriverHangs', 'EchoReceived', 'Element', 'End', 'Erase', 'Event',
-    'Faults', 'FollowTrajectory', 'Locate', 'Loop', 'MemoryElement', 'Outcome', 'Potential',
-    'ProcedureFailed', 'Read', 'Reading', 'Refused', 'Reset', 'Scatter', 'SelfTest', 'SetFaults',
-    'SetMethod', 'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Specimen', 'StateError',
-    'Survey', 'Table', 'Trajectory', 'Unknown', 'Write', 'as_designed', 'describe_level',
-    'factory_calibration', 'load_element', 'scattered', 'simulate', 'sweep', 'wall_at',
-    'walls_at',
+    'Faults', 'FollowTrajectory', 'Kick', 'Locate', 'Loop', 'MemoryElement', 'Outcome',
+    'Potential', 'ProcedureFailed', 'Read', 'Reading', 'Refused', 'Reset', 'Scatter', 'SelfTest',
+    'SetFaults', 'SetMethod', 'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Specimen',
+    'StateError', 'Survey', 'Table', 'Trajectory', 'Unknown', 'Write', 'as_designed',
+    'describe_level', 'factory_calibration', 'load_element', 'scattered', 'simulate', 'sweep',
+    'wall_at', 'walls_at',
 ]  # fmt: skip
 
 _MODULE_EXPORTS = {
@@ -93,8 +94,8 @@ _MODULE_EXPORTS = {
     ),
     'element_file': ('ELEMENT_NAMES', 'Element', 'as_designed', 'load_element'),
     'procedure_table': (
-        'BLANK', 'UNDECODABLE', 'Abort', 'Calibrate', 'Erase', 'Locate', 'Read', 'Reset',
-        'SelfTest', 'Survey', 'Write', 'as_designed', 'describe_level',
+        'BLANK', 'UNDECODABLE', 'Abort', 'Calibrate', 'Erase', 'Kick', 'Locate', 'Read',
+        'Reset', 'SelfTest', 'Survey', 'Write', 'describe_level',
     ),
     'readers.calibration': ('Calibration', 'DelayTable'),
     'readers.reading': ('Reading', 'Unknown'),

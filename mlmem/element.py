@@ -233,27 +233,28 @@ class MemoryElement(Memory):
     def _begin_procedure(
         self, name: str, command: Command, wanted: dict[str, Any]
     ) -> ProcedureRun:
-        if PROCEDURES[name].both_ends and self.settings.has_one_transducer:
+        row = PROCEDURES[name]
+        if row.both_ends and self.settings.has_one_transducer:
             raise Refused(
                 f'{name} needs a transducer at both ends, and the right end has none (read.method '
                 'records)',
                 code=ErrorCode.UNSUPPORTED, field='read.method',
             )  # fmt: skip
-        if not isinstance(command, Abort):  # all others listen
+        if row.listens:
             self._check_amplitudes()
-        able = isinstance(command, Abort | Calibrate | Reset)
+        able = not row.listens or isinstance(command, Calibrate | Reset)
         if not able and self.reader.needs_calibration(self):
             raise Refused(
                 f'{name} needs the records of a calibration: calibrate the element first',
                 code=ErrorCode.UNSUPPORTED, field='read.method',
             )  # fmt: skip
         steps = procedures.find_steps(name)
-        before, self.progress = self.progress, Progress(name, self.ticks)
         try:
-            procedures.estimates.expect_duration(self, steps.expected(self, **wanted))
+            duration = steps.expected(self, **wanted)
         except ProcedureFailed as error:  # there is no way, as without an actuator
-            self.progress = before
             raise Refused(str(error), code=ErrorCode.UNSUPPORTED) from error
+        self.progress = Progress(name, self.ticks)
+        procedures.estimates.expect_duration(self, duration)
         self._running = ProcedureRun(command, steps.begin(self, **wanted), self.ticks)
         return self._running
 

@@ -114,6 +114,15 @@ class Survey:
 
 
 @dataclass(frozen=True)
+class Kick:
+    """Kick a wall off from the left end, or a kink that takes one away."""
+
+    speed: float = describe_field(
+        MISSING, 'mean speed of the end in cells per time unit', low=1e-4, high=10.0
+    )
+
+
+@dataclass(frozen=True)
 class Abort:
     """Stop the running procedure and bring the strain to zero.
 
@@ -124,7 +133,7 @@ class Abort:
     why: str = ''
 
 
-Procedures = Write | Read | Erase | Calibrate | SelfTest | Locate | Reset | Survey | Abort
+Procedures = Write | Read | Erase | Calibrate | SelfTest | Locate | Reset | Survey | Kick | Abort
 """Commands that take time; their outcome is reported at the end."""
 
 
@@ -138,6 +147,7 @@ class Procedure(NamedTuple):
             state is saved.
         action: Whether it is also an action, of the name of the command.
         both_ends: Whether it needs a transducer at both ends.
+        listens: Whether it fires probe pulses.
     """
 
     command: type[Any]
@@ -147,6 +157,7 @@ class Procedure(NamedTuple):
     changes: bool = True
     action: bool = True
     both_ends: bool = False
+    listens: bool = True
 
     @property
     def arguments(self) -> Iterator[tuple[str, str, Any, Description]]:
@@ -163,6 +174,11 @@ class Procedure(NamedTuple):
     def target_parameters(self) -> Mapping[str, str]:
         """The parameters with what must be given, for a service that takes nothing."""
         return {name: f'target_{name}' for name in CONTENT_NAMES} if self.command is Write else {}
+
+    @property
+    def has_service(self) -> bool:
+        """Whether a service that takes nothing can begin it; `~/request` can begin all."""
+        return not self.required_arguments or bool(self.target_parameters)
 
 
 PROCEDURES = {
@@ -213,12 +229,22 @@ PROCEDURES = {
         'surveying',
         both_ends=True,
     ),
+    'kick': Procedure(
+        Kick,
+        'kick a wall off from the left end, or a kink that takes one away; what rests then is '
+        'not known until a read',
+        'driving.kick_by_hand',
+        'kicking',
+        action=False,
+        listens=False,
+    ),
     'abort': Procedure(
         Abort,
         'stop the running procedure and bring the strain to zero',
         'blocks.abort',
         'releasing',
         action=False,
+        listens=False,
     ),
 }
 """All procedures by name."""

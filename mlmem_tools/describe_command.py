@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mlmem import Command, FollowTrajectory, Read, SetFaults, SetMethod, SetStrain, Write
+from mlmem import Command, FollowTrajectory, Kick, Read, SetFaults, SetMethod, SetStrain, Write
 from mlmem.procedure_table import describe_content
 from mlmem_ros.contract.commands import REQUEST_COMMANDS
 
@@ -34,6 +34,8 @@ def describe_command(command: Command, content_name: str) -> str:
             return f'{name} {strain:+.4f}'
         case FollowTrajectory(strains=strains):
             return f'{name} to {strains[-1]:+.4f}'
+        case Kick(speed=speed):
+            return f'{name} at {speed:g}'
         case Read(end=end) if end:
             return f'{name} from {end}'
         case SetFaults(faults=faults):

@@ -33,7 +33,7 @@ Factors from 0.85 to 1 erased all words of robust cells at 3 % of scatter."""
 
 
 @dataclass(frozen=True)
-class Kick(Move):
+class KickIn(Move):
     """A kick of a wall from the left end of a blank element to a level; see `Move`.
 
     Attributes:
@@ -76,7 +76,7 @@ class WordKick(Move):
 
     def drive(self, element: Memory, how: Drive) -> Procedure[None]:
         """Send a wall, or a kink if the left end is active."""
-        yield from _kick_to_other_phase(element, self.speed)
+        yield from kick_to_other_phase(element, self.speed)
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class WordKickOut(Move):
             walls = code.walls(content) if content != UNDECODABLE else (0,)
             for first in range(len(walls)):
                 speed = _kick_out_speed(kick, walls[first:])
-                yield from _kick_to_other_phase(element, speed, kick.erase_settle)
+                yield from kick_to_other_phase(element, speed, kick.erase_settle)
             reading = yield from element.reader.read(element)
             if element.reader.needs_second_read(reading):
                 reading = yield from element.reader.read(element)
@@ -127,7 +127,7 @@ def _kick_out_speed(kick: KickSettings, walls: Sequence[int]) -> float:
 
 def moves_from(
     design: Design, settings: Settings, start: int, target: int
-) -> Iterator[Kick | KickOut | WordKick | WordKickOut]:
+) -> Iterator[KickIn | KickOut | WordKick | WordKickOut]:
     """Yield the kicks that begin at a content; into a register the one that its target needs."""
     if settings.register.spacing:
         yield from _word_kicks(design, settings, start, target)
@@ -143,7 +143,7 @@ def moves_from(
             yield kick_out_of(design, settings, start)
 
 
-def kick_into(design: Design, settings: Settings, level: int) -> Kick:
+def kick_into(design: Design, settings: Settings, level: int) -> KickIn:
     """Return the kick from blank to a level, whether or not it is used.
 
     Raises:
@@ -152,8 +152,8 @@ def kick_into(design: Design, settings: Settings, level: int) -> Kick:
     shape, speed = settings.kick, settings.kick.wall_speeds[level]
     if not speed:
         raise IndexError(f'kick.speeds has no kick to level {level}')
-    duration = _kick_duration(design, shape, speed, shape.settle)
-    return Kick(
+    duration = kick_duration(design, shape, speed, shape.settle)
+    return KickIn(
         BLANK, level, duration, ringing_time(design), shape.speed_margin(level), speed=speed
     )
 
@@ -163,13 +163,13 @@ def kick_out_of(design: Design, settings: Settings, level: int) -> KickOut:
     return KickOut(level, BLANK, _erase_duration(design, settings.kick), ringing_time(design))
 
 
-def _kick_duration(design: Design, shape: KickSettings, speed: float, settle: float) -> float:
+def kick_duration(design: Design, shape: KickSettings, speed: float, settle: float) -> float:
     """Return the time of a kick of this mean speed, with its rest."""
     return abs(design.D_s2 - design.D_s1) / speed + shape.hold + settle
 
 
 def _erase_duration(design: Design, shape: KickSettings) -> float:
-    return _kick_duration(design, shape, shape.erase_speed, shape.erase_settle)
+    return kick_duration(design, shape, shape.erase_speed, shape.erase_settle)
 
 
 def _word_kicks(design: Design, settings: Settings, start: int, target: int) -> Iterator[WordKick]:
@@ -183,7 +183,7 @@ def _word_kicks(design: Design, settings: Settings, start: int, target: int) -> 
         return
     level = needed[missing - 1]
     speed = (shape.wall_speeds, shape.kink_speeds)[len(resting) % 2][level]
-    duration = _kick_duration(design, shape, speed, shape.settle)
+    duration = kick_duration(design, shape, speed, shape.settle)
     yield WordKick(start, code.word(needed[missing - 1 :]), duration, speed=speed)
 
 
@@ -234,10 +234,10 @@ def kick_out(element: Memory, attempt: int = 1) -> Procedure[None]:
     yield from kick_to(element, design.D_s1, speed, settings.erase_settle)
 
 
-def _kick_to_other_phase(
+def kick_to_other_phase(
     element: Memory, speed: float, settle: float | None = None
 ) -> Procedure[None]:
-    """Send a wall, or a kink if the left end is active."""
+    """Send a wall, or a kink if the left end is active; see `kick_to`."""
     yield from bring_ends_back(element, (End.LEFT,))
     design = element.design
     target = design.D_s1 if element.phase(End.LEFT) == 1 else design.D_s2

@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Driving the walls: to a content by the fastest moves, open loop; and out of the element."""
+"""Driving the walls: to a content by the fastest moves, open loop; out of the element; and by one
+kick, to wherever its speed takes them.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +14,7 @@ from ..instrument.blocks import Procedure, catch_up
 from ..instrument.end import End
 from ..memory import Memory
 from ..moves.corrections import PulseCorrection
+from ..moves.kick import kick_to_other_phase
 from ..moves.move import Drive, Move, blank_content
 from ..moves.planner import disable_kicks, erasing_moves, find_route
 from ..moves.strain_cycle import return_to_zero
@@ -58,6 +61,22 @@ def seems_blank(element: Memory) -> Procedure[bool]:
         return False
     yield from catch_up(element)
     return (element.phase(End.LEFT), element.phase(End.RIGHT)) == (0, 0)
+
+
+def kick_by_hand(element: Memory, speed: float) -> Procedure[Result]:
+    """Kick a wall off from the left end, or a kink if that end is active; nothing is read.
+
+    Args:
+        element: The element to kick.
+        speed: Mean speed of the end in cells per time unit, within the transducer's limit.
+
+    Raises:
+        NotFollowed: The strain was not zero, and the actuator does not bring it there.
+    """
+    yield from return_to_zero(element)
+    element.forget('kicked by hand')
+    yield from kick_to_other_phase(element, speed)
+    return Result(None)
 
 
 def go_to_level(

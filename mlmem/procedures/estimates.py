@@ -9,11 +9,14 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+from ..errors import Refused
 from ..memory import Memory
+from ..moves.kick import kick_duration
 from ..moves.move import blank_content
 from ..moves.planner import find_route
 from ..readers.listening import expected_wait
 from ..readers.reading import BLANK, UNDECODABLE
+from ..rejections import ErrorCode
 
 RECORD_TIME = 900.0
 """Time for which both ends are recorded after a pulse."""
@@ -111,6 +114,24 @@ def resetting(element: Memory, content: int, seed: int) -> float:
 def erasing(element: Memory) -> float:
     """Return the time of an erase."""
     return writing_time(element, find_content(element), BLANK)
+
+
+def kicking(element: Memory, speed: float) -> float:
+    """Return the time of a kick by hand.
+
+    Raises:
+        Refused: The transducer cannot move the end from one phase to the other.
+    """
+    design, settings = element.design, element.settings
+    stroke, longest = abs(design.D_s2 - design.D_s1), settings.transducer.max_stroke
+    if stroke > longest:
+        raise Refused.of_value(
+            ErrorCode.UNSUPPORTED,
+            'transducer.max_stroke',
+            longest,
+            f'at least {stroke:.3g}, the stroke of a kick',
+        )
+    return kick_duration(design, settings.kick, speed, settings.kick.settle)
 
 
 def releasing(element: Memory) -> float:

@@ -238,6 +238,7 @@ ANSWER_TYPES: dict[str, type[Answer]] = {
     'self_test': SelfTested,
     'locate': Located,
     'survey': Surveyed,
+    'kick': Done,
     'abort': Done,
 }
 """Types of successful answers by procedure; those of all others are `Decoded`."""

@@ -36,7 +36,7 @@ def _build_service(name: str, row: Procedure) -> Service:
 
 
 NODE_SERVICES = (
-    *(_build_service(name, row) for name, row in PROCEDURES.items()),
+    *(_build_service(name, row) for name, row in PROCEDURES.items() if row.has_service),
     Service(
         'request',
         'rcl_interfaces/srv/SetParametersAtomically',
@@ -147,7 +147,7 @@ DOUBLE, DOUBLE_ARRAY = Type('double', 3), Type('double_array', 8)
 REQUEST_ARGUMENTS: dict[str, dict[str, Type]] = {
     **{
         name: {
-            argument: {'bool': BOOL, 'int': INTEGER, 'str': STRING}[kind]
+            argument: {'float': DOUBLE, 'int': INTEGER, 'str': STRING}[kind]
             for argument, kind, *_ in row.arguments
         }
         for name, row in PROCEDURES.items()

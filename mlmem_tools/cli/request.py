@@ -106,6 +106,10 @@ def _format_stopped(answer: Done) -> str:
     return f'stopped; the strain is at zero after {answer.ticks} ticks'
 
 
+def _format_kicked(answer: Done) -> str:
+    return f'kicked in {answer.ticks} ticks; what rests now is not known until a read'
+
+
 def _format_calibrated(answer: Calibrated) -> str:
     """Return the content as a line, and measured delays as a table: levels by ends."""
     if answer.delays is None:
@@ -145,6 +149,7 @@ def _format_found(answer: Decoded) -> str:
 ANSWER_FORMATTERS: dict[str, Callable[[Any], str]] = {
     'abort': _format_stopped,
     'calibrate': _format_calibrated,
+    'kick': _format_kicked,
     'self_test': _format_tested,
     'write': _format_written,
 }
@@ -180,7 +185,11 @@ UNBOUNDED_TIMEOUTS = dict.fromkeys(
 )
 """Work that takes the longer, the longer the element is: the node's end is noticed anyway."""
 
-ARGUMENT_PARSERS: dict[str, Callable[[str], Any]] = {'int': parse_integer, 'str': str}
+ARGUMENT_PARSERS: dict[str, Callable[[str], Any]] = {
+    'float': float,
+    'int': parse_integer,
+    'str': str,
+}
 
 
 def _build_procedure_command(name: str, row: Procedure) -> Command:

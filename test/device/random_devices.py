@@ -10,6 +10,7 @@ from mlmem import (
     Disturb,
     Erase,
     FollowTrajectory,
+    Kick,
     MemoryElement,
     Read,
     SelfTest,
@@ -61,5 +62,6 @@ def command(random, element):
         lambda: Write(random.randrange(element.design.levels)),
         lambda: Read(random.choice(('', 'left', 'right', 'both'))),
         lambda: random.choice((Erase(), Calibrate(), SelfTest())),
+        lambda: Kick(10.0 ** random.uniform(-4.0, 1.0)),
         lambda: Abort('enough'),
     ))()  # fmt: skip

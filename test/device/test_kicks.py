@@ -17,8 +17,10 @@ from mlmem import (
     Calibrate,
     Erase,
     Faults,
+    Kick,
     MemoryElement,
     ProcedureFailed,
+    Read,
     Refused,
     SelfTest,
     SetFaults,
@@ -30,9 +32,9 @@ from mlmem import (
     load_element,
 )
 from mlmem.element_file import use_kicks
+from mlmem.instrument import end
 from mlmem.instrument.blocks import run, wait
 from mlmem.instrument.drivers import Simulation
-from mlmem.instrument.end import Kick
 from mlmem.move_settings import KickSettings
 from mlmem.moves.kick import kick, kick_out, kick_to
 from mlmem.moves.move import blank_content
@@ -73,7 +75,7 @@ def by_method(name, method):
 def test_kick_is_smooth_ramp_then_held(late, peak, error):
     """A late kick begins slowly, and has a jerk where it ends."""
     shape = KickSettings(late=late, hold=20.0)
-    motion = Kick(-1.0, 1.0, 0.1, shape)
+    motion = end.Kick(-1.0, 1.0, 0.1, shape)
     t = np.linspace(0.0, motion.duration, 4001)
     x, v = motion.at(t)
     assert motion.duration == pytest.approx(40.0)
@@ -108,6 +110,45 @@ def test_erase_after_kink_that_stopped_short_leaves_blank():
     outcome = short.perform(Erase())
     assert outcome.success, outcome.error
     assert level(short) == BLANK
+
+
+def test_kick_by_hand_leaves_wall_unknown_until_read():
+    """The kick of a level's speed sends the wall there, the next one a kink that takes it away."""
+    kicked = element('case_2')
+    kicked.perform(Read())
+    shape = kicked.settings.kick
+    for speed, expected in ((shape.wall_speeds[3], 3), (shape.erase_speed, BLANK)):
+        begun = kicked.ticks
+        outcome = kicked.perform(Kick(speed))
+        assert (outcome.success, outcome.reading, kicked.reading) == (True, None, None)
+        assert (kicked.unknown.reason, kicked.unknown.since) == ('kicked by hand', begun)
+        assert kicked.perform(Read()).level == level(kicked) == expected
+
+
+def test_kick_by_hand_releases_strain_first():
+    strained = element('case_2')
+    strained.apply(SetStrain(0.01))
+    strained.advance(200)
+    assert strained.perform(Kick(strained.settings.kick.wall_speeds[3])).success
+    assert strained.actuator.strain == 0.0
+    assert strained.perform(Read()).level == 3
+
+
+@pytest.mark.parametrize(
+    ('changes', 'speed', 'code', 'field'),
+    [
+        ({}, 0.0, ErrorCode.OUT_OF_RANGE, 'speed'),
+        ({}, 'fast', ErrorCode.OUT_OF_RANGE, 'speed'),
+        ({'max_stroke': 1.0}, 0.05, ErrorCode.UNSUPPORTED, 'transducer.max_stroke'),
+    ],
+)
+def test_kick_by_hand_that_cannot_be_made_is_refused(changes, speed, code, field):
+    refusing = element('case_2', transducer=changes)
+    refusing.perform(Read())
+    with pytest.raises(Refused) as refusal:
+        refusing.apply(Kick(speed))
+    assert (refusal.value.code, refusal.value.field) == (code, field)
+    assert (refusing.procedure, refusing.reading.level) == ('', BLANK)
 
 
 def test_element_without_actuator_does_everything_but_strain():

@@ -15,6 +15,7 @@ from mlmem import (
     End,
     Erase,
     Faults,
+    Kick,
     MemoryElement,
     Read,
     Refused,
@@ -150,6 +151,8 @@ def test_rig_without_an_actuator_is_written_by_kicks():
     for command in (Write(5), Write(2), Erase()):
         outcome = element.perform(command)
         assert outcome.success, outcome.error
+    element.perform(Kick(settings.kick.wall_speeds[3]))
+    assert element.perform(Read()).level == 3
     assert line.rig.chain.V_N == 0.0
     with pytest.raises(Refused, match='a strain needs an actuator'):
         element.apply(SetStrain(0.01))

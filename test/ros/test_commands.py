@@ -12,7 +12,7 @@ import time
 import pytest
 from closed_bag import check_closed
 from nodes import QUICK, node_parameters
-from robot import BLANK, Robot
+from robot import BLANK, Robot, values
 from sampled import sampled
 
 from mlmem_ros import MemoryClient
@@ -55,6 +55,17 @@ def test_commands_write_read_and_erase(robot, output_of):
     assert delays[1] == pytest.approx(delays[0], abs=5.0)  # levels are 24 apart
     assert output_of('erase').startswith('blank')
     robot.latest('level', lambda level: level.data == BLANK)
+
+
+def test_kick_command_leaves_the_content_to_a_read(robot, run, output_of):
+    output_of('erase')
+    assert output_of('kick', '0.053').startswith('kicked in ')
+    robot.latest('content', lambda status: values(status).get('reason') == 'kicked by hand')
+    robot.latest('level', lambda level: level.data == -2)
+    assert output_of('read').startswith('level 3 ')
+    status, output, errors = run('kick', '0')
+    assert (status, output) == (1, '')
+    assert 'speed must be' in errors
 
 
 def test_calibrate_command_prints_the_delays(robot, output_of, monkeypatch):

@@ -11,7 +11,7 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Imu, JointState
 
-from mlmem import Abort, Erase, FollowTrajectory, Read, Refused, Write
+from mlmem import Abort, Erase, FollowTrajectory, Kick, Read, Refused, Write
 from mlmem.instrument.instrument import Units
 from mlmem.physics import CASE_II
 from mlmem.settings import ScaleSettings
@@ -38,6 +38,7 @@ def parameters(**values):
         ('read', {'end': 'both'}, Read('both')),
         ('erase', {}, Erase()),
         ('abort', {}, Abort()),
+        ('kick', {'speed': 1}, Kick(1.0)),
         ('follow', {'times': [1.0], 'strains': [0.1]}, FollowTrajectory((1.0,), (0.1,))),
         ('record', {'on': True, 'path': 'session'}, Record(True, 'session')),
         ('record', {'on': False}, Record(False)),
@@ -77,6 +78,8 @@ def test_imu_becomes_a_disturbance_in_element_units():
         ({'request': 'write', 'level': '5'}, 'level'),
         ({'request': 'write', 'level': True}, 'level'),
         ({'request': 'write', 'level': 2, 'end': 'left'}, 'write takes level, word'),
+        ({'request': 'kick'}, 'kick must be given speed'),
+        ({'request': 'kick', 'speed': 1}, 'speed'),
         ({'request': 'erase', 'level': 2}, 'erase takes no arguments'),
         ({'request': 'follow', 'times': [1.0]}, 'follow must be given strains'),
         ({'request': 'record', 'on': 1}, 'on'),

@@ -47,7 +47,8 @@ class Services:
         self._host = host
         self._plan = plan
         for name, row in PROCEDURES.items():
-            if name != 'self_test':  # which answers in a type of its own
+            # a self-test answers in a type of its own
+            if row.has_service and name != 'self_test':
                 self._create_json_service(Trigger, name, self._build_procedure_answer(name, row))
         self._create_json_service(
             Trigger, 'step', lambda _: self._answer_ticks('step', host.step().answer)
