@@ -40,6 +40,24 @@ def describe_faults(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     }  # fmt: skip
 
 
+def describe_kick(settings: Settings) -> dict[str, float] | None:
+    """Return the speeds that a page offers for a kick by hand, `low` to `high`, and the `speed`
+    with which it begins; None for an element without kicks.
+
+    They reach beyond those of the levels and of the erase by a factor of 2, within the limit of
+    the transducer.
+    """
+    kick = settings.kick
+    if not (speeds := sorted(filter(None, kick.wall_speeds))):
+        return None
+    fastest = settings.transducer.max_speed / kick.peak_speed_ratio
+    return {
+        'low': 0.5 * speeds[0],
+        'high': min(2.0 * max(speeds[-1], kick.erase_speed), fastest),
+        'speed': speeds[len(speeds) // 2],
+    }
+
+
 @dataclass(frozen=True)
 class About:
     """An element as a page shows it.
@@ -122,6 +140,7 @@ class About:
             if by_delays
             else {'pulse': settings.register.omega_c},
             'faults': describe_faults(faults),
+            'kick': describe_kick(settings),
             'procedures': {
                 name: {
                     'takes': row.required_arguments,

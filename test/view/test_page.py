@@ -81,6 +81,19 @@ def test_fault_is_shown_in_the_health_and_removed(page):
     page.click('#health summary')
 
 
+def test_kick_button_leaves_content_unknown_until_read(page, node):
+    """The slider begins with the speed of level 4: a wall goes there."""
+    node.memory.erase().wait()
+    page.until(lambda: page.text('.level') == 'blank', 'a blank element')
+    assert page.text('#kick-spelt') == '0.079'
+    page.click('[data-do="kick"]')
+    page.until(lambda: 'kick succeeded' in page.text('#log'), 'its end')
+    page.until(lambda: 'kicked by hand' in page.text('#log'), 'the reason')
+    assert page.ask(f'{STATE}.level') == -2
+    page.click('[data-do="read"]')
+    page.until(lambda: page.text('.level') == '4', 'a wall at level 4')
+
+
 def test_reset_asks_before_it_acts(page, node):
     before = node.memory.write(5).wait().level
     page.click('[data-do="reset"]')

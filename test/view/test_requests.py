@@ -43,6 +43,7 @@ def requests(client):
         ({'do': 'write', 'level': 5}, ('procedure', ('write', 600.0), {'level': 5})),
         ({'do': 'write', 'word': 8}, ('procedure', ('write', 600.0), {'word': 8})),
         ({'do': 'read', 'end': 'both'}, ('procedure', ('read', 600.0), {'end': 'both'})),
+        ({'do': 'kick', 'speed': 0.05}, ('procedure', ('kick', 600.0), {'speed': 0.05})),
         ({'do': 'locate'}, ('procedure', ('locate', 600.0), {})),
         ({'do': 'pause', 'hold': False}, ('pause', (False,), {})),
         ({'do': 'speed', 'speed': 2}, ('set_parameters', ({'time.speed': 2.0},), {})),

@@ -27,6 +27,7 @@ export class Controls {
     find('speed').onchange = () => this.ask(find('speed'), { do: 'speed', speed: Number(find('speed').value) });
     find('record').onclick = () => this.record(!this.isRecording);
     this.connectStrain();
+    find('kick-speed').oninput = () => put(find('kick-spelt'), this.kickSpeed.toFixed(3));
     this.connectFaults();
   }
 
@@ -61,6 +62,7 @@ export class Controls {
     }
     find('strain').min = -about.max_strain;
     find('strain').max = about.max_strain;
+    this.offerKick(about.kick);
     find('cell').max = about.cells;
     if (!find('cell').value) find('cell').value = Math.round(about.cells / 2);
     const speed = String(about.speed), select = find('speed');
@@ -111,7 +113,8 @@ export class Controls {
   /** Run a procedure: one that nothing undoes if the user agrees; a self-test tells its checks. */
   async run(button, name) {
     if (FINAL.includes(name) && !(await agreed(`${button.textContent}: ${button.title}. What it holds is lost.`, button.textContent))) return;
-    const { details } = await this.ask(button, { do: name });
+    const given = name === 'kick' ? { speed: this.kickSpeed } : {};
+    const { details } = await this.ask(button, { do: name, ...given });
     if (details?.checks) this.log(checked(details.checks));
   }
 
@@ -139,6 +142,19 @@ export class Controls {
       await new Promise((done) => setTimeout(done, 60));
     }
     this.sending = false;
+  }
+
+  /** Speed of a kick: the slider has its logarithm. */
+  get kickSpeed() { return 10 ** Number(find('kick-speed').value); }
+
+  /** Offer the kick of an element that has any, from the speed that its slider has or else begins with. */
+  offerKick(kick) {
+    const slider = find('kick-speed'), range = JSON.stringify(kick);
+    find('kicks').hidden = !kick;
+    if (!kick || slider.dataset.range === range) return;
+    slider.dataset.range = range;
+    [slider.min, slider.max, slider.value] = [kick.low, kick.high, kick.speed].map(Math.log10);
+    slider.oninput();
   }
 
   connectFaults() {
