@@ -23,7 +23,7 @@ from typing import Any
 from mlmem import ELEMENT_NAMES, load_element, parsing
 from mlmem.atomic_files import write_atomically
 from mlmem_ros import __version__
-from mlmem_tools.cli.output import to_json_value
+from mlmem_tools.json_values import to_json_value
 
 from .bench.measure import describe_processor
 

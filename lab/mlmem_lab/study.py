@@ -30,7 +30,8 @@ from rich.console import Console
 
 from mlmem.atomic_files import write_atomically
 from mlmem_tools.cli.command import JOBS_OPTION, declare_command, declare_option
-from mlmem_tools.cli.output import create_console, print_failure, show_progress, to_json_value
+from mlmem_tools.cli.output import create_console, print_failure, show_progress
+from mlmem_tools.json_values import to_json_value
 
 from . import results
 

@@ -18,7 +18,8 @@ def test_a_register_is_kicked_as_planned_for_its_cells(monkeypatch):
     words. The plan tries every third speed.
     """
     monkeypatch.setattr(register_plan, 'KICK_SPEEDS', register_plan.KICK_SPEEDS[::3])
-    design, settings = chosen = first_levels(3)
+    chosen = first_levels(3)
+    design, settings = chosen.design_and_settings
     specimen = scattered(design, Scatter(alpha=0.01), 0)
     found = plan_pulses(specimen, chosen)
     assert found.complete

@@ -4,15 +4,14 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
-import math
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 from mlmem.schema import make_printable
+
+from ..json_values import to_json_value
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -155,20 +154,3 @@ def print_json(result: Any) -> None:
             text. JSON has no infinity and no NaN: these become null.
     """
     print(json.dumps(to_json_value(result), indent=2), flush=True)
-
-
-def to_json_value(value: Any) -> Any:
-    """Return a value as JSON can hold it; see `print_json`."""
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
-    if isinstance(value, Enum):
-        value = value.value
-    if hasattr(value, 'tolist'):  # of numpy
-        value = value.tolist()
-    if isinstance(value, Mapping):
-        return {str(key): to_json_value(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple, set, frozenset)):
-        return [to_json_value(item) for item in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value if value is None or isinstance(value, (bool, int, str)) else str(value)

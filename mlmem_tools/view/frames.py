@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from mlmem_ros.contract import calls
 
-from ..cli.output import to_json_value
+from ..json_values import to_json_value
 from .about import About
 
 ACTIVE_PHASE_COUNT = 8000

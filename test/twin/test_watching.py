@@ -16,8 +16,8 @@ from mlmem.readers.reading import BLANK, UNDECODABLE
 from mlmem_tools.identification.watching import Residuals, locate_wall
 from mlmem_tools.rig.emulated import Sensors
 
-CHOSEN = load_element('bits_1').design_and_settings
-DESIGN, SETTINGS = CHOSEN
+CHOSEN = load_element('bits_1')
+DESIGN, SETTINGS = CHOSEN.design_and_settings
 MADE = scattered(DESIGN, Scatter(alpha=0.01), 0)
 NOISE = 1e-5
 LEVEL = 1

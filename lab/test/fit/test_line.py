@@ -16,7 +16,7 @@ from mlmem_ros.rig import Rig
 from mlmem_tools.cli.rig import _build_rig, rig
 from mlmem_tools.identification.noise import MIN_NOISE_CELLS
 
-CHOSEN = load_element('bits_1').design_and_settings
+CHOSEN = load_element('bits_1')
 SEED = 4711
 
 
@@ -31,8 +31,9 @@ def emulate_rig():
 
 def survey(driver):
     """Return the shots of a survey."""
-    calibration = factory_calibration(*CHOSEN)
-    outcome, events = perform_command(MemoryElement(*CHOSEN, calibration, driver), Survey())
+    calibration = factory_calibration(*CHOSEN.design_and_settings)
+    element = MemoryElement(CHOSEN, calibration=calibration, driver=driver)
+    outcome, events = perform_command(element, Survey())
     assert outcome.success
     return [event for event in events if isinstance(event, Shot)]
 
@@ -42,7 +43,7 @@ def test_shots_over_a_line_equal_those_in_process():
     the least noise that a fit assumes.
     """
     made = scattered(CHOSEN.design, Scatter(alpha=0.01), SEED)
-    heard = survey(Rig(*CHOSEN, ADDRESS, TamperedLine(emulate_rig())))
+    heard = survey(Rig(*CHOSEN.design_and_settings, ADDRESS, TamperedLine(emulate_rig())))
     finer = round(Simulation.of(made, CHOSEN.settings.time).dt / heard[0].dt)
     here = survey(Simulation.of(made, CHOSEN.settings.time, finer))
     assert len(here) == len(heard)

@@ -20,7 +20,7 @@ from mlmem_lab.paper.command import judge_claims
 from mlmem_lab.paper.figure import Judgement
 from mlmem_lab.paper.gallery import ALL_CLAIMS
 from mlmem_lab.results import RESULT_FOLDER, load_result
-from mlmem_tools.cli.output import to_json_value
+from mlmem_tools.json_values import to_json_value
 
 BY_KEY = {claim.key: claim for claim in ALL_CLAIMS}
 

@@ -57,7 +57,7 @@ def test_words_are_kicked_and_read():
     """Scatter of a hundredth in the springs stops walls anywhere, and lets them meet. A fifth of
     the gain is more than tells two words apart.
     """
-    design, settings = first_levels(4)
+    design, settings = first_levels(4).design_and_settings
     words = (0b0111, 0b1000)
     for what in ('word', 'hear'):
         assert try_element(design, settings, Chance(), 0, what, words) == words
