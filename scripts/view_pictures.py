@@ -27,7 +27,7 @@ sys.path.append(str(ROOT / 'test' / 'view'))
 from page_browser import Browser, found, viewing  # noqa: E402
 
 LIFE = ROOT / 'test' / 'data' / 'life'
-DESK, PHONE, LONG = (1320, 1050), (390, 800), (1320, 1240)
+DESK, PHONE, LONG = (1320, 1080), (390, 800), (1320, 1240)
 RATIO = 1.5
 WRITE = 'mlmem.shown().sessions[0].runs[0]'
 
