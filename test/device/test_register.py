@@ -341,7 +341,7 @@ ROBUST_CODE = Code(8, 3)
 def test_words_follow_each_other_in_scattered_elements(scatter):
     """Three walls, two of others, one, none: every write takes walls out and puts others in."""
     made = scattered(ROBUST.design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), 77)
-    element = MemoryElement(*ROBUST, driver=Simulation.of(made, ROBUST.settings.time))
+    element = MemoryElement(ROBUST, driver=Simulation.of(made, ROBUST.settings.time))
     for walls in ((1, 4, 7), (0, 6), (3,), (2, 5)):
         assert element.perform(Write(ROBUST_CODE.word(walls))).success
         assert tuple(levels(element)) == walls
@@ -374,11 +374,13 @@ def test_kicks_out_have_the_speeds_of_kinks_and_walls_in_turn():
 def test_route_keeps_walls_that_rest_already():
     """Only walls to the left are missing: nothing is taken out."""
     start, target = ROBUST_CODE.word((7,)), ROBUST_CODE.word((1, 4, 7))
-    assert [move.name for move in find_route(*ROBUST, start, target)] == ['kick'] * 2
+    assert [move.name for move in find_route(*ROBUST.design_and_settings, start, target)] == [
+        'kick'
+    ] * 2
 
 
 def test_kicks_clear_only_without_a_clearing_pulse():
-    assert [move.name for move in erasing_moves(*ROBUST)] == ['kick out']
-    moves = erasing_moves(*BYTE)
+    assert [move.name for move in erasing_moves(*ROBUST.design_and_settings)] == ['kick out']
+    moves = erasing_moves(*BYTE.design_and_settings)
     assert [move.name for move in moves] == ['clearing pulse']
     assert all(move.start == UNDECODABLE for move in moves)
