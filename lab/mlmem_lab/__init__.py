@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The laboratory: studies around mlmem_ros, which it imports and which never imports it.
 
-- `study`: one runner for every count of presets and elements, by the functions below.
+- `study`: one runner for every count, by the functions below.
 - `reads`, `words`, `shaken`: proofs of reads, sound and with faults.
 - `robust_writes`, `robust_losses`, `times`: writes. `validity`, `forecasts`: where the model ends.
 - `twins`: what fits of individual elements, and twins beside them, are worth.

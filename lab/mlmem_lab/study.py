@@ -89,7 +89,7 @@ class Study:
     cases: tuple[str, ...]
     modules: tuple[str, ...]
     seed: int | None = None
-    summarise: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda presets: {}
+    summarise: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda cases: {}
     draw: Callable[[Mapping[str, Any]], Any] | None = None
     is_sized: bool = False
 
@@ -108,11 +108,11 @@ class Study:
     def keep(self, case: str, found: Any) -> None:
         """Put what was found of a case into the result file."""
         kept = results.load_kept(self.path)
-        known = kept.get('presets', {}) | {case: found}
-        presets = {each: known[each] for each in self.cases if each in known}
-        command = shlex.join(['mlmem', 'study', self.name, *presets])
+        known = kept.get('cases', {}) | {case: found}
+        cases = {each: known[each] for each in self.cases if each in known}
+        command = shlex.join(['mlmem', 'study', self.name, *cases])
         modules = [*results.DEVICE_MODULES, *self.modules]
-        result = {'presets': presets, **self.summarise(presets)}
+        result = {'cases': cases, **self.summarise(cases)}
         results.save_result(self.path, result, command, modules, [case], self.seed, kept)
 
     def draw_picture(self, picture: Path) -> None:
@@ -140,7 +140,7 @@ def load_study(name: str) -> Study:
     declare_option('name', choices=tuple(STUDY_PLACES), metavar='STUDY',
         help=', '.join(STUDY_PLACES)),
     declare_option('cases', nargs='*', metavar='CASE',
-        help='such as a preset; none: those that the result file lacks'),
+        help='such as an element; none: those that the result file lacks'),
     declare_option('--list', action='store_true', help='list the cases and exit'),
     declare_option('--figure', type=Path, metavar='PNG', help='only draw the result file'),
     declare_option('--count', type=int, metavar='N', help='how much is counted of each case'),

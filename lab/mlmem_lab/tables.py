@@ -21,7 +21,7 @@ def kicks(result: Mapping[str, Any]) -> Rows:
         'preset', 'levels', 'writes', 'wrong', 'failed', 'tried again', 'with strain',
         'median', 'nine in ten', 'erase',
     ]]  # fmt: skip
-    for name, preset in result['presets'].items():
+    for name, preset in result['cases'].items():
         told = preset['written']
         keys = ('writes', 'wrong', 'failed', 'again', 'strained', 'median', 'ninth', 'erase')
         rows.append([f'`{name}`', str(len(preset['levels'])), *(f'{told[key]:g}' for key in keys)])
@@ -70,7 +70,7 @@ def validity_friction(result: Mapping[str, Any]) -> Rows:
 
 
 def _list_trials(result: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    return [trial for trials in result['presets'].values() for trial in trials]
+    return [trial for trials in result['cases'].values() for trial in trials]
 
 
 def _greatest_amount(amounts: Sequence[float]) -> str:
@@ -85,7 +85,7 @@ def robust_losses(result: Mapping[str, Any]) -> Rows:
     names = {'eta': 'damping', 'friction': 'friction'}
     rows: Rows = [['element', 'what differs', 'acknowledged', 'wrong', 'failed calibrations']]
     for name, loss, factor, writes, right, wrong, failed in (
-        [found[key] for key in LOSS_KEYS] for found in result['presets'].values()
+        [found[key] for key in LOSS_KEYS] for found in result['cases'].values()
     ):
         what = f'{names[loss]} {factor:g} times'
         rows.append([f'`{name}`', what, f'{right} of {writes}', str(wrong), str(failed)])
@@ -94,8 +94,8 @@ def robust_losses(result: Mapping[str, Any]) -> Rows:
 
 def robust_writes(result: Mapping[str, Any]) -> Rows:
     """Return failed and wrong writes by element and scatter of all parts."""
-    rows: Rows = [['element', *(f'{float(key):.0%}' for key in result['presets']['robust_3'])]]
-    for name, by_scatter in result['presets'].items():
+    rows: Rows = [['element', *(f'{float(key):.0%}' for key in result['cases']['robust_3'])]]
+    for name, by_scatter in result['cases'].items():
         cells = []
         for found in by_scatter.values():
             wrong = f', {found["wrong"]} wrong' if found['wrong'] else ''
@@ -106,13 +106,13 @@ def robust_writes(result: Mapping[str, Any]) -> Rows:
 
 def robust_reads(result: Mapping[str, Any]) -> Rows:
     """Return undecodable and wrong reads by condition and element."""
-    cases = [key.split(', ', 1) for key in result['presets']]
+    cases = [key.split(', ', 1) for key in result['cases']]
     names = list(dict.fromkeys(name for name, _ in cases))
     rows: Rows = [['', *(f'`{name}`' for name in names)]]
     for condition in dict.fromkeys(what for _, what in cases):
         cells = []
         for name in names:
-            found = result['presets'][f'{name}, {condition}']
+            found = result['cases'][f'{name}, {condition}']
             wrong = f', {found["wrong"]} wrong' if found['wrong'] else ''
             cells.append(f'{found["undecodable"]} of {found["reads"]}{wrong}')
         rows.append([condition, *cells])
@@ -179,9 +179,7 @@ def words_reads(result: Mapping[str, Any]) -> Rows:
 def words_writes(result: Mapping[str, Any]) -> Rows:
     """Return how many writes succeed, of how many, and their median time."""
     head, *rows = _word_rows(result, 'writes', 'as designed', ('0.0003', '0.001', '0.003'))
-    ticks = (
-        found['writes']['as designed']['median ticks'] for found in result['presets'].values()
-    )
+    ticks = (found['writes']['as designed']['median ticks'] for found in result['cases'].values())
     told = (f'{each:.0f}' for each in ticks)
     return [[*head, 'median ticks'], *([*row, each] for row, each in zip(rows, told, strict=True))]
 
@@ -189,7 +187,7 @@ def words_writes(result: Mapping[str, Any]) -> Rows:
 def _word_rows(result: Mapping[str, Any], what: str, healthy: str, sizes: Sequence[str]) -> Rows:
     kinds = [healthy, *(f'alpha scattered by {size}' for size in sizes)]
     rows: Rows = [[f'{what} that succeed', *kinds[:2], *(f'by {size}' for size in sizes[1:])]]
-    for name, found in result['presets'].items():
+    for name, found in result['cases'].items():
         counts = (found[what][kind] for kind in kinds)
         ended = (
             (each['right'], each['wrong'] + each.get('not written', each.get('undecodable')))
@@ -202,7 +200,7 @@ def _word_rows(result: Mapping[str, Any], what: str, healthy: str, sizes: Sequen
 def unseen_speeds(result: Mapping[str, Any]) -> Rows:
     """Return what other lattices and the force curves say of each."""
     rows: Rows = [['rail / spacing', 'measured', 'predicted without its data', 'no wave']]
-    for name, case in result['presets'].items():
+    for name, case in result['cases'].items():
         found = case['unseen']
         measured = ', '.join(f'{speed:.2f}' for speed in case['measured'] or ()) or 'no wave'
         predicted = ''
@@ -218,7 +216,7 @@ def shaken(result: Mapping[str, Any]) -> Rows:
     """Return how reads of a shaken element ended, by end and kind of the shaking."""
     keys = ('reads', 'undecodable', 'wrong', 'moved')
     rows: Rows = [['end', 'shaking', 'reads', 'undecodable', 'wrong', 'wall moved']]
-    named = ((name.split(', '), found) for name, found in result['presets'].items())
+    named = ((name.split(', '), found) for name, found in result['cases'].items())
     for (end, way), group in groupby(named, lambda each: each[0][:2]):
         names, cases = zip(*group, strict=True)
         told = ', '.join(

@@ -17,7 +17,7 @@ from mlmem_tools.identification.kick_search import (
     search_kicks,
 )
 
-MAPPED = load_result(STUDY.path)['presets']
+MAPPED = load_result(STUDY.path)['cases']
 
 
 def chain_of(name):

@@ -36,7 +36,7 @@ def run_study(*arguments):
 def test_a_study_of_some_cases_keeps_the_others(lengths):
     assert run_study('bits_1', 'byte') == run_study('byte') == 0
     found = results.load_result(lengths.path)
-    assert found['presets'] == {'bits_1': 6, 'byte': 4}
+    assert found['cases'] == {'bits_1': 6, 'byte': 4}
     modules = [*results.DEVICE_MODULES, 'lab/lengths.py']
     assert found['hashes'] == dict.fromkeys(['bits_1', 'byte'], ' '.join(modules))
     assert found['command'] == 'mlmem study lengths bits_1 byte'
@@ -57,7 +57,7 @@ def test_count_is_given_only_to_a_study_that_takes_it(lengths, monkeypatch):
     sized = replace(lengths, measure=repeat_length, is_sized=True)
     monkeypatch.setattr(studies, 'load_study', lambda name: sized)
     assert run_study('byte', '--count', '3') == 0
-    assert results.load_result(sized.path)['presets'] == {'byte': 12}
+    assert results.load_result(sized.path)['cases'] == {'byte': 12}
 
 
 def test_an_unknown_case_is_refused(lengths, capsys):

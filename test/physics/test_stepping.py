@@ -83,7 +83,7 @@ def test_step_is_stable_as_far_as_cell_may_get(method):
         assert reach >= max(abs(edge + made.design.c) for edge in made.design.wells)
 
 
-def test_steps_of_shipped_presets_are_as_recorded():
+def test_steps_of_shipped_elements_are_as_recorded():
     """Bits depend on them. The elastic substrate's is cut to a tick of 20."""
     for name in ELEMENT_NAMES:
         steps = [

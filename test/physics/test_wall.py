@@ -51,7 +51,7 @@ def test_ripples_within_phase_are_no_walls():
 
 
 @pytest.mark.parametrize('preset', ELEMENT_NAMES)
-def test_every_level_of_shipped_presets_is_recognised(preset):
+def test_every_level_of_shipped_elements_is_recognised(preset):
     design = load_element(preset).design
     for level in sorted({0, design.levels // 2, design.levels - 1}):
         assert find_level(design, find_pinned_wall(Specimen(design), level)) == level

@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """The elements of the runs: most often two levels and strong damping, so that a write takes some
-40 ticks; else shipped presets of up to 32 levels.
+40 ticks; else shipped elements of up to 32 levels.
 """
 
 import math

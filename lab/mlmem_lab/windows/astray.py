@@ -80,7 +80,7 @@ def draw_shares(result: Mapping[str, Any]) -> Any:
     axes = style.axes_grid(figure)[0, 0]
     colours = style.INACTIVE_COLOUR, style.MARK_COLOUR, style.TENSION_COLOUR, style.ACTIVE_COLOUR
     for (name, label), colour, mark in zip(CASES.items(), colours, 'os^v', strict=True):
-        rows = result['presets'][name]
+        rows = result['cases'][name]
         scatters = np.array([float(scatter) for scatter in rows])
         rates = [
             pool_failures(ELEMENT_COUNT, row['kicks'] // ELEMENT_COUNT, row['astray'],

@@ -98,7 +98,7 @@ def draw_kicks(result: Mapping[str, Any]) -> Any:
     """Draw the level over the speed of a kick, and the share of levels that a kick erases."""
     figure = style.new_figure(3.4)
     left, right = style.axes_grid(figure, 1, 2, width_ratios=(1.5, 1.0))[0]
-    for name, found in result['presets'].items():
+    for name, found in result['cases'].items():
         speeds, ends = np.array(found['speeds']), np.array(found['ends'])
         some = ends >= 0
         left.plot(speeds[some], ends[some], '.', markersize=3, label=name)
