@@ -58,6 +58,7 @@ def main(folder: Path) -> int:
         return 0
     with tempfile.TemporaryDirectory() as profile:
         browser = Browser(binary, driver, Path(profile))
+        browser.driver.set_script_timeout(180.0)  # axe takes long on a busy machine
         try:
             text = axe.read_text(encoding='utf-8')
             pages = [page for page in folder.rglob('*.html') if '_modules' not in page.parts]
