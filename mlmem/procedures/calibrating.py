@@ -120,9 +120,11 @@ def _find_loss_factor(element: Memory, reader: WaveformReader) -> Procedure[floa
         ProcedureFailed: The ends are not those of a blank element after `write.attempts` kicks, or
             do not become quiet.
     """
-    for attempt in range(1, element.settings.write.attempts + 1):
-        if (yield from seems_blank(element)):
-            break
+    attempt = 0
+    while not (yield from seems_blank(element)):
+        if attempt == element.settings.write.attempts:
+            raise ProcedureFailed(f'the element is not blank after {attempt} kicks')
+        attempt += 1
         yield from kick_out(element, attempt)
     try:
         shot, _ = yield from record_waveforms(element, reader.forecasts, reader.forecasts.end)

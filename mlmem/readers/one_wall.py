@@ -157,10 +157,8 @@ def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:
             contents.append(Content(UNDECODABLE, pair, ''))
     end = End.RIGHT if settings.read.end == 'right' else End.LEFT
     listener = Listener(settings, compared_ends=2 if settings.read.end == 'both' else 1)
-    forecast, delays = (
-        make_forecast(made, settings, listener, end),
-        list_delays(settings, listener),
-    )
+    forecast = make_forecast(made, settings, listener, end)
+    delays = list_delays(settings, listener)
     late_parts = forecast(states[: 1 + design.levels], delays=delays)
     return WallForecasts(
         contents, forecast(states), forecast(list(hold_tail_walls(made))),

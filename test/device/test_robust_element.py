@@ -164,6 +164,18 @@ def test_calibration_finds_factors_on_losses_and_kicks(damping):
         assert element.perform(Write(level)).attempts == 1
 
 
+def test_calibration_without_a_blank_element_keeps_the_old_factors():
+    """The wall has left the element, and no kink brings it back."""
+    element = make_scattered('robust_2', 1)
+    element.chain.place(np.full(element.design.N, element.design.D_s2))
+    element.transducer.assume_equilibrium()
+    known = element.calibration
+    outcome = element.perform(Calibrate())
+    assert not outcome.success
+    assert 'the element is not blank after 3 kicks' in outcome.error
+    assert element.calibration == known
+
+
 def test_calibration_makes_an_element_with_less_friction_read_better():
     """Forecasts with the friction of the design are far from what it answers."""
     element = lossy('robust_2_friction', friction=0.8)
@@ -174,6 +186,9 @@ def test_calibration_makes_an_element_with_less_friction_read_better():
     after = element.perform(Write(1))
     left = [each.reading.threshold_margin for each in (before, after)]
     assert left[1] > 2.0 * left[0]
+    again = lossy('robust_2_friction', friction=0.8)
+    restore_snapshot(again, json.loads(json.dumps(take_snapshot(element))))
+    assert again.perform(Read()).reading.threshold_margin == pytest.approx(left[1], rel=0.1)
 
 
 # --- one transducer, at the left end, writes, reads and erases ---------------------------------
