@@ -344,10 +344,10 @@ class Transducer:
         start = self._driver.end(end.site(self._design))
         self._hold_cell(end, EndMove(start, target, speed))
 
-    def kick(self, target: float, speed: float) -> None:
-        """Move the left end smoothly to a ground state, hold it there, then release it."""
-        start = self._driver.end(End.LEFT.site(self._design))
-        self._hold_cell(End.LEFT, Kick(start, target, speed, self._kick))
+    def kick(self, target: float, speed: float, end: End = End.LEFT) -> None:
+        """Move an end smoothly to a ground state, hold it there, then release it."""
+        start = self._driver.end(end.site(self._design))
+        self._hold_cell(end, Kick(start, target, speed, self._kick))
 
     def clear(self, end: End, pulse: ClearingPulseSettings) -> None:
         """Fire a clearing pulse about the rest of an end."""

@@ -27,6 +27,9 @@ from .ends import bring_ends_back
 from .move import Drive, Move
 from .strain_cycle import ringing_time
 
+RETURN_SPEED = 0.5
+"""Mean speed at which the right end kicks a wall back in that ran past it."""
+
 KICK_OUT_SLOWER = 0.85
 """Speed of a kick that takes away a wall of a word, over that of a kick to the level below it.
 Factors from 0.85 to 1 erased all words of robust cells at 3 % of scatter."""
@@ -58,7 +61,7 @@ class KickOut(Move):
 
     def drive(self, element: Memory, how: Drive) -> Procedure[None]:
         """Send the kink to the wall."""
-        yield from kick_out(element, how.attempt)
+        yield from kick_out(element)
 
 
 @dataclass(frozen=True)
@@ -214,24 +217,21 @@ def kick(element: Memory, level: int, factor: float = 1.0) -> Procedure[None]:
     yield from kick_to(element, element.design.D_s2, speed)
 
 
-def kick_out(element: Memory, attempt: int = 1) -> Procedure[None]:
+def kick_out(element: Memory) -> Procedure[None]:
     """Send a kink from the left end to the wall, which takes both away.
 
     If the left end is inactive, there is a kink already, which did not arrive: first a wall is
-    sent to it. A wall that ran past the right end is followed by a kink that does so, too.
+    sent to it. A wall that ran past the right end is kicked back in by that end, which needs a
+    transducer there.
     """
     design, settings = element.design, element.settings.kick
-    fastest = max(settings.wall_speeds)
     yield from bring_ends_back(element)
     if element.phase(End.LEFT) == 0:
-        yield from kick_to(element, design.D_s2, fastest)
+        yield from kick_to(element, design.D_s2, max(settings.wall_speeds))
         yield from bring_ends_back(element)
-    speed = settings.erase_speed
-    if element.phase(End.RIGHT) != 0:
-        # one factor an attempt: a short element needs a faster kink, and too fast a kick sends
-        # waves instead
-        speed = fastest * (1.2, 5.0, 2.0)[(attempt - 1) % 3]
-    yield from kick_to(element, design.D_s1, speed, settings.erase_settle)
+    if element.phase(End.RIGHT) != 0 and not element.settings.has_one_transducer:
+        yield from kick_to(element, design.D_s1, RETURN_SPEED, end=End.RIGHT)
+    yield from kick_to(element, design.D_s1, settings.erase_speed, settings.erase_settle)
 
 
 def kick_to_other_phase(
@@ -245,9 +245,13 @@ def kick_to_other_phase(
 
 
 def kick_to(
-    element: Memory, target: float, speed: float, settle: float | None = None
+    element: Memory,
+    target: float,
+    speed: float,
+    settle: float | None = None,
+    end: End = End.LEFT,
 ) -> Procedure[None]:
-    """Move the left end smoothly to a ground state and hold it; what it sends comes to rest.
+    """Move an end smoothly to a ground state and hold it; what it sends comes to rest.
 
     `settle` is the rest afterwards, by default that of the settings.
     """
@@ -255,7 +259,7 @@ def kick_to(
     element.begin_cycle('kicked')
     element.progress.phase = PHASE_LAUNCHING
     speed = min(speed, element.settings.transducer.max_speed / settings.peak_speed_ratio)
-    element.transducer.kick(target, speed)
+    element.transducer.kick(target, speed, end)
     yield from wait_for_ends(element)
     element.last_moved = element.ticks
     yield from wait(element, settings.settle if settle is None else settle)

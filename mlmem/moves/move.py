@@ -34,14 +34,12 @@ class Drive:
         strain_factor: Factor on the peak strains of steps up, within the actuator's limit.
         speed_factor: Factor on the speed of a kick, within the transducer's limit.
         is_last: Whether the element is read after this move.
-        attempt: Number of the attempt, from 1.
     """
 
     corrections: Sequence[PulseCorrection]
     strain_factor: float = 1.0
     speed_factor: float = 1.0
     is_last: bool = True
-    attempt: int = 1
 
 
 @dataclass(frozen=True)

@@ -29,11 +29,11 @@ from ..readers.waveform_reader import WaveformReader
 from .blocks import Result
 from .driving import erase, go_to_level, seems_blank
 from .reading import take_settled_reading
-from .writing import correct_speed, restore_content, write
+from .writing import correct_speed, restore_content, went_too_far, write
 
-KICK_FACTORS = tuple(1.04**power for power in range(-10, 8))
-"""Factors on the speeds of all kicks that a calibration tries: damping and friction that are a
-fifth off need 0.8 to 1.2."""
+KICK_FACTORS = tuple(1.04**power for power in range(-9, 6))
+"""Factors on the speed of a kick that a calibration tries, times the factor on the losses: slow
+kicks need less than that, fast ones more."""
 
 NO_MARGIN = -math.inf
 """Level margin where an end does not detect the level."""
@@ -78,7 +78,7 @@ def calibrate_reader(reader: Reader, element: Memory) -> Procedure[dict[str, Any
     """Write one wall to every level that can be used: each must be read as forecast.
 
     If kicks write every level, the factor on damping and friction of the design is found first,
-    and then one factor on the speeds of all kicks, which makes up for it.
+    and then one on the speed of every kick, which makes up for it.
 
     Returns:
         Fields of the result.
@@ -101,14 +101,14 @@ def _find_factors(element: Memory, reader: Reader) -> Procedure[dict[str, float]
     """Find the factors on losses and on the speeds of kicks; return them by name.
 
     Raises:
-        ProcedureFailed: As `_find_loss_factor` and `_find_kick_factor`.
+        ProcedureFailed: As `_find_loss_factor` and `_find_kick_factors`.
     """
     found = {}
     if isinstance(reader, WaveformReader) and reader.made is not None:
         loss_factor = yield from _find_loss_factor(element, reader)
         element.calibration = replace(element.calibration, loss_factor=loss_factor)
         found['loss_factor'] = loss_factor
-    return found | {'kick_factor': (yield from _find_kick_factor(element, reader))}
+    return found | {'kick_factor': (yield from _find_kick_factors(element, reader))}
 
 
 def _find_loss_factor(element: Memory, reader: WaveformReader) -> Procedure[float]:
@@ -125,7 +125,7 @@ def _find_loss_factor(element: Memory, reader: WaveformReader) -> Procedure[floa
         if attempt == element.settings.write.attempts:
             raise ProcedureFailed(f'the element is not blank after {attempt} kicks')
         attempt += 1
-        yield from kick_out(element, attempt)
+        yield from kick_out(element)
     try:
         shot, _ = yield from record_waveforms(element, reader.forecasts, reader.forecasts.end)
     except Astray as error:
@@ -133,39 +133,47 @@ def _find_loss_factor(element: Memory, reader: WaveformReader) -> Procedure[floa
     return reader.fit_losses(shot, element.settings)
 
 
-def _find_kick_factor(element: Memory, reader: Reader) -> Procedure[float]:
-    """Find one factor on the speeds of all kicks, and set it: the middle of those that reach every
-    level but the last.
+def _find_kick_factors(element: Memory, reader: Reader) -> Procedure[float]:
+    """Find and set a factor on the speed of the kick to every level, the middle of those that take
+    the wall there; return their geometric mean.
 
-    Factors rise, and a level is left out once its wall went too far, because no kink brings back a
-    wall that left the element. The last level, whose wall could, is not tried.
+    A level that is not reached has the mean factor. The last level is only tried if the right end
+    can kick back a wall that left the element.
 
     Raises:
         ProcedureFailed: No factor reaches any level, or the element cannot be made blank.
     """
-    reached, passed = dict[int, list[float]](), set[int]()
-    levels, least = element.design.levels, element.settings.write.min_margin
-    tried = {level: it for level, it in reader.single_walls.items() if level < levels - 1}
-    for factor in KICK_FACTORS:
-        _set_corrections(element, [PulseCorrection(speed=factor)] * levels)
-        for level in sorted(tried.keys() - passed):
-            yield from erase(element)
-            yield from go_to_level(element, BLANK, level)
-            reading = yield from reader.read(element)
-            if reading.level == tried[level] and reading.level_margin >= least:
-                reached.setdefault(level, []).append(factor)
-            elif reading.level > tried[level]:
-                passed.add(level)
-    if not reached:
+    levels, losses, found = element.design.levels, element.calibration.loss_factor, {}
+    last = levels - 1 if element.settings.has_one_transducer else levels
+    for level, content in reader.single_walls.items():
+        if level < last and (good := (yield from _try_kicks(element, level, content))):
+            found[level] = round(math.sqrt(good[0] * good[-1]), 6)
+    if not found:
         raise ProcedureFailed(
-            f'no factor from {KICK_FACTORS[0]:.2f} to {KICK_FACTORS[-1]:.2f} on the speeds of '
-            'kicks reaches any level'
+            f'no factor from {losses * KICK_FACTORS[0]:.2f} to {losses * KICK_FACTORS[-1]:.2f} on '
+            'the speeds of kicks reaches any level'
         )
-    slowest = max(each[0] for each in reached.values())
-    fastest = min(each[-1] for each in reached.values())
-    found = round(math.sqrt(slowest * fastest), 6)
-    _set_corrections(element, [PulseCorrection(speed=found)] * levels)
-    return found
+    mean = round(math.exp(math.fsum(map(math.log, found.values())) / len(found)), 6)
+    _set_corrections(element, [PulseCorrection(speed=found.get(k, mean)) for k in range(levels)])
+    return mean
+
+
+def _try_kicks(element: Memory, level: int, content: int) -> Procedure[list[float]]:
+    """Return the factors that take the wall to a level.
+
+    They rise until it goes too far: a wall that runs against what is behind the last level comes
+    back, and what is read then tells nothing.
+    """
+    good = []
+    for factor in (element.calibration.loss_factor * each for each in KICK_FACTORS):
+        _set_corrections(element, [PulseCorrection(speed=factor)] * element.design.levels)
+        yield from go_to_level(element, UNDECODABLE, level)
+        reading = yield from element.reader.read(element)
+        if went_too_far(element, reading, content):
+            break
+        if reading.level == content and reading.level_margin >= element.settings.write.min_margin:
+            good.append(factor)
+    return good
 
 
 @calibrate_reader.register
@@ -202,14 +210,13 @@ def _record_content(
         ProcedureFailed: The content is not heard after `write.attempts`.
     """
     attempts, nudge, seen = element.settings.write.attempts, 1.0, []
-    for _ in range(attempts):
-        yield from erase(element)
-        yield from go_to_level(element, BLANK, content, nudge=nudge)
+    for attempt in range(1, attempts + 1):
+        yield from go_to_level(element, UNDECODABLE, content, nudge=nudge)
         yield from wait_until_pinned(element)
         reading, record = yield from reader.record(element)
         if reading.level == content:
             return record
-        nudge = correct_speed(nudge, reading.level, content)
+        nudge *= correct_speed(element, reading, content, attempt)
         seen.append(reading.reason or element.describe_content(reading.level))
     raise ProcedureFailed(
         f'{element.describe_content(content)} was not recorded in {attempts} attempts; heard '

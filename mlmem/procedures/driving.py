@@ -31,14 +31,15 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
     """
     yield from return_to_zero(element)
     settings = disable_kicks(element.settings) if plainly else element.settings
+    how = Drive(element.calibration.corrections_by_level(element.settings))
     reading: Reading | None = None
     for move in erasing_moves(element.design, settings):
         if move.listens:
-            return Result((yield from move.drive(element, _drive(element))))
+            return Result((yield from move.drive(element, how)))
         for attempt in range(1, settings.write.attempts + 1):
             element.progress.tried('erase', attempt)
             if attempt > 1 or not (yield from seems_blank(element)):
-                yield from move.drive(element, _drive(element, attempt))
+                yield from move.drive(element, how)
             reading = yield from element.reader.read(element)
             if reading.level == blank_content(settings):
                 return Result(reading, attempt)
@@ -48,11 +49,6 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
         'move erases it: strain does, with an actuator and one wall',
         settings.write.attempts,
     )
-
-
-def _drive(element: Memory, attempt: int = 1) -> Drive:
-    """Return how to drive a move that erases."""
-    return Drive(element.calibration.corrections_by_level(element.settings), attempt=attempt)
 
 
 def seems_blank(element: Memory) -> Procedure[bool]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from ..errors import NotFollowed, ProcedureFailed
 from ..instrument.blocks import Procedure
+from ..instrument.end import End
 from ..memory import Memory
 from ..moves.strain_cycle import return_to_zero
 from ..readers.reading import UNDECODABLE, Reading
@@ -58,10 +59,10 @@ def write(element: Memory, level: int) -> Procedure[Result]:
                 reading = yield from element.reader.read(element)
         except ProcedureFailed as failure:
             raise ProcedureFailed(str(failure), attempt) from failure
-        present, said = reading.level, element.describe_content(reading.level)
+        present, said = reading.level, reading.reason or element.describe_content(reading.level)
         if present >= 0 and reading.level_margin < least:
             present, said = UNDECODABLE, f'{said} with a margin of {reading.level_margin:.2f}'
-        nudge = correct_speed(nudge, reading.level, level)
+        nudge *= correct_speed(element, reading, level, attempt)
         if present == level:
             return Result(reading, attempt)
         seen.append(said)
@@ -72,13 +73,21 @@ def write(element: Memory, level: int) -> Procedure[Result]:
     )
 
 
-def correct_speed(factor: float, read: int, level: int) -> float:
-    """Return the factor on the speed of the next kick: faster if the wall fell short of its level,
-    slower if it went too far, by a quarter of the way to the next level.
+def correct_speed(element: Memory, reading: Reading, level: int, attempt: int) -> float:
+    """Return the factor on the speed of the next kick, as the last one went too far or fell short.
+
+    It changes the speed by a quarter of the way to the next level at first, then by less.
     """
-    if read < 0 or read == level:
-        return factor
-    return factor * 1.06 if read < level else factor / 1.06
+    change: float = 1.06 ** (1.0 / attempt)
+    if went_too_far(element, reading, level):
+        return 1.0 / change
+    return change if 0 <= reading.level < level else 1.0
+
+
+def went_too_far(element: Memory, reading: Reading, level: int) -> bool:
+    """Return whether a kick took the wall past its level: to another, or out of the right end."""
+    left = reading.level == UNDECODABLE and element.phase(End.RIGHT) != 0
+    return left or reading.level > level
 
 
 def restore_content(element: Memory, content: Reading) -> Procedure[Result]:

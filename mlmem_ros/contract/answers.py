@@ -152,7 +152,7 @@ class Calibrated(Decoded):
         absent=math.nan,
     )  # fmt: skip
     kick_factor: float | None = declare_field(
-        'float64', 'factor found on the speeds of all kicks', '1', default=None, absent=math.nan
+        'float64', 'mean of the factors found on the speeds of kicks', '1', default=None, absent=math.nan
     )
 
 

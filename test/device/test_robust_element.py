@@ -149,26 +149,50 @@ def lossy(name, **losses):
     return MemoryElement(shipped.design, shipped.settings, driver=driver)
 
 
+@pytest.mark.parametrize('name', ['robust_2', 'robust_3'])
 @pytest.mark.parametrize('damping', [0.8, 1.2])
-def test_calibration_finds_factors_on_losses_and_kicks(damping):
+def test_calibration_finds_factors_on_losses_and_kicks(name, damping):
     """A wall that is damped a fifth less or more needs slower or faster kicks, and answers
     otherwise.
     """
-    element = lossy('robust_2', eta=damping)
+    element = lossy(name, eta=damping)
     outcome = element.perform(Calibrate())
     assert outcome.success
     assert (outcome.end_tick - outcome.start_tick) * element.settings.tick_seconds < 60.0
     assert outcome.found['loss_factor'] == pytest.approx(damping, abs=0.05)
     assert (outcome.found['kick_factor'] > 1.0) == (damping > 1.0)
     for level in range(element.design.levels):
-        assert element.perform(Write(level)).attempts == 1
+        assert element.perform(Write(level)).success
+
+
+def run_out(element):
+    """Return an element whose wall has left it at the right end."""
+    element.chain.place(np.full(element.design.N, element.design.D_s2))
+    element.transducer.assume_equilibrium()
+    return element
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_wall_that_left_is_kicked_back_by_the_right_end_and_erased(name):
+    element = run_out(make_scattered(name, 1))
+    outcome = element.perform(Erase())
+    assert outcome.success
+    assert outcome.attempts == 1
+    assert find_walls(element.design, element.chain.configuration) == []
+
+
+def test_kick_after_a_wall_left_is_slower():
+    """With a tenth less damping the wall passes the last level of eight."""
+    element = lossy('robust_3', eta=0.9)
+    outcome = element.perform(Write(7))
+    assert outcome.success
+    assert outcome.attempts == 2
 
 
 def test_calibration_without_a_blank_element_keeps_the_old_factors():
-    """The wall has left the element, and no kink brings it back."""
-    element = make_scattered('robust_2', 1)
-    element.chain.place(np.full(element.design.N, element.design.D_s2))
-    element.transducer.assume_equilibrium()
+    """The wall has left the element, and no end is driven."""
+    element = run_out(make_scattered('robust_2', 1))
+    element.apply(SetFaults(Faults(transducer_off=True)))
     known = element.calibration
     outcome = element.perform(Calibrate())
     assert not outcome.success
