@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import json
 import multiprocessing
 import os
 import shlex
 import signal
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -28,10 +27,8 @@ from typing import Any, TypeVar
 
 from rich.console import Console
 
-from mlmem.atomic_files import write_atomically
 from mlmem_tools.cli.command import JOBS_OPTION, declare_command, declare_option
 from mlmem_tools.cli.output import create_console, print_failure, show_progress
-from mlmem_tools.json_values import to_json_value
 
 from . import results
 
@@ -52,6 +49,7 @@ STUDY_PLACES = {
     'robust_losses': 'robust_losses:STUDY',
     'shaken': 'shaken:STUDY',
     'times': 'times:STUDY',
+    'tolerance': 'studies.tolerance.study:STUDY',
     'twin_alarms': 'twins.study:ALARMS_STUDY',
     'twin_changes': 'twins.study:CHANGES_STUDY',
     'twin_fits': 'twins.study:FITS_STUDY',
@@ -82,6 +80,7 @@ class Study:
         summarise: Returns what the result file has in addition, from what was found of every case.
         draw: Returns a Matplotlib figure of a result.
         is_sized: Whether `measure` takes how much is counted of a case, as `count`.
+        file: The result file, if it is none of the pages.
     """
 
     name: str
@@ -92,11 +91,12 @@ class Study:
     summarise: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda cases: {}
     draw: Callable[[Mapping[str, Any]], Any] | None = None
     is_sized: bool = False
+    file: Path | None = None
 
     @property
     def path(self) -> Path:
         """The result file."""
-        return results.RESULT_FOLDER / f'{self.name}.json'
+        return self.file or results.RESULT_FOLDER / f'{self.name}.json'
 
     def list_missing(self) -> list[str]:
         """Return the cases that the result file lacks, or whose modules have changed."""
@@ -104,6 +104,25 @@ class Study:
         stale = set(results.find_stale_entries(kept)) if kept else set()
         known = set(kept.get('hashes', {})) - stale
         return [case for case in self.cases if case not in known]
+
+    def measure_cases(
+        self, console: Console, jobs: int | None, cases: Sequence[str], count: int | None = None
+    ) -> None:
+        """Measure some cases, and keep each result at once.
+
+        Args:
+            jobs: Processes side by side; None for one a core.
+            count: How much is counted of each; None for the usual amount.
+
+        Raises:
+            ValueError, OSError: The result file cannot be read or written.
+        """
+        measure = self.measure if count is None else partial(self.measure, count=count)
+        left = iter(cases)
+        map_calls(
+            console, jobs or count_cores(), self.name, measure, cases,
+            then=lambda found: self.keep(next(left), found),
+        )  # fmt: skip
 
     def keep(self, case: str, found: Any) -> None:
         """Put what was found of a case into the result file."""
@@ -165,14 +184,7 @@ def study(arguments: argparse.Namespace) -> int:
             chosen.draw_picture(arguments.figure)
             return 0
         cases = arguments.cases or chosen.list_missing()
-        measure = chosen.measure
-        if arguments.count is not None:
-            measure = partial(measure, count=arguments.count)
-        found = iter(cases)
-        map_calls(
-            console, arguments.jobs or count_cores(), chosen.name, measure, cases,
-            then=lambda row: chosen.keep(next(found), row),
-        )  # fmt: skip
+        chosen.measure_cases(console, arguments.jobs, cases, arguments.count)
     except (OSError, ValueError) as error:
         return print_failure('study', f'{chosen.path}: {error}', 1)
     console.print(f'{len(cases)} cases: {chosen.path}', highlight=False, soft_wrap=True)
@@ -246,41 +258,3 @@ def map_calls(
 
         show_progress(console, iterate_results(), 0, len(tasks), what)
     return found
-
-
-def map_kept(
-    console: Console,
-    what: str,
-    function: Callable[..., Any],
-    tasks: Mapping[str, tuple[Any, ...]],
-    jobs: int | None,
-    path: Path,
-    definition: Mapping[str, Any],
-) -> dict[str, Any]:
-    """Return the result of every task in order; those in a file are not computed again.
-
-    Args:
-        function: Returns what JSON can hold. Another process must be able to import it.
-        tasks: Its arguments, by key.
-        jobs: Processes side by side; None for one a core.
-        definition: What all results depend on.
-
-    Raises:
-        ValueError: The file has results of another definition.
-        OSError: It cannot be read or written.
-    """
-    definition = to_json_value(definition)
-    kept = results.load_kept(path) or {'definition': definition, 'found': {}}
-    if kept['definition'] != definition:
-        raise ValueError(f'{path} is of another study: remove it, or name another folder')
-    missing = [key for key in tasks if key not in kept['found']]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    keys = iter(missing)
-
-    def keep_result(found: Any) -> None:
-        kept['found'][next(keys)] = found
-        write_atomically(path, json.dumps(kept))
-
-    columns = zip(*(tasks[key] for key in missing), strict=True)
-    map_calls(console, jobs or count_cores(), what, function, *columns, then=keep_result)
-    return {key: kept['found'][key] for key in tasks}

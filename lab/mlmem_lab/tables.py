@@ -153,21 +153,15 @@ def tolerance_words(result: Mapping[str, Any]) -> Rows:
 
 def _tolerance_rows(result: Mapping[str, Any], heading: str, labels: Mapping[str, str]) -> Rows:
     """Return a column for every design and what was tried of it, of those in `labels`."""
-    designs = {
-        name: found
-        for name, found in result['designs'].items()
-        if any(labels.keys() & each.keys() for each in found.values())
-    }
-    columns = [
-        (name, tried)
-        for name, found in designs.items()
-        for tried in labels
-        if any(tried in each for each in found.values())
-    ]
+    cells = {}
+    for case, found in result['cases'].items():
+        name, kind, tried, _ = case.rsplit(' ', 3)
+        if tried in labels:
+            cells[kind, (name, tried)] = found['text'].partition(' (')[0]
+    columns = list(dict.fromkeys(column for _, column in cells))
     rows: Rows = [[heading, *(f'`{name}`{labels[tried]}' for name, tried in columns)]]
-    for what in dict.fromkeys(each for found in designs.values() for each in found):
-        cells = (designs[name].get(what, {}).get(tried, {}) for name, tried in columns)
-        rows.append([what, *(cell.get('text', '').partition(' (')[0] for cell in cells)])
+    for kind in dict.fromkeys(kind for kind, _ in cells):
+        rows.append([kind, *(cells.get((kind, column), '') for column in columns)])
     return rows
 
 

@@ -1,8 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Studies keep each result at once, go on where they were stopped, and run on many processes."""
+"""Studies keep each result at once, and go on where they were stopped."""
 
-import os
 from dataclasses import replace
 
 import pytest
@@ -11,7 +10,6 @@ from mlmem_lab import results
 from mlmem_lab import study as studies
 from mlmem_lab.study import STUDY_PLACES, Study, load_study
 from mlmem_tools.cli.main import main
-from mlmem_tools.cli.output import create_console
 
 
 def repeat_length(case, count):
@@ -74,20 +72,3 @@ def test_every_study_is_that_of_its_result_file(name):
     kept = results.load_result(found.path)
     assert set(kept['hashes']) <= set(found.cases)
     assert all((results.CHECKOUT_ROOT / module).exists() for module in found.modules)
-
-
-def square(x):
-    return {'x': x, 'process': os.getpid()}
-
-
-def test_results_go_on_where_they_were_stopped(tmp_path):
-    path, console = tmp_path / 'rows.json', create_console()
-    tasks = {f'{x}': (x,) for x in range(5)}
-    some = {key: tasks[key] for key in '13'}
-    first = studies.map_kept(console, 'some', square, some, 1, path, {'a': 1})
-    path.write_text(path.read_text().replace(f'"process": {os.getpid()}', '"process": 0'))
-    found = studies.map_kept(console, 'all', square, tasks, 1, path, {'a': 1})
-    assert [each['x'] for each in found.values()] == [*range(5)]
-    assert [key for key, each in found.items() if each['process'] == 0] == list(first)
-    with pytest.raises(ValueError, match='another study'):
-        studies.map_kept(console, 'other', square, tasks, 1, path, {'a': 2})

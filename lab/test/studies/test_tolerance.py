@@ -11,22 +11,17 @@ import pytest
 from small_register import first_levels
 
 from mlmem import UNDECODABLE, Settings, load_element
-from mlmem.move_settings import KickSettings
 from mlmem.physics import CASE_II, Scatter
-from mlmem_lab.studies.tolerance import element
-from mlmem_lab.studies.tolerance import study as studied
+from mlmem_lab.results import load_result
+from mlmem_lab.studies.tolerance import curve, element
+from mlmem_lab.studies.tolerance.case import list_cases
+from mlmem_lab.studies.tolerance.curve import count_curve, describe_rare_amount, list_rates
 from mlmem_lab.studies.tolerance.element import Chance, evaluate_batch, single_chance, try_element
 from mlmem_lab.studies.tolerance.estimate import (
     ENOUGH_FAILURES,
     RARE_RATE,
     Fragility,
     rare_scatter,
-)
-from mlmem_lab.studies.tolerance.study import (
-    Tolerance,
-    count_curve,
-    describe_rare_amount,
-    list_rates,
 )
 from mlmem_tools.cli.main import main
 
@@ -48,9 +43,8 @@ def test_kicks_from_blank_reach_every_level():
     assert try_element(design, settings, Chance(), 0, 'kick', levels) == levels
     lost = try_element(design, settings, single_chance('alpha', 0.1), 0, 'kick', levels)
     assert lost != levels  # a well of its own in every cell stops walls anywhere
-    unkicked = dataclasses.replace(settings, kick=KickSettings())
     with pytest.raises(ValueError, match='tried can be kick only where every level has one'):
-        Tolerance(design, unkicked, ('alpha',), ('kick',))
+        list_cases('bits_4', ('alpha',), ('kick',), 10)
 
 
 def test_words_are_kicked_and_read():
@@ -65,7 +59,7 @@ def test_words_are_kicked_and_read():
     assert loud == (UNDECODABLE,) * 2
     assert try_element(design, settings, single_chance('k_r', 0.01), 0, 'word', words) != words
     with pytest.raises(ValueError, match='tried can be word, hear only in a register'):
-        Tolerance(*load_element('kick_2').design_and_settings, ('alpha',), ('word',))
+        list_cases('kick_2', ('alpha',), ('word',), 10)
 
 
 def test_coarse_cells_hold_the_wall_and_heavy_ones_hide_it():
@@ -85,7 +79,7 @@ def test_kinds_joined_are_random_at_once():
     assert by.scatter == Scatter(alpha=0.02, depth=0.02)
     assert by.noise == 0.02
     with pytest.raises(ValueError, match='kinds must be of'):
-        Tolerance(SHORT, Settings(), ('alpha+rust',))
+        list_cases('bits_1', ('alpha+rust',), ('step',), 10)
 
 
 def test_the_seed_makes_the_element():
@@ -100,8 +94,7 @@ def test_a_batch_counts_its_elements(monkeypatch):
     outcomes = iter([(0, 1), (1, UNDECODABLE)] * 4)
     monkeypatch.setattr(element, 'try_element', lambda *_: next(outcomes))
     monkeypatch.setattr(element, 'BATCH_TRIALS', 16)
-    definition = Tolerance(SHORT, Settings()).definition
-    assert evaluate_batch(definition, 'mass', 'right', 0.02, seed=5) == {
+    assert evaluate_batch(SHORT, Settings(), 'mass', 'right', 0.02, seed=5) == {
         'elements': 8, 'trials': 16, 'failures': 8, 'squares': 16,
     }  # fmt: skip
 
@@ -112,7 +105,7 @@ def test_a_batch_counts_its_elements(monkeypatch):
 CURVE = Fragility(median=0.004, spread=0.5)
 
 
-def count_falsely(shared, kind, tried, amount, seed):
+def count_falsely(design, settings, kind, tried, amount, seed):
     """Draw counts from a known curve: the study is tested, not the element."""
     failed = int(np.random.default_rng(seed).binomial(64, float(CURVE.rate(amount))))
     return {'elements': 64, 'trials': 64, 'failures': failed, 'squares': failed}
@@ -121,30 +114,34 @@ def count_falsely(shared, kind, tried, amount, seed):
 @pytest.fixture
 def false(monkeypatch):
     """Counts from a known curve, and intervals of 40 draws."""
-    monkeypatch.setattr(studied, 'evaluate_batch', count_falsely)
-    monkeypatch.setattr(studied, 'rare_scatter', partial(rare_scatter, repeats=40))
+    monkeypatch.setattr(curve, 'evaluate_batch', count_falsely)
+    monkeypatch.setattr(curve, 'rare_scatter', partial(rare_scatter, repeats=40))
 
 
 def test_a_curve_is_counted_until_enough_has_failed(false):
-    study = Tolerance(SHORT, Settings(), ('alpha',), ('step',), most=4000)
-    rows = count_curve(*study.tasks['alpha step'])
+    rows = count_curve(SHORT, Settings(), 'alpha', 'step', 4000)
     amounts, rates = list_rates(rows)
     assert any(rate.trials >= 4000 for rate in rates), 'hardly anything fails: to the end'
     assert all(rate.failures < ENOUGH_FAILURES + 64 for rate in rates), 'no longer than needed'
     assert amounts[0] < CURVE.sigma(RARE_RATE) < amounts[-1]
-    (_, low, high), text = describe_rare_amount(rows, study.seed)
+    (_, low, high), text = describe_rare_amount(rows)
     assert f'({low:.2g} to {high:.2g})' in text
     assert low < CURVE.sigma(1e-3) < high
 
 
-def test_the_command_leaves_counts_and_a_picture(tmp_path, capsys, false, sketched):
-    options = ['--kinds', 'mass', '--tried', 'step', 'right', '--jobs', '1', '--most', '200']
-    folder = tmp_path / 'out'
-    said = [*options, '--design', 'bits_1', '--output', str(folder), '--json']
-    assert main(['tolerance', *said]) == 0
+def test_the_command_keeps_curves_and_goes_on(tmp_path, capsys, false, sketched):
+    file, picture = tmp_path / 'out' / 'bits_1.json', tmp_path / 'rates.png'
+    options = ['tolerance', '--design', 'bits_1', '--output', str(file), '--jobs', '1', '--json']
+    options += ['--most', '200', '--kinds', 'mass', '--tried']
+    assert main([*options, 'step']) == 0
+    capsys.readouterr()
+    first = load_result(file)['cases']
+    assert list(first) == ['bits_1 mass step 200']
+    assert main([*options, 'step', 'right', '--figure', str(picture)]) == 0
+    both = load_result(file)['cases']
+    assert both == first | {'bits_1 mass right 200': both['bits_1 mass right 200']}
+    assert picture.exists()
     rare = json.loads(capsys.readouterr().out)['one_in_a_thousand']
-    assert {kind: set(tried) for kind, tried in rare.items()} == {'mass': {'step', 'right'}}
-    names = {'curves.json', 'tolerance.png', 'tolerance.svg'}
-    assert {path.name for path in folder.iterdir()} == names
+    assert rare.keys() == both.keys()
     assert main(['tolerance', '--kinds', 'moisture']) == 2
     assert 'moisture' in capsys.readouterr().err

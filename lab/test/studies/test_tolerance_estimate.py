@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from mlmem_lab.studies.tolerance.curve import FIRST_RATE, count_missing_trials, next_rung
 from mlmem_lab.studies.tolerance.estimate import (
     RARE_RATE,
     Fragility,
@@ -16,7 +17,6 @@ from mlmem_lab.studies.tolerance.estimate import (
     pool_failures,
     rare_scatter,
 )
-from mlmem_lab.studies.tolerance.study import FIRST_RATE, count_missing_trials, next_rung
 
 # --- statistics -------------------------------------------------------------------------------
 

@@ -20,14 +20,10 @@ from ..style import (
     axes_grid,
     new_figure,
 )
-from .element import ALL_KINDS, JOINED_BY, Row
+from .case import TRIAL_LABELS, split_case
+from .curve import list_rates
+from .element import ALL_KINDS, JOINED_BY
 from .estimate import RARE_RATE, Rate, fit_fragility, foot_length
-from .study import Tolerance, list_rates
-
-TRIAL_LABELS = {
-    'step': 'step up', 'kick': 'kick', 'word': 'word written', 'hear': 'word read',
-    'left': 'read from the left', 'right': 'read from the right',
-}  # fmt: skip
 
 KIND_COLOURS = dict(zip(ALL_KINDS, (
     ACTIVE_COLOUR, '#e69f00', INK_COLOUR, '#56b4e9', INACTIVE_COLOUR,
@@ -46,15 +42,15 @@ AMOUNT_LABEL = (
 )
 
 
-def draw_rates(study: Tolerance, curves: Mapping[str, Sequence[Row]]) -> Any:
-    """Return the figure: a panel for each thing tried, a curve for each kind of disorder.
-
-    Args:
-        curves: What `count_curve` returned, by the keys of `Tolerance.tasks`.
+def draw_rates(result: Mapping[str, Any], cases: Sequence[str]) -> Any:
+    """Return the figure of some cases of an element: a panel for each thing tried, a curve for
+    each kind of disorder.
     """
-    figure = new_figure(0.6 + 2.8 * len(study.tried))
-    grid = axes_grid(figure, len(study.tried), sharex=True)[:, 0]
-    for axes, tried in zip(grid, study.tried, strict=True):
+    chosen = [(split_case(case), result['cases'][case]['rows']) for case in cases]
+    trials = list(dict.fromkeys(case.tried for case, _ in chosen))
+    figure = new_figure(0.6 + 2.8 * len(trials))
+    grid = axes_grid(figure, len(trials), sharex=True)[:, 0]
+    for axes, tried in zip(grid, trials, strict=True):
         axes.axhline(RARE_RATE, color=MARK_COLOUR, linewidth=1.2, linestyle=':')
         axes.set(
             xscale='log',
@@ -64,9 +60,10 @@ def draw_rates(study: Tolerance, curves: Mapping[str, Sequence[Row]]) -> Any:
         )
         axes.xaxis.set_major_locator(LogLocator(numticks=20))
         axes.xaxis.set_minor_locator(NullLocator())
-        for kind in study.kinds:
-            colour = KIND_COLOURS[kind.split(JOINED_BY)[0]]
-            draw_curve(axes, *list_rates(curves[f'{kind} {tried}']), colour, kind)
+        for case, rows in chosen:
+            if case.tried == tried:
+                colour = KIND_COLOURS[case.kind.split(JOINED_BY)[0]]
+                draw_curve(axes, *list_rates(rows), colour, case.kind)
     grid[0].set_title(
         'dotted: one in a thousand fails', fontsize=STYLE_SETTINGS['legend.fontsize']
     )

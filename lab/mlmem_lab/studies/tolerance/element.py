@@ -12,7 +12,7 @@ not spoil the others.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,7 +22,6 @@ from mlmem import UNDECODABLE, Faults, MemoryElement, SetFaults
 from mlmem.errors import ProcedureFailed
 from mlmem.instrument.blocks import Procedure, run, wait
 from mlmem.moves.kick import kick
-from mlmem.parsing import decode_value
 from mlmem.physics import (
     Design,
     DesignError,
@@ -243,19 +242,14 @@ class _Made:
 
 
 def evaluate_batch(
-    shared: Mapping[str, Any], kind: str, tried: str, amount: float, seed: int
+    design: Design, settings: Settings, kind: str, tried: str, amount: float, seed: int
 ) -> dict[str, int]:
     """Return the counts of a batch of elements with one kind of randomness.
-
-    Args:
-        shared: Design and settings as plain values.
 
     Returns:
         elements, trials, failures: How many.
         squares: Sum over the elements of the square of the number of their failures.
     """
-    design = decode_value(Design, shared['design'])
-    settings = decode_value(Settings, shared['settings'])
     each, by = count_trials(design, tried), single_chance(kind, amount)
     counts = dict.fromkeys(('elements', 'trials', 'failures', 'squares'), 0)
     seeds = np.random.SeedSequence(seed).generate_state(count_elements(design, tried), np.uint64)

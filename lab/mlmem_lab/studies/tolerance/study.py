@@ -1,219 +1,64 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The study: what is tried, by kind of randomness and amount, counted where failures occur.
-
-Amounts form a ladder. Bisection with one batch per rung finds where one in ten fails; from there
-counting goes down the ladder until fewer than one in a thousand fail, and up until half do.
-"""
+"""The study of the pages: at which amounts of what is random one in a thousand fails."""
 
 from __future__ import annotations
 
-import math
-from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-import numpy as np
+from mlmem import load_element
 
-from mlmem import Settings
-from mlmem.instrument.end import End
-from mlmem.parsing import decode_value
-from mlmem.physics import Design
+from ...study import Study
+from .case import Case, split_case
+from .curve import SEED, count_curve, describe_rare_amount
+from .draw import draw_rates
 
-from .element import (
-    ALL_KINDS,
-    JOINED_BY,
-    KICK_TRIAL,
-    STEP_TRIAL,
-    WORD_TRIALS,
-    Row,
-    count_elements,
-    count_trials,
-    evaluate_batch,
+STUDIED_KINDS = {
+    ('bits_2', 'step', 200): 'alpha s offset',
+    ('case_2', 'step', 200): 'alpha s offset k_r',
+    ('case_2', 'kick', 2000): 'alpha offset k_r mass',
+    ('bits_4', 'step', 200): 'alpha s offset k_r',
+    ('kick_2', 'kick', 2000): 'alpha offset k_r mass',
+    ('kick_4', 'kick', 2000): 'alpha offset k_r mass',
+    ('byte', 'word', 600): 'alpha k_r offset mass damping',
+    ('byte', 'hear', 1200): 'alpha noise',
+    ('register_4', 'word', 600): 'alpha k_r offset mass damping',
+}
+"""What is random, by element, what is tried, and the most trials of an amount."""
+
+CASES = tuple(
+    str(Case(element, kind, tried, most))
+    for (element, tried, most), kinds in STUDIED_KINDS.items()
+    for kind in kinds.split()
 )
-from .estimate import ENOUGH_FAILURES, RARE_RATE, Rate, pool_failures, rare_scatter
-
-FIRST_RATE = 0.1
-"""Rate to find first, because one batch can show it."""
-
-MAX_COUNTED_RATE = 0.5
-"""Rate above which counting stops."""
 
 
-def next_rung(rates: Mapping[int, Rate], rungs: int, most: int) -> int | None:
-    """Return the rung to count next; None if the curve is known.
-
-    Args:
-        rates: What was counted, by rung; the last rung has the largest scatter.
-        most: Trials at a rung after which counting stops there.
-    """
-    below, edge = -1, rungs
-    while edge - below > 1:
-        middle = (below + edge) // 2
-        if middle not in rates:
-            return middle
-        if rates[middle].value < FIRST_RATE:
-            below = middle
-        else:
-            edge = middle
-    edge = min(edge, rungs - 1)
-    for rung in range(edge, -1, -1):
-        if not is_counted(rates.get(rung), most):
-            return rung
-        if rates[rung].value < RARE_RATE:
-            break
-    for rung in range(edge + 1, rungs):
-        if rates[rung - 1].value >= MAX_COUNTED_RATE:
-            break
-        if not is_counted(rates.get(rung), most):
-            return rung
-    return None
-
-
-def is_counted(rate: Rate | None, most: int) -> bool:
-    """Return whether a rung needs no more trials."""
-    return rate is not None and (rate.effective[0] >= ENOUGH_FAILURES or rate.trials >= most)
-
-
-def count_missing_trials(rate: Rate | None, most: int) -> int:
-    """Return how many more trials to make: likely enough, but at most as many again."""
-    if rate is None:
-        return 1
-    likely = math.ceil(rate.trials * (ENOUGH_FAILURES / max(rate.effective[0], 1.0) - 1.0))
-    return max(1, min(likely, rate.trials, most - rate.trials))
-
-
-MIN_AMOUNT = 1e-8
-"""Least amount of scatter, noise or vibration studied."""
-
-MAX_AMOUNTS = dict.fromkeys(ALL_KINDS, 0.3) | {'noise': 1e-2, 'vibration': 1e-2}
-"""Greatest amounts: of a relative scatter or a third of a cell; of the pulse's amplitude."""
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """A study of the randomness in fabrication, sensors and base that an element tolerates.
-
-    Attributes:
-        kinds: What is random, one at a time; or several kinds at once, as `alpha+mass`.
-        tried: What is tried, one at a time; by default a step and a read from every end.
-        amounts: How many amounts per decade.
-        most: Trials of an amount after which counting stops, however few have failed.
-    """
-
-    design: Design
-    settings: Settings
-    kinds: tuple[str, ...] = ALL_KINDS
-    tried: tuple[str, ...] = ()
-    amounts: int = 10
-    most: int = 3000
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        if unknown := sorted(set(JOINED_BY.join(self.kinds).split(JOINED_BY)) - set(ALL_KINDS)):
-            raise ValueError(f'kinds must be of {", ".join(ALL_KINDS)}; got {", ".join(unknown)}')
-        usual = (STEP_TRIAL, *(end.value for end in End))
-        possible = (STEP_TRIAL, KICK_TRIAL, *WORD_TRIALS, *usual[1:])
-        if unknown := sorted(set(self.tried) - set(possible)):
-            raise ValueError(f'tried must be of {", ".join(possible)}; got {", ".join(unknown)}')
-        kicked = self.settings.kick.wall_speeds
-        if KICK_TRIAL in self.tried and not (len(kicked) == self.design.levels and all(kicked)):
-            raise ValueError('tried can be kick only where every level has one (kick.speeds)')
-        if set(WORD_TRIALS) & set(self.tried) and not self.settings.register.spacing:
-            raise ValueError(
-                f'tried can be {", ".join(WORD_TRIALS)} only in a register (register.spacing)'
-            )
-        if self.amounts < 1 or self.most < 1:
-            raise ValueError(
-                f'amounts and most must be at least 1; got {self.amounts}, {self.most}'
-            )
-        object.__setattr__(self, 'tried', self.tried or usual)
-
-    @property
-    def tasks(self) -> dict[str, tuple[Any, ...]]:
-        """The arguments of `count_curve` for every curve, by kind of randomness and what is
-        tried.
-        """
-        return {
-            f'{kind} {tried}': (self.definition, kind, tried)
-            for kind in self.kinds
-            for tried in self.tried
-        }
-
-    @property
-    def definition(self) -> dict[str, Any]:
-        """What all counts depend on, as plain values."""
-        return {
-            'design': self.design.as_dict(), 'settings': self.settings.as_dict(),
-            'amounts': self.amounts, 'most': self.most, 'seed': self.seed,
-        }  # fmt: skip
-
-
-def list_amounts(kind: str, per_decade: int) -> list[float]:
-    """Return the amounts of a kind that may be counted, rising."""
-    most = min(MAX_AMOUNTS[name] for name in kind.split(JOINED_BY))
-    last = int(per_decade * np.log10(most / MIN_AMOUNT) + 1e-9)
-    powers = np.arange(last + 1) / per_decade
-    return [float(f'{amount:.3g}') for amount in MIN_AMOUNT * 10.0**powers]
-
-
-def count_curve(definition: Mapping[str, Any], kind: str, tried: str) -> list[Row]:
-    """Count failures where they are most informative, until the curve is known.
-
-    Args:
-        definition: Of the study, as `Tolerance.definition`.
-        kind: What is random.
-        tried: What is tried.
+def count_case(name: str) -> dict[str, Any]:
+    """Return the counts of a case, and the amount at which one in a thousand fails.
 
     Returns:
-        The sums of the batches of every amount that was counted, rising; see `evaluate_batch`.
+        amount: That amount with its interval; None if the counts determine none.
+        text: The same in words.
+        rows: See `count_curve`.
     """
-    design, most = decode_value(Design, definition['design']), definition['most']
-    amounts = list_amounts(kind, definition['amounts'])
-    each, elements = count_trials(design, tried), count_elements(design, tried)
-    counts: dict[int, Counter[str]] = {}
-    rates: dict[int, Rate] = {}
-    while (rung := next_rung(rates, len(amounts), most)) is not None:
-        rate, amount = rates.get(rung), amounts[rung]
-        done = rate.trials // (each * elements) if rate else 0
-        more = math.ceil(count_missing_trials(rate, most) / (each * elements))
-        for number in range(done, done + more):
-            key = f'{kind} {tried} {amount:g} {number:05}'
-            entropy = np.random.SeedSequence([definition['seed'], *key.encode()])
-            seed = int(entropy.generate_state(1, np.uint64)[0] >> np.uint64(1))
-            found = evaluate_batch(definition, kind, tried, amount, seed)
-            counts.setdefault(rung, Counter()).update(found)
-        rates[rung] = pool_row(counts[rung])
-    return [{'amount': amounts[rung], **counts[rung]} for rung in sorted(counts)]
+    case = split_case(name)
+    chosen = load_element(case.element).design_and_settings
+    rows = count_curve(*chosen, case.kind, case.tried, case.most)
+    amount, text = describe_rare_amount(rows)
+    return {'amount': amount, 'text': text, 'rows': rows}
 
 
-def pool_row(row: Mapping[str, Any]) -> Rate:
-    """Return the failure rate of the batches of an amount."""
-    each = row['trials'] // row['elements']
-    return pool_failures(row['elements'], each, row['failures'], row['squares'])
-
-
-def list_rates(rows: Sequence[Row]) -> tuple[list[float], list[Rate]]:
-    """Return the amounts of a curve, rising, and the rates at them."""
-    return [row['amount'] for row in rows], [pool_row(row) for row in rows]
-
-
-def describe_rare_amount(
-    rows: Sequence[Row], seed: int
-) -> tuple[tuple[float, float, float] | None, str]:
-    """Return the amount at which one in a thousand fails, with its interval, and as text.
-
-    Returns:
-        None if the counts determine none; the text then says what was counted.
-    """
-    amounts, rates = list_rates(rows)
-    if (found := rare_scatter(amounts, rates, seed=seed)) is not None:
-        return found, f'{found[0]:.2g} ({found[1]:.2g} to {found[2]:.2g})'
-    failing = next((i for i, rate in enumerate(rates) if rate.failures), len(rates))
-    words = []
-    if failing > 0:
-        words.append(f'none of {rates[failing - 1].trials} at {amounts[failing - 1]:.2g}')
-    if failing < len(rates):
-        words.append(f'{rates[failing].value:.2g} of all at {amounts[failing]:.2g}')
-    return None, ', '.join(words)
+STUDY = Study(
+    'tolerance',
+    count_case,
+    CASES,
+    tuple(
+        f'lab/mlmem_lab/studies/tolerance/{name}.py' for name in ('curve', 'element', 'estimate')
+    ),
+    SEED,
+    draw=partial(
+        draw_rates,
+        cases=[case for case in CASES if case.startswith('case_2 ') and ' step ' in case],
+    ),
+)
