@@ -27,7 +27,6 @@ from mlmem import (
 from mlmem.physics import Design, Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 
-from .studies.bench import Bench
 from .studies.tolerance.estimate import Rate
 from .study import Study, sum_counts
 
@@ -142,7 +141,7 @@ def count_block(
     Returns:
         `COUNTED`, `wrong blocks` and the `ticks` of all reads.
     """
-    element = Bench(design, settings).device()
+    element = MemoryElement(design, settings)
     element.chain.place(find_pinned_wall(Specimen(design), level))
     element.transducer.assume_equilibrium()
     if shaking.spectrum == 'noise':
@@ -218,7 +217,7 @@ STUDY = Study(
     'shaken',
     count_reads,
     tuple(CASES),
-    ('lab/mlmem_lab/shaken.py', 'lab/mlmem_lab/studies/bench.py'),
+    ('lab/mlmem_lab/shaken.py',),
     RANDOM_SEED,
     lambda presets: {'all': sum_counts(presets.values())},
 )

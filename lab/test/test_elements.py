@@ -3,6 +3,7 @@
 """A fitted element in place of the ideal one: what judges designs judges it, in one way."""
 
 import json
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from mlmem import element_file, load_element
 from mlmem.element_file import Element
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.physics import Scatter, scattered
-from mlmem_lab.studies.bench import Bench
+from mlmem_lab.studies.proof import Proof
 from mlmem_tools.cli.main import main
 from mlmem_tools.identification.plan import plan_pulses
 
@@ -59,19 +60,19 @@ def test_an_element_is_judged_in_place_of_the_ideal_one(
         assert alpha['values']['least'] < CHOSEN.design.alpha.min()
 
 
-def test_a_bench_has_the_element_with_its_delays_and_pulses(element):
-    bench = Bench.of(Bench(*CHOSEN.design_and_settings, element).as_dict())
-    device = bench.device()
+def test_a_proof_has_the_element_with_its_delays_and_pulses(element):
+    proof = Proof(*CHOSEN.design_and_settings, element=element)
+    device = pickle.loads(pickle.dumps(proof)).build_device()
     assert (device.chain.specimen.alpha == element.specimen.alpha).all()
-    assert device.calibration.right != Bench(*CHOSEN.design_and_settings).calibration.right
+    assert device.calibration.right != Proof(*CHOSEN.design_and_settings).calibration.right
     assert device.calibration.corrections_by_level(CHOSEN.settings) == list(element.plan.steps)
     stronger = replace(CHOSEN.settings.write, tension=1.1 * CHOSEN.settings.write.tension)
-    other = replace(bench, settings=replace(CHOSEN.settings, write=stronger))
-    pulses = other.device().calibration.corrections_by_level(other.settings)
+    other = replace(proof, given=replace(CHOSEN.settings, write=stronger))
+    pulses = other.build_device().calibration.corrections_by_level(other.settings)
     assert pulses == list(element.plan.steps)  # factors on whatever is set
 
 
-def test_a_bench_reads_and_kicks_a_register_as_known():
+def test_a_proof_reads_and_kicks_a_register_as_known():
     chosen = first_levels(3)
     made = scattered(chosen.design, Scatter(alpha=0.003), 1)
     factors = tuple(1.0 + 0.01 * level for level in range(3))
@@ -79,9 +80,8 @@ def test_a_bench_reads_and_kicks_a_register_as_known():
         tuple(PulseCorrection(speed=each) for each in factors), hash_schedule(chosen.settings),
         kinks=factors[::-1],
     )  # fmt: skip
-    device = Bench(
-        *chosen.design_and_settings, Element(made, np.zeros(made.design.N), 1.001, plan=plan)
-    ).device()
+    known = Element(made, np.zeros(made.design.N), 1.001, plan=plan)
+    device = Proof(*chosen.design_and_settings, element=known).build_device()
     assert device.twin is device.made
     for found, shipped, each in (
         (device.settings.kick.wall_speeds, chosen.settings.kick.wall_speeds, factors),

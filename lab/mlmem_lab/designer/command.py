@@ -151,11 +151,11 @@ def _show_proofs(
     for name, design, settings, element in designs:
         with console.status(f'{name}: calibrating {design.levels} levels'):
             proof = Proof(design, settings, arguments.sample, element=element)
-            shared = proof.prepare_bench()
+            _ = proof.calibration
         points = proof.points()
         rows = map_calls(
             console, arguments.jobs or count_cores(), f'{name}: runs', evaluate_run,
-            [shared] * len(points), points,
+            [proof] * len(points), points,
         )  # fmt: skip
         tally = Tally.of(rows)
         proofs[name] = describe_proof(design, settings, tally)

@@ -15,26 +15,38 @@ Of many walls, as many random words stand for the levels, the least first; what 
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import random
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from mlmem import Calibration, Erase, MemoryElement, Outcome, Read, Settings, Write, load_element
+from mlmem import (
+    Calibration,
+    Erase,
+    MemoryElement,
+    Outcome,
+    Read,
+    Settings,
+    Write,
+    factory_calibration,
+    load_element,
+)
 from mlmem.element_file import Element
-from mlmem.parsing import decode_value, encode_value
-from mlmem.physics import Design
+from mlmem.factory import compute_calibration
+from mlmem.instrument.drivers import Simulation
+from mlmem.moves.corrections import make_corrections
+from mlmem.physics import Design, Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
-from mlmem.readers.reading import BLANK
-from mlmem.readers.register import pin_walls
+from mlmem.physics.wall import arrival_tolerance
+from mlmem.readers.reading import BLANK, UNDECODABLE
+from mlmem.readers.register import find_wall_levels, pin_walls
 from mlmem.readers.words import make_code
 
 from ..study import Study
-from .bench import Bench
 
 Values = Mapping[str, Any]
 """Numbers and strings by name: what JSON can hold."""
@@ -47,36 +59,78 @@ MAX_FULL_LEVELS = 16
 """Number of levels up to which every downward write is made; above that a sample."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Proof:
     """What to prove of a design.
 
     Attributes:
-        settings: The instrument's settings.
+        given: The settings of its instrument, but for the one attempt that a write has here.
         sample: Most downward writes to make; by default all, or above `MAX_FULL_LEVELS` levels as
             many as levels. Every level is erased, and read.
         element: An element of the design with its pulses; None for one exactly as designed.
     """
 
     design: Design
-    settings: Settings
+    given: Settings
     sample: int | None = None
     seed: int = 0
     element: Element | None = None
 
-    def prepare_bench(self) -> dict[str, Any]:
-        """Return what all runs share: the bench, its calibration, and the contents.
+    @cached_property
+    def settings(self) -> Settings:
+        """The settings, with one attempt to write."""
+        return replace(self.given, write=replace(self.given.write, attempts=1))
+
+    @cached_property
+    def made(self) -> Specimen:
+        """The element as it is simulated."""
+        return Specimen(self.design) if self.element is None else self.element.timed_specimen
+
+    @cached_property
+    def calibration(self) -> Calibration:
+        """Its delays and its pulses, factors on those set. Once known, processes are given them.
 
         Raises:
-            SettingsError: A level gives no echo, or levels cannot be told apart.
+            SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
         """
-        settings = dataclasses.replace(
-            self.settings, write=dataclasses.replace(self.settings.write, attempts=1)
+        if self.element is None:
+            return factory_calibration(self.design, self.settings)
+        plan = self.element.plan
+        return replace(
+            compute_calibration(self.made, self.design, self.settings),
+            pulse_corrections=plan and make_corrections(plan.steps, self.settings),
         )
-        bench = Bench(self.design, settings, self.element)
-        return bench.as_dict() | {
-            'calibration': encode_value(bench.calibration), 'contents': self._written_contents(),
-        }  # fmt: skip
+
+    @cached_property
+    def contents(self) -> list[int]:
+        """What is written for each level, and at last what is blank."""
+        code = make_code(self.design, self.settings)
+        if code is None:
+            return [*range(self.design.levels), BLANK]
+        drawn = random.Random(self.seed).sample(range(1, code.words), self.design.levels)
+        return [*sorted(drawn), 0]
+
+    def build_device(self) -> MemoryElement:
+        """Return a blank device; raises as `calibration`."""
+        if self.element is None:
+            return MemoryElement(self.design, self.settings, self.calibration)
+        settings = self.element.apply_planned_kicks(self.settings)
+        driver = Simulation.of(self.made, settings.time)
+        device = MemoryElement(self.design, settings, self.calibration, driver)
+        if device.settings.register.spacing:
+            device.adopt(self.made)
+        return device
+
+    def find_content(self, device: MemoryElement) -> int:
+        """Return the level at which the wall of a device is; -1 if blank, -2 if at none; of many
+        walls the word.
+        """
+        configuration = device.chain.configuration
+        if (code := make_code(self.design, device.settings)) is not None:
+            levels = find_wall_levels(self.design, configuration)
+            allowed = levels is not None and code.is_valid_word(levels)
+            return code.word(levels or ()) if allowed else UNDECODABLE
+        return find_level(self.design, configuration, arrival_tolerance(self.design))
 
     def points(self) -> list[dict[str, Any]]:
         """Return the runs: kind, the level begun at and the level asked for (-1 for blank)."""
@@ -91,14 +145,6 @@ class Proof:
             *({'kind': 'down', 'start': start, 'goal': goal} for start, goal in downs),
         ]
 
-    def _written_contents(self) -> list[int]:
-        """Return what is written for each level, and at last what is blank."""
-        code = make_code(self.design, self.settings)
-        if code is None:
-            return [*range(self.design.levels), BLANK]
-        drawn = random.Random(self.seed).sample(range(1, code.words), self.design.levels)
-        return [*sorted(drawn), 0]
-
     def _sample_runs(self, whole: Sequence[Any], count: int) -> list[Any]:
         """Return a sample that holds the first and the last, in order."""
         if count >= len(whole):
@@ -108,8 +154,8 @@ class Proof:
         return [whole[i] for i in sorted({0, len(whole) - 1, *map(int, inner)})]
 
 
-def evaluate_run(common: Values, values: Values) -> dict[str, Any]:
-    """Return how one run went, of `Proof.prepare_bench` and one of `Proof.points`.
+def evaluate_run(proof: Proof, values: Values) -> dict[str, Any]:
+    """Return how one run went: one of `Proof.points`.
 
     Returns:
         done: Levels written and read back upward, or right reads; for other runs 1 on success,
@@ -119,23 +165,21 @@ def evaluate_run(common: Values, values: Values) -> dict[str, Any]:
         level_margin: The least of the readings, None without one.
         time: Duration in time units.
     """
-    bench = Bench.of(common)
-    element = bench.device(decode_value(Calibration, common['calibration']))
-    contents = common['contents']
+    element, contents = proof.build_device(), proof.contents
     begin, goal = contents[values['start']], contents[values['goal']]
     if values['kind'] == 'upward':
-        outcomes, error = write_upward(bench, element, contents[:-1])
+        outcomes, error = write_upward(proof, element)
         passed = not error
         done = len(outcomes) - (not passed)
     else:
-        made, reader = bench.made, element.reader
+        made, reader = proof.made, element.reader
         many = reader.holds_words
         element.chain.place(
             pin_walls(made, reader.list_walls(begin)) if many else find_pinned_wall(made, begin)
         )
         element.transducer.assume_equilibrium()
         outcomes = [element.perform(command) for command in _run_commands(values['kind'], goal)]
-        true = bench.level(element)
+        true = proof.find_content(element)
         said = [each.reading.level if each.success and each.reading else None for each in outcomes]
         right = [true == goal == level for level in said]
         done, passed = sum(right), all(right)
@@ -149,9 +193,7 @@ def evaluate_run(common: Values, values: Values) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def write_upward(
-    bench: Bench, element: MemoryElement, contents: Sequence[int]
-) -> tuple[list[Outcome], str]:
+def write_upward(proof: Proof, element: MemoryElement) -> tuple[list[Outcome], str]:
     """Write contents in turn, one attempt each, up to the first failure.
 
     A content counts if the write decodes it and the walls are really there.
@@ -161,9 +203,9 @@ def write_upward(
         write failed, 'silent' if it does not, 'echo' if the wall is right and the reading is not.
     """
     outcomes: list[Outcome] = []
-    for content in contents:
+    for content in proof.contents[:-1]:
         outcomes.append(outcome := element.perform(Write(content)))
-        there = bench.level(element) == content
+        there = proof.find_content(element) == content
         if not (there and outcome.success):
             failure = 'echo' if there else 'silent' if outcome.success else 'wall'
             return outcomes, f'level {content}: {failure} {outcome.error}'
@@ -249,9 +291,8 @@ def prove_preset(name: str) -> dict[str, str]:
     """Return the proof of a preset."""
     chosen = load_element(name).design_and_settings
     proof = Proof(*chosen, sample=MAX_STUDY_DOWNWARD_WRITES.get(name))
-    shared = proof.prepare_bench()
     return describe_proof(
-        *chosen, Tally.of(evaluate_run(shared, point) for point in proof.points())
+        *chosen, Tally.of(evaluate_run(proof, point) for point in proof.points())
     )
 
 

@@ -14,7 +14,6 @@ from mlmem import UNDECODABLE, Settings, load_element
 from mlmem.physics import CASE_II, Scatter
 from mlmem_lab.results import load_result
 from mlmem_lab.studies.tolerance import curve, element
-from mlmem_lab.studies.tolerance.case import list_cases
 from mlmem_lab.studies.tolerance.curve import count_curve, describe_rare_amount, list_rates
 from mlmem_lab.studies.tolerance.element import Chance, evaluate_batch, single_chance, try_element
 from mlmem_lab.studies.tolerance.estimate import (
@@ -23,6 +22,7 @@ from mlmem_lab.studies.tolerance.estimate import (
     Fragility,
     rare_scatter,
 )
+from mlmem_lab.studies.tolerance.study import list_cases
 from mlmem_tools.cli.main import main
 
 SHORT = dataclasses.replace(CASE_II, N=75)

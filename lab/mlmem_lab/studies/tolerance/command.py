@@ -54,13 +54,12 @@ from mlmem_tools.cli.output import create_console, create_table, print_failure, 
 def tolerance(arguments: argparse.Namespace) -> int:
     """Run the study; return 0 when it is done, 1 when it cannot be, 2 for a wrong argument."""
     from ...results import load_kept, load_result
-    from .case import TRIAL_LABELS, USUAL_TRIALS, list_cases, split_case
     from .draw import draw_rates
-    from .element import ALL_KINDS
-    from .study import STUDY
+    from .element import ALL_KINDS, TRIAL_LABELS
+    from .study import STUDY, list_cases
 
     console = create_console(aside=arguments.json)
-    kinds, trials = arguments.kinds or ALL_KINDS, arguments.tried or USUAL_TRIALS
+    kinds, trials = arguments.kinds or ALL_KINDS, arguments.tried or ('step', 'left', 'right')
     try:
         cases = list_cases(arguments.design, kinds, trials, arguments.most)
     except ValueError as error:
@@ -85,9 +84,8 @@ def tolerance(arguments: argparse.Namespace) -> int:
     headings = ('scatter of', *(TRIAL_LABELS[tried] for tried in trials))
     table = create_table('scatter at which one in a thousand fails', *headings)
     for kind in kinds:
-        table.add_row(
-            kind, *(found[case]['text'] for case in cases if split_case(case).kind == kind)
-        )
+        own = (case for case in cases if case.split()[-3] == kind)
+        table.add_row(kind, *(found[case]['text'] for case in own))
     console.print(table)
     console.print(str(file), highlight=False, soft_wrap=True)
     if arguments.json:

@@ -20,9 +20,8 @@ from ..style import (
     axes_grid,
     new_figure,
 )
-from .case import TRIAL_LABELS, split_case
 from .curve import list_rates
-from .element import ALL_KINDS, JOINED_BY
+from .element import ALL_KINDS, JOINED_BY, TRIAL_LABELS
 from .estimate import RARE_RATE, Rate, fit_fragility, foot_length
 
 KIND_COLOURS = dict(zip(ALL_KINDS, (
@@ -46,8 +45,8 @@ def draw_rates(result: Mapping[str, Any], cases: Sequence[str]) -> Any:
     """Return the figure of some cases of an element: a panel for each thing tried, a curve for
     each kind of disorder.
     """
-    chosen = [(split_case(case), result['cases'][case]['rows']) for case in cases]
-    trials = list(dict.fromkeys(case.tried for case, _ in chosen))
+    curves = {tuple(case.split()[-3:-1]): result['cases'][case]['rows'] for case in cases}
+    trials = list(dict.fromkeys(tried for _, tried in curves))
     figure = new_figure(0.6 + 2.8 * len(trials))
     grid = axes_grid(figure, len(trials), sharex=True)[:, 0]
     for axes, tried in zip(grid, trials, strict=True):
@@ -60,10 +59,10 @@ def draw_rates(result: Mapping[str, Any], cases: Sequence[str]) -> Any:
         )
         axes.xaxis.set_major_locator(LogLocator(numticks=20))
         axes.xaxis.set_minor_locator(NullLocator())
-        for case, rows in chosen:
-            if case.tried == tried:
-                colour = KIND_COLOURS[case.kind.split(JOINED_BY)[0]]
-                draw_curve(axes, *list_rates(rows), colour, case.kind)
+        for (kind, what), rows in curves.items():
+            if what == tried:
+                colour = KIND_COLOURS[kind.split(JOINED_BY)[0]]
+                draw_curve(axes, *list_rates(rows), colour, kind)
     grid[0].set_title(
         'dotted: one in a thousand fails', fontsize=STYLE_SETTINGS['legend.fontsize']
     )

@@ -40,7 +40,6 @@ from mlmem.readers.words import count_words
 from mlmem.rng import Stream, make_generator
 from mlmem.settings import Settings
 
-from ..bench import Bench
 from ..trace import wall_position
 
 Row = dict[str, Any]
@@ -73,19 +72,17 @@ class Chance:
     gain: float = 0.0
 
 
-STEP_TRIAL = 'step'
-"""What is tried: a step up. A read is named by its end."""
-
-KICK_TRIAL = 'kick'
-"""Also: a kick from the blank element to a level, with the speed of the ideal one."""
-
-WORD_TRIAL = 'word'
-"""Of many walls: a random word is kicked into the blank element, and not verified."""
-
-READ_TRIAL = 'hear'
-"""Of many walls: a random word that rests is read in one pulse."""
+STEP_TRIAL, KICK_TRIAL, WORD_TRIAL, READ_TRIAL = 'step', 'kick', 'word', 'hear'
 
 WORD_TRIALS = WORD_TRIAL, READ_TRIAL
+
+TRIAL_LABELS = {
+    STEP_TRIAL: 'step up', 'left': 'read from the left', 'right': 'read from the right',
+    KICK_TRIAL: 'kick', WORD_TRIAL: 'word written', READ_TRIAL: 'word read',
+}  # fmt: skip
+"""What may be tried: a step up, or a read from an end; a kick from the blank element to a level,
+with the speed of the ideal one; of many walls, a random word that is kicked into the blank element
+and not verified, or one that rests and is read in one pulse."""
 
 WORDS_PER_ELEMENT = 8
 """Words that are tried in each element."""
@@ -150,7 +147,7 @@ def try_element(
         settings = dataclasses.replace(
             settings, time=dataclasses.replace(settings.time, tick=LONG_TICK)
         )
-    element = Bench(design, settings).device()
+    element = MemoryElement(design, settings)
     off = make_generator(seed, Stream.GAIN).standard_normal(2) * (by.damping, by.gain)
     faults = Faults(sensor_noise=by.noise, sensor_gain=float(1.0 + off[1]), seed=seed % 2**31)
     element.apply(SetFaults(faults))

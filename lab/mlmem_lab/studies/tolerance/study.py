@@ -1,18 +1,23 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The study of the pages: at which amounts of what is random one in a thousand fails."""
+"""The study: at which amounts of what is random one in a thousand fails.
+
+A case such as `case_2 alpha step 200` names an element (or its file), what is random, what is
+tried, and after how many trials of an amount counting stops, however few have failed.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 from mlmem import load_element
 
 from ...study import Study
-from .case import Case, split_case
 from .curve import SEED, count_curve, describe_rare_amount
 from .draw import draw_rates
+from .element import ALL_KINDS, JOINED_BY, KICK_TRIAL, TRIAL_LABELS, WORD_TRIALS
 
 STUDIED_KINDS = {
     ('bits_2', 'step', 200): 'alpha s offset',
@@ -28,13 +33,38 @@ STUDIED_KINDS = {
 """What is random, by element, what is tried, and the most trials of an amount."""
 
 CASES = tuple(
-    str(Case(element, kind, tried, most))
+    f'{element} {kind} {tried} {most}'
     for (element, tried, most), kinds in STUDIED_KINDS.items()
     for kind in kinds.split()
 )
 
 
-def count_case(name: str) -> dict[str, Any]:
+def list_cases(
+    element: str, kinds: Sequence[str], trials: Sequence[str], most: int
+) -> tuple[str, ...]:
+    """Return the cases of an element.
+
+    Raises:
+        ValueError: There is no such element, kind or trial, or the element has no such move.
+    """
+    design, settings = load_element(element).design_and_settings
+    if unknown := sorted(set(JOINED_BY.join(kinds).split(JOINED_BY)) - set(ALL_KINDS)):
+        raise ValueError(f'kinds must be of {", ".join(ALL_KINDS)}; got {", ".join(unknown)}')
+    if unknown := sorted(set(trials) - set(TRIAL_LABELS)):
+        raise ValueError(f'tried must be of {", ".join(TRIAL_LABELS)}; got {", ".join(unknown)}')
+    kicked = settings.kick.wall_speeds
+    if KICK_TRIAL in trials and not (len(kicked) == design.levels and all(kicked)):
+        raise ValueError('tried can be kick only where every level has one (kick.speeds)')
+    if set(WORD_TRIALS) & set(trials) and not settings.register.spacing:
+        raise ValueError(
+            f'tried can be {", ".join(WORD_TRIALS)} only in a register (register.spacing)'
+        )
+    if most < 1:
+        raise ValueError(f'most must be at least 1; got {most}')
+    return tuple(f'{element} {kind} {tried} {most}' for kind in kinds for tried in trials)
+
+
+def count_case(case: str) -> dict[str, Any]:
     """Return the counts of a case, and the amount at which one in a thousand fails.
 
     Returns:
@@ -42,9 +72,8 @@ def count_case(name: str) -> dict[str, Any]:
         text: The same in words.
         rows: See `count_curve`.
     """
-    case = split_case(name)
-    chosen = load_element(case.element).design_and_settings
-    rows = count_curve(*chosen, case.kind, case.tried, case.most)
+    element, kind, tried, most = case.rsplit(' ', 3)
+    rows = count_curve(*load_element(element).design_and_settings, kind, tried, int(most))
     amount, text = describe_rare_amount(rows)
     return {'amount': amount, 'text': text, 'rows': rows}
 
