@@ -7,7 +7,13 @@ from collections import Counter
 import pytest
 
 from mlmem_lab.reads import count
-from mlmem_lab.reads.count import READS_PER_MOVE, Counts, count_rows, sum_presets, true_level
+from mlmem_lab.reads.count import (
+    READS_PER_MOVE,
+    count_rows,
+    describe_counts,
+    sum_presets,
+    true_level,
+)
 
 
 @pytest.fixture
@@ -19,25 +25,24 @@ def lies(monkeypatch):
 @pytest.mark.parametrize('finer', [1, 2])
 def test_every_read_is_counted_after_every_kind_of_move(finer):
     counts = count_rows('bits_1', 4, seed=1, finer=finer)
-    assert counts.found['rows'] == 4
-    assert counts.reads == counts.found['right'] == 4 * READS_PER_MOVE
-    assert counts.found['written'] == 2  # the write, and that after the erase
-    assert len(counts.ticks) == counts.reads
-    assert not counts.reasons
+    assert counts['rows'] == 4
+    assert describe_counts(counts)['reads'] == counts['right'] == 4 * READS_PER_MOVE
+    assert counts['written'] == 2  # the write, and that after the erase
+    assert not describe_counts(counts)['reasons']
 
 
 def test_a_device_that_lies_is_caught(lies):
     counts = count_rows('bits_1', 4, seed=1)
-    assert counts.found['wrong'] == 4 * READS_PER_MOVE
-    assert counts.found['wrong rows'] == counts.found['rows'] == 4
-    assert counts.found['written wrong'] == 2
-    assert any(reason.startswith('WRONG: ') for reason in counts.reasons)
-    assert counts.as_dict()['wrong rows, at most (95 %)'] == 1.0
+    assert counts['wrong'] == 4 * READS_PER_MOVE
+    assert counts['wrong rows'] == counts['rows'] == 4
+    assert counts['written wrong'] == 2
+    assert any(reason.startswith('WRONG: ') for reason in counts)
+    assert describe_counts(counts)['wrong rows, at most (95 %)'] == 1.0
 
 
 def test_counts_of_all_elements_are_summed():
     def counts(right):
-        return Counts(Counter(right=right, rows=1)).as_dict()
+        return describe_counts(Counter(right=right, rows=1))
 
     found = sum_presets({
         'bits_1': {'ideal': counts(1), 'scattered': counts(2)},

@@ -25,7 +25,7 @@ from mlmem.readers.register import pin_walls
 from mlmem.settings import ElementSettings
 
 from ..study import Study, sum_counts
-from .count import true_level
+from .count import judge_read, judge_write
 
 SITE_SPACINGS = {'bits_1': 2, 'bits_2': 2, 'case_2': 12}
 """Distance of the sites of the bad cell, by preset."""
@@ -63,11 +63,8 @@ def use_element(name: str, told: str, faults: Faults, random: Rng) -> Counter[st
     found['usable'] += len(usable)
     for level in (*usable, *random.permutation([*usable, BLANK]).tolist()):
         done = element.perform(Erase() if level == BLANK else Write(level))
-        true = true_level(element)
-        found['writes'] += 1
-        found['written'] += done.success and true == level
-        found['written wrong'] += done.success and true != level
-        _count_read(element, found)
+        found += Counter(['writes', judge_write(element, done, level)])
+        found += _count_read(element)
     return found
 
 
@@ -88,16 +85,13 @@ def misinform_element(name: str, told: str, faults: Faults) -> Counter[str]:
         except StateError:
             continue
         element.transducer.assume_equilibrium()
-        _count_read(element, found)
+        found += _count_read(element)
     return found
 
 
-def _count_read(element: MemoryElement, found: Counter[str]) -> None:
-    read = element.perform(Read())
-    said = read.reading.level if read.success and read.reading else None
-    found['reads'] += 1
-    found['read'] += said == true_level(element)
-    found['read wrong'] += said is not None and said != true_level(element)
+def _count_read(element: MemoryElement) -> Counter[str]:
+    names = {'right': 'read', 'wrong': 'read wrong'}
+    return Counter(['reads', names.get(judge_read(element, element.perform(Read())), '')])
 
 
 def measure_element(name: str) -> dict[str, Any]:

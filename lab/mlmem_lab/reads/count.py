@@ -13,12 +13,11 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from mlmem import Abort, Erase, MemoryElement, Read, SetStrain, Write, load_element
+from mlmem import Abort, Erase, MemoryElement, Outcome, Read, SetStrain, Write, load_element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Design, Specimen, StateError, find_level, find_walls
 from mlmem.physics.specimen import Scatter, scattered
@@ -27,7 +26,7 @@ from mlmem.readers.words import make_code
 
 from ..results import STRAINED_PRESETS
 from ..studies.tolerance.estimate import Rate
-from ..study import Study, sum_counts
+from ..study import Study
 
 MODERATE_SCATTERS = {25: 8e-5, 9: 4e-3}
 """Scatter of alpha at which one step in a thousand fails, by cells per level (docs/limits.md)."""
@@ -50,58 +49,51 @@ def build_device(name: str, finer: int = 1, specimen: int | None = None) -> Memo
 
 READ_ENDS = ('left', 'right', 'both')
 
-READ_OUTCOMES = ('right', 'wrong', 'undecodable', 'no level')
-"""How a read may end; the last two say 'undecodable', the last of a wall at no level or of two."""
-
 READS_PER_MOVE = 10
 """Reads after every move."""
 
+READ_OUTCOMES = ('right', 'wrong', 'undecodable', 'no level')
+"""How a read may end; the last two say 'undecodable', the last of a wall at no level or of two."""
 
-COUNTED_WRITES = ('written', 'written wrong', 'not written', 'second attempts', 'lost by hand')
-"""How writes may end, and walls that a strain by hand moved."""
+WRITE_OUTCOMES = ('written', 'written wrong', 'not written')
+"""How a write may end."""
+
+COUNTED = (
+    *READ_OUTCOMES, 'rows', 'wrong rows', *WRITE_OUTCOMES, 'second attempts', 'lost by hand',
+)  # fmt: skip
+"""What is counted: `rows` of reads, of which those of a row depend on each other and count as one;
+walls that a strain by hand moved. Counters also have the reasons why reads were undecodable and
+writes failed, by text."""
 
 
-@dataclass
-class Counts:
-    """How reads and writes of one element ended.
-
-    Attributes:
-        found: Reads and writes by how they ended: `READ_OUTCOMES` and `COUNTED_WRITES`; `rows` of
-            reads, of which those of a row depend on each other and count as one; `wrong rows`.
-        reasons: Why reads were undecodable and writes failed, by text.
+def describe_counts(found: Counter[str]) -> dict[str, Any]:
+    """Return counts for a result file, with the upper end of the share of wrong rows, and the
+    commonest reasons.
     """
-
-    found: Counter[str] = field(default_factory=Counter)
-    ticks: list[int] = field(default_factory=list)
-    reasons: Counter[str] = field(default_factory=Counter)
-
-    @property
-    def reads(self) -> int:
-        """How many reads were counted: all."""
-        return sum(self.found[name] for name in READ_OUTCOMES)
-
-    def add(self, other: Counts) -> None:
-        """Add the counts of other rows."""
-        self.found += other.found
-        self.ticks += other.ticks
-        self.reasons += other.reasons
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the counts for a result file."""
-        names = (*READ_OUTCOMES, 'rows', 'wrong rows', *COUNTED_WRITES)
-        counts = {'reads': self.reads, **{name: self.found[name] for name in names}}
-        return summarise_rows(counts, self.reasons) | {
-            'median ticks': float(np.median(self.ticks)) if self.ticks else None
-        }
-
-
-def summarise_rows(counts: Mapping[str, int], reasons: Counter[str]) -> dict[str, Any]:
-    """Return counts with the upper end of the share of wrong rows, and the commonest reasons."""
-    rows = counts['rows']
-    most = Rate(counts['wrong rows'], rows).interval[1] if rows else None
+    counts = {name: found[name] for name in COUNTED}
+    reasons = Counter({text: times for text, times in found.items() if text not in COUNTED})
+    most = Rate(counts['wrong rows'], counts['rows']).interval[1] if counts['rows'] else None
     return {
-        **counts, 'wrong rows, at most (95 %)': most, 'reasons': dict(reasons.most_common(5)),
-    }  # fmt: skip
+        'reads': sum(counts[name] for name in READ_OUTCOMES),
+        **counts,
+        'wrong rows, at most (95 %)': most,
+        'reasons': dict(reasons.most_common(5)),
+    }
+
+
+def judge_read(element: MemoryElement, outcome: Outcome) -> str:
+    """Return how a read ended, one of `READ_OUTCOMES`."""
+    true = true_level(element)
+    if not outcome.success or outcome.reading is None:
+        return 'no level' if true == UNDECODABLE else 'undecodable'
+    return 'right' if outcome.reading.level == true else 'wrong'
+
+
+def judge_write(element: MemoryElement, outcome: Outcome, content: int) -> str:
+    """Return how a write of a content, or an erase, ended, one of `WRITE_OUTCOMES`."""
+    if not outcome.success:
+        return 'not written'
+    return 'written' if true_level(element) == content else 'written wrong'
 
 
 def true_level(element: MemoryElement, near: float = math.inf) -> int:
@@ -126,74 +118,61 @@ def true_level(element: MemoryElement, near: float = math.inf) -> int:
 
 def count_rows(
     name: str, count: int, seed: int, finer: int = 1, specimen: int | None = None
-) -> Counts:
+) -> Counter[str]:
     """Move the wall of an element at random, and read ten times after every move."""
     random = np.random.Generator(np.random.PCG64([seed, finer, specimen or 0]))
-    element, counts = build_device(name, finer, specimen), Counts()
+    element, found = build_device(name, finer, specimen), Counter[str]()
     # what happens before a row of reads: a write; an erase and a write; a strain by hand, let go;
     # a read that is aborted while it listens
     move_kinds = ('write', 'erase', 'strain', 'abort')
     for row in range(count):
-        before = counts.found['wrong']
-        _move_wall(
-            element,
-            counts,
-            move_kinds[row % len(move_kinds)],
-            int(random.integers(element.reader.content_count)),
-        )
+        before = found['wrong']
+        content = int(random.integers(element.reader.content_count))
+        found += _move_wall(element, move_kinds[row % len(move_kinds)], content)
         for number in range(READS_PER_MOVE):
-            _count_read(element, counts, READ_ENDS[int(random.integers(3))] if number else '')
-        counts.found['rows'] += 1
-        counts.found['wrong rows'] += counts.found['wrong'] > before
-    return counts
+            end = READ_ENDS[int(random.integers(3))] if number else ''
+            outcome = element.perform(Read(end))
+            found[how := judge_read(element, outcome)] += 1
+            if how == 'wrong':
+                found[f'WRONG: {outcome.level} at {true_level(element)}'] += 1
+            elif how != 'right':
+                found[f'{element.design.levels} levels: {outcome.error}'] += 1
+        found['rows'] += 1
+        found['wrong rows'] += found['wrong'] > before
+    return found
 
 
-def _move_wall(element: MemoryElement, counts: Counts, how: str, level: int) -> None:
+def _move_wall(element: MemoryElement, how: str, content: int) -> Counter[str]:
+    """Move the wall in some way; return what is counted of that."""
     if how == 'erase':
         element.perform(Erase())
-    hand_strain = 0.005  # strain by hand, well below that which moves a wall
     if how in ('write', 'erase'):
-        _write_level(element, counts, level)
-    elif how == 'strain':
-        before, sign = true_level(element), (-1) ** level
-        for strain in (sign * hand_strain, 0.0):
-            element.apply(SetStrain(strain))
-            while element.actuator.is_moving:
-                element.advance()
-        counts.found['lost by hand'] += true_level(element) != before
-    else:
+        return _write_content(element, content)
+    if how == 'abort':
         element.apply(Read())
-        for _ in range(3 + level % 32):
+        for _ in range(3 + content % 32):
             element.advance()
         element.perform(Abort())
+        return Counter()
+    hand_strain = 0.005  # strain by hand, well below that which moves a wall
+    before, sign = true_level(element), (-1) ** content
+    for strain in (sign * hand_strain, 0.0):
+        element.apply(SetStrain(strain))
+        while element.actuator.is_moving:
+            element.advance()
+    return Counter({'lost by hand': int(true_level(element) != before)})
 
 
-def _count_read(element: MemoryElement, counts: Counts, end: str) -> None:
-    outcome = element.perform(Read(end))
-    counts.ticks.append(outcome.end_tick - outcome.start_tick)
-    if not outcome.success or outcome.reading is None:
-        counts.found['no level' if true_level(element) == UNDECODABLE else 'undecodable'] += 1
-        counts.reasons[f'{element.design.levels} levels: {outcome.error}'] += 1
-    else:
-        right = outcome.reading.level == true_level(element)
-        counts.found['right' if right else 'wrong'] += 1
-        if not right:
-            counts.reasons[f'WRONG: {outcome.reading.level} at {true_level(element)}'] += 1
-
-
-def _write_level(element: MemoryElement, counts: Counts, level: int) -> None:
+def _write_content(element: MemoryElement, content: int) -> Counter[str]:
     try:
-        outcome = element.perform(Write(level))
+        outcome = element.perform(Write(content))
     except StateError as stop:  # a bad cell left its range: the device stops, and says so
-        counts.found['not written'] += 1
-        counts.reasons[str(stop).partition(' before')[0]] += 1
-        return
-    wrong = outcome.success and true_level(element) != level
-    counts.found['written wrong' if wrong else 'written'] += outcome.success
-    counts.found['not written'] += not outcome.success
-    counts.found['second attempts'] += outcome.attempts > 1
+        return Counter(['not written', str(stop).partition(' before')[0]])
+    found = Counter([judge_write(element, outcome, content)])
+    found['second attempts'] += outcome.attempts > 1
     if not outcome.success:
-        counts.reasons[f'{level} of {element.design.levels}: {outcome.error}'] += 1
+        found[f'{content} of {element.design.levels}: {outcome.error}'] += 1
+    return found
 
 
 SEED, SPECIMENS = 1, 20
@@ -205,23 +184,22 @@ def count_element(name: str, count: int = 800) -> dict[str, Any]:
     Args:
         count: Rows as designed; fewer at finer steps, and half as many of all specimens.
     """
-    ideal, scatter = Counts(), Counts()
+    ideal, scatter = Counter[str](), Counter[str]()
     for finer in (1, 2, 4):
-        ideal.add(count_rows(name, math.ceil(count / finer**2), SEED, finer))
+        ideal += count_rows(name, math.ceil(count / finer**2), SEED, finer)
     for number in range(SPECIMENS):
-        scatter.add(count_rows(name, math.ceil(0.5 * count / SPECIMENS), SEED, 1, number))
-    return {'ideal': ideal.as_dict(), 'scattered': scatter.as_dict()}
+        scatter += count_rows(name, math.ceil(0.5 * count / SPECIMENS), SEED, 1, number)
+    return {'ideal': describe_counts(ideal), 'scattered': describe_counts(scatter)}
 
 
 def sum_presets(presets: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the sums over all presets: ideal, scattered and all; they have no median."""
+    """Return the sums over all presets: ideal, scattered and all."""
 
     def sum_kinds(*kinds: str) -> dict[str, Any]:
-        reasons = Counter[str]()
-        parts = [found[kind] for found in presets.values() for kind in kinds]
-        for each in parts:
-            reasons.update(each['reasons'])
-        return summarise_rows(sum_counts(parts), reasons)
+        found = Counter[str]()
+        for part in (counts[kind] for counts in presets.values() for kind in kinds):
+            found.update({name: part[name] for name in COUNTED} | part['reasons'])
+        return describe_counts(found)
 
     return {
         'ideal': sum_kinds('ideal'), 'scattered': sum_kinds('scattered'),
