@@ -10,15 +10,13 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import itertools
 from pathlib import Path
 
-from rich.table import Table
-
 from mlmem_tools.cli.command import JSON_OPTION, declare_command, declare_option
-from mlmem_tools.cli.output import create_console, print_failure, print_json
+from mlmem_tools.cli.output import create_console, print_failure, print_json, print_rows
 
 from . import BENCHMARK_NAMES
-from .measure import ResultTable
 
 
 @declare_command(
@@ -47,29 +45,19 @@ def bench(arguments: argparse.Namespace) -> int:
         benchmark = importlib.import_module(f'.{name}', __package__)
         with console.status(f'{name}: {benchmark.TITLE}'):
             found[name] = benchmark.run(arguments.repeats)
-        console.print(build_table(found[name]))
-    rows = {name: list(table.rows) for name, table in found.items()}
+        rows = found[name].rows
+        print_rows(console, found[name].title, rows, list(dict.fromkeys(itertools.chain(*rows))))
+        console.print(found[name].caption)
+    tables = {name: list(table.rows) for name, table in found.items()}
     if arguments.json:
-        print_json(rows)
+        print_json(tables)
     file = arguments.result
     if file is not None:
-        if node := rows.pop('node', None):
+        if node := tables.pop('node', None):
             keep_column(node, file.with_name('node.json'))
-        if rows:
+        if tables:
             kept = load_kept(file)
-            tables = {'tables': kept.get('tables', {}) | rows}
+            result = {'tables': kept.get('tables', {}) | tables}
             modules = [*DEVICE_MODULES, 'mlmem_ros/bag', 'lab/mlmem_lab/bench']
-            save_result(file, tables, 'mlmem bench --result FILE', modules, rows, kept=kept)
+            save_result(file, result, 'mlmem bench --result FILE', modules, tables, kept=kept)
     return 0
-
-
-def build_table(found: ResultTable) -> Table:
-    """Return a table for a terminal."""
-    table = Table(title=found.title, title_justify='left', caption=found.caption)
-    table.caption_justify = 'left'
-    headings = list(dict.fromkeys(heading for row in found.rows for heading in row))
-    for number, heading in enumerate(headings):
-        table.add_column(heading, justify='right' if number else 'left')
-    for row in found.rows:
-        table.add_row(*(row.get(heading, '') for heading in headings))
-    return table

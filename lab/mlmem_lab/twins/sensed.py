@@ -32,8 +32,8 @@ from mlmem_tools.rig.emulated import Sensors
 from ..rk4 import Rk4Element
 
 
-class Sensed(Driver):
-    """Puts sensors between a driver and its user: mixed in before the driver.
+class SensedSimulation(Simulation):
+    """The package's own simulation, with sensors.
 
     Attributes:
         sensors: They may be exchanged at any time.
@@ -52,16 +52,12 @@ class Sensed(Driver):
         if held_cell is not None:
             motion = self.sensors.held(held_cell.site, held_cell.motion)
             held_cell = replace(held_cell, motion=motion)
-        return self.sensors.measure_ends(super().advance(V_N, held_cell, shake, looks))  # type: ignore[safe-super]
+        return self.sensors.measure_ends(super().advance(V_N, held_cell, shake, looks))
 
     def end(self, site: int) -> float:
         """Return the displacement of an end as its sensor gives it."""
         gain = self.sensors.gain[int(site > 1)]
-        return gain * super().end(site)  # type: ignore[safe-super]
-
-
-class SensedSimulation(Sensed, Simulation):
-    """The package's own simulation, with sensors."""
+        return gain * super().end(site)
 
 
 class HiddenElement(Driver):

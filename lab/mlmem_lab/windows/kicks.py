@@ -68,10 +68,8 @@ def count_writes(name: str, procedures: int, seed: int) -> dict[str, Any]:
     """Write random levels, every tenth procedure an erase; compare with the true wall."""
     element, rng = MemoryElement(use_kicks(load_element(name))), random.Random(seed)
     levels = range(element.design.levels)
-    near = arrival_tolerance(element.design)
-    present = BLANK
-    ticks: list[int] = []
-    erased: list[int] = []
+    near, present = arrival_tolerance(element.design), BLANK
+    ticks, erased = list[int](), list[int]()
     wrong = failed = again = strained = 0
     for k in range(1, procedures + 1):
         before = element.actuator.motion
