@@ -32,8 +32,8 @@ from .study import Study, sum_counts
 
 RANDOM_SEED = 1
 
-READS, BLOCK = 200, 20
-"""Of every case; in a row of one wall, during one course of the base."""
+READS = 200
+"""Of every case."""
 
 STANDARD_GRAVITY = 9.81
 """Standard gravity in m/s^2, the unit of accelerations here."""
@@ -173,7 +173,7 @@ def _advance_tick(element: MemoryElement, acceleration: float) -> list[Event]:
     return element.advance()
 
 
-SHAKING_CASES = [
+CASES = {f'{end}, {shaking}': (end, shaking) for end, shaking in (
     *(('left', Shaking('white', g)) for g in (1.0, 1.5, 18.0, 22.0)),
     *(('left', Shaking('sine', g, hz)) for g, hz in (
         (30.0, 16.0), (22.0, 95.0), (11.0, 110.0), (2.5, 125.0), (12.0, 125.0), (12.0, 229.0),
@@ -190,10 +190,7 @@ SHAKING_CASES = [
     *(('right', Shaking('noise', cells)) for cells in (1.5e-4, 2e-4)),
     ('both', Shaking('white', 10.0)),
     ('both', Shaking('walk', 20.0)),
-]  # fmt: skip
-
-
-CASES = {f'{end}, {shaking}': (end, shaking) for end, shaking in SHAKING_CASES}
+)}  # fmt: skip
 """End that reads, and disturbance, by the name of the case."""
 
 
@@ -205,7 +202,7 @@ def count_reads(case: str) -> dict[str, Any]:
     counts = Counter[str]()
     while counts['reads'] + counts['moved'] < READS:
         level, seed = int(random.integers(design.levels)), int(random.integers(2**31))
-        counts.update(count_block(design, settings, shaking, end, level, BLOCK, seed))
+        counts.update(count_block(design, settings, shaking, end, level, 20, seed))
     wrong = Rate(counts['wrong blocks'], counts['blocks']).interval if counts['blocks'] else None
     return {key: counts[key] for key in COUNTED} | {
         'wrong blocks, at most (95 %)': wrong and wrong[1],

@@ -77,18 +77,14 @@ def _greatest_amount(amounts: Sequence[float]) -> str:
     return f'{max(amounts):g}' if amounts else 'none'
 
 
-LOSS_KEYS = 'element', 'loss', 'factor', 'writes', 'right', 'wrong', 'failed calibrations'
-
-
 def robust_losses(result: Mapping[str, Any]) -> Rows:
     """Return the writes and calibrations of elements with other losses than their design's."""
     names = {'eta': 'damping', 'friction': 'friction'}
     rows: Rows = [['element', 'what differs', 'acknowledged', 'wrong', 'failed calibrations']]
-    for name, loss, factor, writes, right, wrong, failed in (
-        [found[key] for key in LOSS_KEYS] for found in result['cases'].values()
-    ):
-        what = f'{names[loss]} {factor:g} times'
-        rows.append([f'`{name}`', what, f'{right} of {writes}', str(wrong), str(failed)])
+    for found in result['cases'].values():
+        what = f'{names[found["loss"]]} {found["factor"]:g} times'
+        counts = f'{found["right"]} of {found["writes"]}', str(found['wrong'])
+        rows.append([f'`{found["element"]}`', what, *counts, str(found['failed calibrations'])])
     return rows
 
 

@@ -30,9 +30,6 @@ if TYPE_CHECKING:
 
 TITLE = 'share of a core, tick lateness, read latency, start-up time and memory'
 
-MAX_QUIET_LOAD = 0.2
-"""Greatest load average of a quiet machine."""
-
 Report = Mapping[str, float]
 """What a node measured, by name."""
 
@@ -75,7 +72,7 @@ def run(repeats: int) -> ResultTable:
 
 def build_row(key: str, values: Sequence[float], load: float) -> dict[str, str]:
     """Return the row of a figure from its values, and the load average before."""
-    mark = ' (busy)' if load > MAX_QUIET_LOAD else ''
+    mark = ' (busy)' if load > 0.2 else ''
     value = format_number(median(values)) + mark
     return {'figure': FIGURES[key].name, 'goal': FIGURES[key].goal, 'value': value}
 

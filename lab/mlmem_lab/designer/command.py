@@ -38,9 +38,6 @@ if TYPE_CHECKING:
     from mlmem.physics import Design
     from mlmem.physics.potential import Array
 
-COUNTED_ELEMENTS = 20
-"""Scattered elements in which kicks are counted."""
-
 
 def find(arguments: argparse.Namespace) -> int:
     """Search an element for levels, scatter and friction, and write its file; return the exit
@@ -107,7 +104,7 @@ def search_element(
 
 def describe_element(design: Design, settings: Settings, scatter: float) -> dict[str, str]:
     """Return what is printed of an element, by heading."""
-    counted = count_astray(design, settings, scatter, COUNTED_ELEMENTS)
+    counted = count_astray(design, settings, scatter, elements=20)
     chain, kick = build_chain(Specimen(design), settings), settings.kick
     levels = range(design.levels)
     erased = sum(after_erase(chain, level, kick.erase_speed, kick) == BLANK for level in levels)

@@ -43,9 +43,6 @@ SETTLE_TIME = 400.0
 SLOWEST, MAX_END_SPEED = 0.004, 2.0
 """Least mean and greatest momentary speed of an end in cells per time unit."""
 
-MIN_TAIL = 8
-"""Least number of cells behind the last level; in fewer no wall is held, as a read expects."""
-
 TRIAL_SEEDS, SPEED_SEEDS = range(6), range(100, 124)
 """Elements of trials, and for choosing speeds."""
 
@@ -104,7 +101,8 @@ def build_candidate(request: Request, values: Sequence[float]) -> tuple[Design, 
     """
     width, per_width, middle, side, gradient, damping, late, rise = values
     J = max(3, round(per_width * width))
-    way, behind = request.levels * J, max(J, MIN_TAIL)
+    # in fewer than 8 cells behind the last level no wall is held, as a read expects
+    way, behind = request.levels * J, max(J, 8)
     design = Design(
         N=way + behind, J=J, J_s=2 * J, j_0=round(0.38 * 2 * J, 2), tail=behind - 1,
         d=float(f'{0.25 / width**2:.4g}'), beta=0.0, gamma=float(f'{gradient / way:.3g}'),

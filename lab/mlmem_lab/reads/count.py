@@ -28,9 +28,6 @@ from ..results import STRAINED_PRESETS
 from ..studies.tolerance.estimate import Rate
 from ..study import Study
 
-MODERATE_SCATTERS = {25: 8e-5, 9: 4e-3}
-"""Scatter of alpha at which one step in a thousand fails, by cells per level (docs/limits.md)."""
-
 
 def build_device(name: str, finer: int = 1, specimen: int | None = None) -> MemoryElement:
     """Return a blank device of a preset.
@@ -42,12 +39,12 @@ def build_device(name: str, finer: int = 1, specimen: int | None = None) -> Memo
     design, settings = load_element(name).design_and_settings
     made: Design | Specimen = design
     if specimen is not None:
-        made = scattered(design, Scatter(alpha=MODERATE_SCATTERS.get(design.J, 0.0)), specimen)
+        # of alpha, at which one step in a thousand fails, by cells per level (docs/limits.md)
+        alpha = {25: 8e-5, 9: 4e-3}.get(design.J, 0.0)
+        made = scattered(design, Scatter(alpha=alpha), specimen)
     driver = Simulation.of(made, settings.time, finer)
     return MemoryElement(design, settings, driver=driver)
 
-
-READ_ENDS = ('left', 'right', 'both')
 
 READS_PER_MOVE = 10
 """Reads after every move."""
@@ -130,7 +127,7 @@ def count_rows(
         content = int(random.integers(element.reader.content_count))
         found += _move_wall(element, move_kinds[row % len(move_kinds)], content)
         for number in range(READS_PER_MOVE):
-            end = READ_ENDS[int(random.integers(3))] if number else ''
+            end = ('left', 'right', 'both')[int(random.integers(3))] if number else ''
             outcome = element.perform(Read(end))
             found[how := judge_read(element, outcome)] += 1
             if how == 'wrong':

@@ -32,8 +32,6 @@ FRAME_TIME_MS = 100
 READ_GAIN = 40.0
 """By how much small waves are magnified during the read."""
 
-PALETTE_COLOURS = 32
-
 COLOUR_THEMES: Mapping[str, Mapping[str, str]] = {
     'film': {
         'ground': '#ffffff',
@@ -174,7 +172,7 @@ def main(folder: Path) -> None:
         with style.style_context():
             frames = list(draw_frames(theme, trace, ended, echo))
         images = [Image.fromarray(pixels).convert('RGB') for pixels, _ in frames]
-        palette = images[len(images) * 3 // 5].quantize(PALETTE_COLOURS, dither=Image.Dither.NONE)
+        palette = images[len(images) * 3 // 5].quantize(32, dither=Image.Dither.NONE)
         drawn = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in images]
         path = folder / f'{name}.gif'
         drawn[0].save(

@@ -32,7 +32,6 @@ SCATTER = 0.01
 FIRST_FIT_SEED = 81400
 """Seed of the first element that is fitted: none of them was used to make the fit."""
 
-FITTED_PRESETS = ('bits_1', 'bits_4', 'case_2')
 WATCHED_PRESET = 'bits_4'
 
 
@@ -61,7 +60,9 @@ MODULES = ('mlmem_tools/identification', 'lab/mlmem_lab/twins')
 FITS_STUDY = Study(
     'twin_fits',
     count_fits,
-    tuple(f'{preset}, {kind}' for preset in FITTED_PRESETS for kind in HIDDEN_KINDS),
+    tuple(
+        f'{preset}, {kind}' for preset in ('bits_1', 'bits_4', 'case_2') for kind in HIDDEN_KINDS
+    ),
     (*MODULES, 'lab/mlmem_lab/rk4.py'),
     FIRST_FIT_SEED,
 )

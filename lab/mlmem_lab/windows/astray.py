@@ -25,16 +25,8 @@ from ..study import Study
 
 SEED = 4000
 
-SCATTERS = (0.001, 0.003, 0.01, 0.02, 0.03, 0.05, 0.08)
-
 ELEMENT_COUNT = 40
 """Elements at every scatter; each has a kick to every level."""
-
-REST_DAMPING_TIMES = 5.0
-"""Damping times of rest after a kick, if the file of the element has no longer one."""
-
-MAX_COUNTED_SHARE = 0.5
-"""Share astray above which no greater scatter is counted."""
 
 MIN_SHOWN_SHARE = 1e-3
 """Lower edge of the figure."""
@@ -56,7 +48,7 @@ def count_astray(
     `squares` is the sum of the square of the number of an element's failures.
     """
     speeds = dict.fromkeys(range(SEED, SEED + elements), settings.kick.wall_speeds)
-    rest = max(REST_DAMPING_TIMES / design.eta, settings.kick.settle)
+    rest = max(5.0 / design.eta, settings.kick.settle)  # at least five damping times
     ends = np.array(find_scattered_ends(design, settings, scatter, speeds, rest))
     missed = (ends != np.arange(design.levels)).sum(axis=1)
     return {'kicks': ends.size, 'astray': int(missed.sum()), 'squares': int((missed**2).sum())}
@@ -65,11 +57,11 @@ def count_astray(
 def measure_preset(name: str) -> dict[str, Any]:
     """Return the counts of a shipped element by scatter."""
     found: dict[str, Any] = {}
-    for scatter in SCATTERS:
+    for scatter in (0.001, 0.003, 0.01, 0.02, 0.03, 0.05, 0.08):
         found[f'{scatter:g}'] = row = count_astray(
             *load_element(name).design_and_settings, scatter
         )
-        if row['astray'] > MAX_COUNTED_SHARE * row['kicks']:
+        if row['astray'] > 0.5 * row['kicks']:  # no greater scatter is counted
             break
     return found
 

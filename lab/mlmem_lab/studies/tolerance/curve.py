@@ -19,7 +19,6 @@ from mlmem import Settings
 from mlmem.physics import Design
 
 from .element import (
-    ALL_KINDS,
     JOINED_BY,
     WORD_TRIALS,
     Row,
@@ -31,9 +30,6 @@ from .estimate import ENOUGH_FAILURES, RARE_RATE, Rate, pool_failures, rare_scat
 
 FIRST_RATE = 0.1
 """Rate to find first, because one batch can show it."""
-
-MAX_COUNTED_RATE = 0.5
-"""Rate above which counting stops."""
 
 
 def next_rung(rates: Mapping[int, Rate], rungs: int, most: int) -> int | None:
@@ -59,7 +55,7 @@ def next_rung(rates: Mapping[int, Rate], rungs: int, most: int) -> int | None:
         if rates[rung].value < RARE_RATE:
             break
     for rung in range(edge + 1, rungs):
-        if rates[rung - 1].value >= MAX_COUNTED_RATE:
+        if rates[rung - 1].value >= 0.5:
             break
         if not is_counted(rates.get(rung), most):
             return rung
@@ -81,19 +77,15 @@ def count_missing_trials(rate: Rate | None, most: int) -> int:
 
 SEED = 0
 
-AMOUNTS, FEW_AMOUNTS = 10, 5
-"""Amounts per decade; of words, whose trials take long."""
-
 MIN_AMOUNT = 1e-8
 """Least amount of scatter, noise or vibration studied."""
-
-MAX_AMOUNTS = dict.fromkeys(ALL_KINDS, 0.3) | {'noise': 1e-2, 'vibration': 1e-2}
-"""Greatest amounts: of a relative scatter or a third of a cell; of the pulse's amplitude."""
 
 
 def list_amounts(kind: str, per_decade: int) -> list[float]:
     """Return the amounts of a kind that may be counted, rising."""
-    most = min(MAX_AMOUNTS[name] for name in kind.split(JOINED_BY))
+    most = 0.3  # of a relative scatter, or cells
+    if {'noise', 'vibration'} & set(kind.split(JOINED_BY)):
+        most = 1e-2  # of the pulse's amplitude
     last = int(per_decade * np.log10(most / MIN_AMOUNT) + 1e-9)
     powers = np.arange(last + 1) / per_decade
     return [float(f'{amount:.3g}') for amount in MIN_AMOUNT * 10.0**powers]
@@ -109,7 +101,8 @@ def count_curve(design: Design, settings: Settings, kind: str, tried: str, most:
         tried: What is tried.
         most: Trials of an amount after which counting stops, however few have failed.
     """
-    amounts = list_amounts(kind, FEW_AMOUNTS if tried in WORD_TRIALS else AMOUNTS)
+    # per decade; trials of words take long
+    amounts = list_amounts(kind, 5 if tried in WORD_TRIALS else 10)
     each, elements = count_trials(design, tried), count_elements(design, tried)
     counts: dict[int, Counter[str]] = {}
     rates: dict[int, Rate] = {}

@@ -29,9 +29,6 @@ KIND_COLOURS = dict(zip(ALL_KINDS, (
     '#d55e00', '#009e73', '#cc79a7', '#999999', '#7f4f24',
 ), strict=True))  # fmt: skip
 
-MAX_UNSEEN_RATE = 1e-2
-"""A count without a failure is shown if its interval ends below this."""
-
 SHOWN_RATES = (2e-4, 2.0)
 """Rates that are shown."""
 
@@ -77,9 +74,8 @@ def draw_curve(
 
     Where none failed the interval stands alone; without a curve the name is at the lowest point.
     """
-    shown = [
-        i for i, rate in enumerate(rates) if rate.failures or rate.interval[1] < MAX_UNSEEN_RATE
-    ]
+    # a count without a failure is shown if its interval ends below 1 %
+    shown = [i for i, rate in enumerate(rates) if rate.failures or rate.interval[1] < 1e-2]
     for i in shown:
         axes.vlines(amounts[i], *np.maximum(rates[i].interval, 1e-6), color=colour, alpha=0.7)
     seen = [i for i in shown if rates[i].failures]

@@ -48,9 +48,6 @@ Row = dict[str, Any]
 SETTLE_DAMPING_TIMES = 5.0
 """Damping times after a step: the gradient may still roll the wall to its defect for two."""
 
-LONG_TICK = 100.0
-"""Tick of a read: it rounds waits up, and does not change the material."""
-
 
 @dataclass(frozen=True)
 class Chance:
@@ -84,9 +81,6 @@ TRIAL_LABELS = {
 with the speed of the ideal one; of many walls, a random word that is kicked into the blank element
 and not verified, or one that rests and is read in one pulse."""
 
-WORDS_PER_ELEMENT = 8
-"""Words that are tried in each element."""
-
 MAX_ARRIVAL_ERROR_CELLS = 1.0
 """Distance in cells from its rest position in this element within which a wall has arrived. One
 that stops on its way reads as the nearest level, but the next cycle starts at the wrong place."""
@@ -113,7 +107,7 @@ def single_chance(kind: str, amount: float) -> Chance:
 def count_trials(design: Design, tried: str) -> int:
     """Return how many trials are made of an element."""
     if tried in WORD_TRIALS:
-        return WORDS_PER_ELEMENT
+        return 8
     return design.levels - (tried == STEP_TRIAL)
 
 
@@ -144,9 +138,9 @@ def try_element(
         DesignError: The element cannot be simulated with the step of the ideal one.
     """
     if tried != STEP_TRIAL and not by.vibration:
-        settings = dataclasses.replace(
-            settings, time=dataclasses.replace(settings.time, tick=LONG_TICK)
-        )
+        # a long tick rounds waits up, and does not change the material
+        time = dataclasses.replace(settings.time, tick=100.0)
+        settings = dataclasses.replace(settings, time=time)
     element = MemoryElement(design, settings)
     off = make_generator(seed, Stream.GAIN).standard_normal(2) * (by.damping, by.gain)
     faults = Faults(sensor_noise=by.noise, sensor_gain=float(1.0 + off[1]), seed=seed % 2**31)
