@@ -12,21 +12,21 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
-import numpy as np
-
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End, Pulse
-from mlmem.physics import Chain, Design, HeldCell, Specimen, StateError, find_level, substep_times
+from mlmem.physics import Chain, Design, Specimen, StateError
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.procedure_table import BLANK, UNDECODABLE
 from mlmem.settings import ProbeSettings, TimeSettings
 
-from .bare import SETTLING_TIME
+from ..identification.kick_search import drive_end
 from .concern import Finding, Subject, grade_finding, judge_value
+
+SETTLING_TIME = 2500.0
+"""Ten damping times, after which a wall no longer swings about its defect."""
 
 AMPLITUDE_STEPS = tuple(1.25**k for k in range(24))
 """Amplitudes that are tried, over that of the pulse: up to 170 times."""
@@ -117,12 +117,7 @@ def find_level_after(chain: Chain, level: int, end: End, probe: ProbeSettings) -
     made, site = chain.specimen, end.site(chain.design)
     try:
         chain.place(make_blank(made) if level == BLANK else find_pinned_wall(made, level))
-        pulse = Pulse(chain.end(site), probe)
-        steps = math.ceil((pulse.duration + SETTLING_TIME) / chain.dt)
-        times = substep_times(steps, chain.dt, chain.integrator)
-        held = HeldCell(site, pulse.at(times[times <= pulse.duration]))
-        chain.advance(np.zeros(steps * chain.integrator.substeps), held)
-    except StateError:  # driven so hard that it diverges, or the level pins no wall
+    except StateError:  # the level pins no wall
         return UNDECODABLE
     near = 1.0 if made.is_ideal else 0.5 * made.design.J
-    return find_level(chain.design, chain.configuration, near)
+    return drive_end(chain, Pulse(chain.end(site), probe), SETTLING_TIME, site, near)

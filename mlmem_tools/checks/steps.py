@@ -11,14 +11,28 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from mlmem.instrument.motion import Cycle
-from mlmem.physics import NOH_BATHE, Specimen, StateError, stable_step
+from mlmem.move_settings import WriteSettings, select_peak
+from mlmem.moves.corrections import PulseCorrection, correct_write
+from mlmem.physics import (
+    NOH_BATHE,
+    Chain,
+    Specimen,
+    StateError,
+    find_level,
+    find_walls,
+    stable_step,
+    substep_times,
+)
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem_ros.host.design_check import Verdict
 
-from .bare import COARSE_TIME_STEP, measure_departures, scale_peaks
 from .concern import MAX_CELL_STEPS, MIN_STEP_CELLS, Finding, Subject
+
+MAX_TIME_STEP = 1.0
+"""Greatest time step: with it, all shipped elements get the verdicts of a finer one."""
 
 
 def check(subject: Subject) -> Iterator[Finding]:
@@ -64,7 +78,7 @@ def _estimate_work(subject: Subject) -> float:
     design, write = subject.design, subject.settings.write
     cycle = Cycle.plan_cycle(write, write.tension, subject.settings.actuator.max_rate)
     dt = min(
-        COARSE_TIME_STEP,
+        MAX_TIME_STEP,
         stable_step(Specimen(dataclasses.replace(design, substrate='rigid')), NOH_BATHE),
     )
     time = cycle.duration + write.final_settle
@@ -76,7 +90,10 @@ def _find_lost_levels(subject: Subject, compression: float, tension: float) -> l
     # `rigidity` covers a soft substrate; here it would take a hundred times as long.
     design = dataclasses.replace(subject.design, substrate='rigid')
     made = dataclasses.replace(subject.made, design=design)
-    write = scale_peaks(subject.settings.write, compression, tension)
+    write = subject.settings.write
+    write = dataclasses.replace(
+        write, compression=compression * write.compression, tension=tension * write.tension
+    )
     rate = subject.settings.actuator.max_rate
     lost = []
     steps_in_row = 2  # steps in a row
@@ -90,7 +107,6 @@ def _find_lost_levels(subject: Subject, compression: float, tension: float) -> l
                     start,
                     goal,
                     max_rate=rate,
-                    dt=COARSE_TIME_STEP,
                     corrections=subject.corrections,
                 )
             )
@@ -98,3 +114,54 @@ def _find_lost_levels(subject: Subject, compression: float, tension: float) -> l
             away = [math.inf]
         lost += [start + step for step, cells in enumerate(away) if cells >= 1.0]
     return lost
+
+
+def measure_departures(
+    made: Specimen,
+    write: WriteSettings,
+    start: int,
+    goal: int,
+    *,
+    max_rate: float = math.inf,
+    corrections: Sequence[PulseCorrection] = (),
+) -> Iterator[float]:
+    """Yield, for every step up from one level to another, how far the wall is from its defect.
+
+    The cycles follow each other as in a write of the device, which rests `write.final_settle`
+    longer after the last; then the true wall is measured. Each step starts from the state after
+    the previous cycle, before that rest. A write may end where the wall is within a cell.
+
+    Args:
+        write: Its cycles.
+        start: The level at which the wall starts.
+        goal: The level of the last step.
+        max_rate: Of the actuator, in strain per time unit.
+        corrections: Factors on its cycles, by the level to which they go; none: 1.
+
+    Yields:
+        The distance in cells; infinity unless exactly one wall is at rest in the element.
+
+    Raises:
+        StateError: The level to start from pins no wall.
+    """
+    design = made.design
+    chain = Chain(design, min(MAX_TIME_STEP, stable_step(made, NOH_BATHE)), NOH_BATHE)
+    chain.set_specimen(made)
+    chain.place(find_pinned_wall(made, start))
+    for level in range(start, goal):
+        own = correct_write(write, corrections[level + 1]) if corrections else write
+        cycle = Cycle.plan_cycle(
+            own, select_peak(own, design.is_freed_by_compression(level)), max_rate
+        )
+        times = substep_times(round(cycle.duration / chain.dt), chain.dt, chain.integrator)
+        try:
+            chain.advance(cycle.strain(times) * design.end_displacement(1.0))
+            state = chain.state()
+            chain.rest(round(write.final_settle / chain.dt))
+        except StateError:  # driven so hard that the chain diverges
+            yield from [math.inf] * (goal - level)
+            return
+        found = find_walls(design, chain.configuration)
+        alone = find_level(design, chain.configuration, math.inf) >= 0
+        yield abs(found[0].position - design.defect_site(level + 1)) if alone else math.inf
+        chain.restore(state, V_N=0.0, steps_done=0)

@@ -47,8 +47,15 @@ def build_chain(made: Specimen, settings: Settings) -> Chain:
     return Simulation.of(made, settings.time).chain
 
 
-def drive_end(chain: Chain, motion: BoundaryMotion, rest_time: float | None = None) -> int:
-    """Drive the left end of an unstrained chain, and let it come to rest in so much time.
+def drive_end(
+    chain: Chain,
+    motion: BoundaryMotion,
+    rest_time: float | None = None,
+    site: int = 1,
+    tolerance: float | None = None,
+) -> int:
+    """Drive an end of an unstrained chain, by default the left one, and let it come to rest in so
+    much time. A wall is at a level if it is near enough, by default `arrival_tolerance`.
 
     Returns:
         The level where the wall is: `BLANK` for none, `UNDECODABLE` for a wall at no level, or
@@ -58,12 +65,13 @@ def drive_end(chain: Chain, motion: BoundaryMotion, rest_time: float | None = No
         rest_time = DAMPING_TIMES / chain.design.eta
     steps = math.ceil((motion.duration + rest_time) / chain.dt)
     times = substep_times(steps, chain.dt, chain.integrator)
-    held = HeldCell(1, motion.at(times[times <= motion.duration]))
+    held = HeldCell(site, motion.at(times[times <= motion.duration]))
     try:
         chain.advance(np.zeros(len(times)), held)
     except StateError:  # driven so hard that the chain diverges
         return UNDECODABLE
-    return find_level(chain.design, chain.configuration, arrival_tolerance(chain.design))
+    near = arrival_tolerance(chain.design) if tolerance is None else tolerance
+    return find_level(chain.design, chain.configuration, near)
 
 
 def build_kick(chain: Chain, speed: float, shape: KickSettings) -> Kick:
