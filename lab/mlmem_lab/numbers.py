@@ -7,7 +7,7 @@ number keeps its decimals:
 
     A step makes 0.142<!-- energy/plain/level --> of heat. An *AMD EPYC*<!-- r/processor --> did.
 
-`key=value` picks an entry of a list. A table between two comments is made as a whole:
+A table between two comments is made as a whole:
 
     <!-- table: reads/elements: reads; right; wrong -->
     <!-- end -->
@@ -25,7 +25,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -89,19 +89,10 @@ def find_value(path: str, folder: Path) -> Any:
     try:
         value: Any = load_result(folder / f'{name}.json')
         for key in keys:
-            value = value[key] if isinstance(value, dict) else _find_entry(value, key)
+            value = value[key]
     except (OSError, LookupError, TypeError, ValueError) as error:
         raise ValueError(f'{path} is in no result file: {error!r}') from None
     return value
-
-
-def _find_entry(values: Sequence[Any], key: str) -> Any:
-    """Return an entry of a list by its place, or by `key=value`, several with a comma between."""
-    if '=' not in key:
-        return values[int(key)]
-    pairs = [pair.split('=') for pair in key.split(',')]
-    [found] = [one for one in values if all(str(one[name]) == value for name, value in pairs)]
-    return found
 
 
 def make_table(marker: str, folder: Path) -> str:

@@ -11,7 +11,7 @@ from mlmem_lab.numbers import place_numbers
 
 RESULT = {
     'on': 'EPYC', 'heat': 0.14239, 'reads': 38400, 'rare': 9.6e-5,
-    'cases': [{'rail': 22.5, 'speed': 1.9}],
+    'cases': {'first': {'speed': 1.9}},
 }  # fmt: skip
 
 
@@ -28,8 +28,7 @@ def folder(tmp_path):
         ('1', 'r/reads', '38 400'),
         ('12 345', 'r/reads', '38 400'),
         ('1.0e-3', 'r/rare', '9.6e-5'),
-        ('0.00', 'r/cases/rail=22.5/speed', '1.90'),
-        ('0.0', 'r/cases/0/speed', '1.9'),
+        ('0.00', 'r/cases/first/speed', '1.90'),
         ('*a machine*', 'r/on', '*EPYC*'),
     ],
 )
@@ -41,7 +40,7 @@ def test_placed_number_keeps_its_decimals(folder, printed, path, expected):
 
 @pytest.mark.parametrize(
     'text',
-    ['1<!-- r/none -->', '1<!-- other/heat -->', '1<!-- r/cases/rail=9/speed -->',
+    ['1<!-- r/none -->', '1<!-- other/heat -->', '1<!-- r/cases/second/speed -->',
      '1<!-- r/cases -->', '1<!-- r/on -->', '*one*<!-- r/heat -->'],
 )  # fmt: skip
 def test_comment_that_names_no_number_is_rejected(folder, text):

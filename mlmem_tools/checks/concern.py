@@ -10,7 +10,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any
 
 from mlmem.moves.corrections import PulseCorrection
 from mlmem.physics import Design, Specimen, StateError, wall_energy
@@ -36,14 +35,6 @@ class Finding:
     unit: str
     verdict: Verdict
     text: str
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the finding for JSON, with None for NaN."""
-        values = {key: v if math.isfinite(v) else None for key, v in self.values.items()}
-        return {
-            'name': self.name, 'values': values, 'unit': self.unit,
-            'verdict': self.verdict.value, 'text': self.text,
-        }  # fmt: skip
 
 
 @dataclass(frozen=True)

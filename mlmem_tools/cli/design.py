@@ -57,8 +57,7 @@ def check(arguments: argparse.Namespace) -> int:
     report = checks.check(element.design, element.settings, individual)
     failed = report.verdict is checks.Verdict.FAIL
     if arguments.json:
-        findings = [finding.as_dict() for finding in report.findings]
-        print_json({'verdict': report.verdict.value, 'findings': findings})
+        print_json({'verdict': report.verdict, 'findings': report.findings})
     else:
         print_report(create_console(), arguments.source, report, arguments.brief)
     return 1 if failed else 0

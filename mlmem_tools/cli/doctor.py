@@ -49,8 +49,7 @@ def doctor(arguments: argparse.Namespace) -> int:
 
         for shipped in map(load_element, ELEMENT_NAMES):  # as a first start does, which compiles
             load_findings(*shipped.design_and_settings)
-    found = examine_machine()
-    for each in found:
+    for each in (found := examine_machine()):
         advice = f'\n{"":25} -> {each.advice}' if each.advice else ''
         print(f'{each.verdict}  {each.what:<18} {each.seen}{advice}', file=stream)
     if arguments.json:
@@ -106,8 +105,7 @@ def check_speed() -> Diagnosis:
     element.advance()  # compiles
     begun = time.monotonic()
     element.advance(round(1.0 / element.settings.tick_seconds))
-    taken = time.monotonic() - begun
-    if taken < 1.0:
+    if (taken := time.monotonic() - begun) < 1.0:
         return Diagnosis('speed', 'pass', f'{1.0 / taken:.0f} times real time')
     advice = 'use a processor of 2013 or later; in a virtual machine the CPU model host'
     return Diagnosis('speed', 'warn', f'a second of the element takes {taken:.1f} s', advice)
@@ -116,8 +114,7 @@ def check_speed() -> Diagnosis:
 def check_domain(number: str) -> Diagnosis:
     """Check ROS_DOMAIN_ID: nodes of another domain are invisible."""
     if not number:
-        seen, advice = 'not set: 0, as that of others', 'give your robot its own number'
-        return Diagnosis('ROS_DOMAIN_ID', 'warn', seen, advice)
+        return Diagnosis('ROS_DOMAIN_ID', 'warn', 'not set: 0', 'give your robot its own number')
     if number.isdecimal() and int(number) <= 101:  # Linux uses the ports of greater ones
         return Diagnosis('ROS_DOMAIN_ID', 'pass', number)
     return Diagnosis('ROS_DOMAIN_ID', 'fail', number, 'set a number from 0 to 101')

@@ -23,7 +23,7 @@ from .command import (
 from .output import print_failure, print_json
 
 if TYPE_CHECKING:
-    from mlmem_ros.contract.answers import Answer, Calibrated, Decoded, Done, Recorded, SelfTested
+    from mlmem_ros.contract.answers import Answer, Calibrated, Decoded, SelfTested
     from mlmem_ros.ros.client.client import MemoryClient
     from mlmem_ros.ros.client.reply import Reply
 
@@ -98,18 +98,6 @@ def _format_decoded(answer: Decoded) -> str:
     )
 
 
-def _format_written(answer: Decoded) -> str:
-    return f'wrote {_format_decoded(answer)}'
-
-
-def _format_stopped(answer: Done) -> str:
-    return f'stopped; the strain is at zero after {answer.ticks} ticks'
-
-
-def _format_kicked(answer: Done) -> str:
-    return f'kicked in {answer.ticks} ticks; what rests now is not known until a read'
-
-
 def _format_calibrated(answer: Calibrated) -> str:
     """Return the content as a line, and measured delays as a table: levels by ends."""
     if answer.delays is None:
@@ -132,10 +120,6 @@ def _format_tested(answer: SelfTested) -> str:
     )
 
 
-def _format_recorded(answer: Recorded) -> str:
-    return f'{"recording into" if answer.recording else "recorded"} {answer.path}'
-
-
 def _format_found(answer: Decoded) -> str:
     """Return a decoded content, and whatever else was measured, one line each."""
     from mlmem_ros.contract.answers import Decoded
@@ -147,11 +131,13 @@ def _format_found(answer: Decoded) -> str:
 
 
 ANSWER_FORMATTERS: dict[str, Callable[[Any], str]] = {
-    'abort': _format_stopped,
+    'abort': lambda answer: f'stopped; the strain is at zero after {answer.ticks} ticks',
     'calibrate': _format_calibrated,
-    'kick': _format_kicked,
+    'kick': lambda answer: (
+        f'kicked in {answer.ticks} ticks; what rests now is not known until a read'
+    ),
     'self_test': _format_tested,
-    'write': _format_written,
+    'write': lambda answer: f'wrote {_format_decoded(answer)}',
 }
 """How answers are put into words, by procedure; others by `_format_found`."""
 
@@ -234,7 +220,7 @@ COMMANDS['record'] = _build_request_command(
     'make a running node start or end recording a session',
     # a node that only begins, and compiles, answers late
     lambda client, given: client.record(not given.stop, given.path or '', math.inf),
-    _format_recorded,
+    lambda answer: f'{"recording into" if answer.recording else "recorded"} {answer.path}',
     declare_option('path', nargs='?', help="path of the bag, below the node's `files.root`"),
     declare_option('--stop', action='store_true', help='end the recording'),
     more="""\

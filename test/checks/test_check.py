@@ -34,6 +34,7 @@ from mlmem_tools.checks.concern import Subject, sample_levels
 from mlmem_tools.checks.echoes import forecast_echo
 from mlmem_tools.checks.launch import simulate_launch
 from mlmem_tools.cli.main import main
+from mlmem_tools.json_values import to_json_value
 
 
 @pytest.fixture(scope='module')
@@ -91,7 +92,7 @@ def test_finding_has_a_text_and_fits_json(case_ii):
     names = [finding.name for finding in findings]
     assert len(names) == len(set(names))
     assert all(finding.text for finding in findings)
-    text = json.dumps([finding.as_dict() for finding in findings], allow_nan=False)
+    text = json.dumps(to_json_value(findings), allow_nan=False)
     assert 'peierls_nabarro' in text
 
 
