@@ -11,11 +11,11 @@ import pytest
 from small_register import first_levels
 
 from mlmem import UNDECODABLE, Settings, load_element
-from mlmem.physics import CASE_II, Scatter
+from mlmem.physics import CASE_II
 from mlmem_lab.results import load_result
 from mlmem_lab.studies.tolerance import curve, element
 from mlmem_lab.studies.tolerance.curve import count_curve, describe_rare_amount, list_rates
-from mlmem_lab.studies.tolerance.element import Chance, evaluate_batch, single_chance, try_element
+from mlmem_lab.studies.tolerance.element import evaluate_batch, try_element
 from mlmem_lab.studies.tolerance.estimate import (
     ENOUGH_FAILURES,
     RARE_RATE,
@@ -40,8 +40,8 @@ def try_short(by, seed, what):
 def test_kicks_from_blank_reach_every_level():
     design, settings = load_element('kick_2').design_and_settings
     levels = (0, 1, 2, 3)
-    assert try_element(design, settings, Chance(), 0, 'kick', levels) == levels
-    lost = try_element(design, settings, single_chance('alpha', 0.1), 0, 'kick', levels)
+    assert try_element(design, settings, {}, 0, 'kick', levels) == levels
+    lost = try_element(design, settings, {'alpha': 0.1}, 0, 'kick', levels)
     assert lost != levels  # a well of its own in every cell stops walls anywhere
     with pytest.raises(ValueError, match='tried can be kick only where every level has one'):
         list_cases('bits_4', ('alpha',), ('kick',), 10)
@@ -54,10 +54,10 @@ def test_words_are_kicked_and_read():
     design, settings = first_levels(4).design_and_settings
     words = (0b0111, 0b1000)
     for what in ('word', 'hear'):
-        assert try_element(design, settings, Chance(), 0, what, words) == words
-    loud = try_element(design, settings, single_chance('gain', 0.2), 0, 'hear', words)
+        assert try_element(design, settings, {}, 0, what, words) == words
+    loud = try_element(design, settings, {'gain': 0.2}, 0, 'hear', words)
     assert loud == (UNDECODABLE,) * 2
-    assert try_element(design, settings, single_chance('k_r', 0.01), 0, 'word', words) != words
+    assert try_element(design, settings, {'k_r': 0.01}, 0, 'word', words) != words
     with pytest.raises(ValueError, match='tried can be word, hear only in a register'):
         list_cases('kick_2', ('alpha',), ('word',), 10)
 
@@ -67,23 +67,20 @@ def test_coarse_cells_hold_the_wall_and_heavy_ones_hide_it():
 
     The left end hears these echoes, and no level is told that it does not confirm.
     """
-    held = [try_short(single_chance('alpha', 0.1), seed, 'step') for seed in range(6)]
+    held = [try_short({'alpha': 0.1}, seed, 'step') for seed in range(6)]
     assert sum(level == (1,) for level in held) <= 3
     for end in ('left', 'right'):
-        heavy = [try_short(single_chance('mass', 0.02), seed, end) for seed in range(6)]
+        heavy = [try_short({'mass': 0.02}, seed, end) for seed in range(6)]
         assert sum(levels != (0, 1) for levels in heavy) >= 4
 
 
-def test_kinds_joined_are_random_at_once():
-    by = single_chance('alpha+depth+noise', 0.02)
-    assert by.scatter == Scatter(alpha=0.02, depth=0.02)
-    assert by.noise == 0.02
+def test_a_kind_that_is_none_is_rejected():
     with pytest.raises(ValueError, match='kinds must be of'):
         list_cases('bits_1', ('alpha+rust',), ('step',), 10)
 
 
 def test_the_seed_makes_the_element():
-    by = single_chance('offset', 0.008)
+    by = {'offset': 0.008}
     found = [try_short(by, seed, 'step') for seed in (1, 1, 2, 3, 4, 5)]
     assert found[0] == found[1]
     assert len(set(found)) >= 2

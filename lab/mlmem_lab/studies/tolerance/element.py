@@ -12,8 +12,7 @@ not spoil the others.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -45,30 +44,6 @@ from ..trace import wall_position
 Row = dict[str, Any]
 """What was counted of an amount: the amount, and the sums of `evaluate_batch`."""
 
-SETTLE_DAMPING_TIMES = 5.0
-"""Damping times after a step: the gradient may still roll the wall to its defect for two."""
-
-
-@dataclass(frozen=True)
-class Chance:
-    """What is random, as standard deviations.
-
-    Attributes:
-        scatter: Of the fabrication.
-        noise: Of the transducers' signals, in cells.
-        vibration: Of the base's acceleration, in lattice constants per time unit squared: drawn
-            anew for every tick of the instrument, and linear between.
-        damping: Of an element's damping, relative.
-        gain: Of the gain of an element's transducers, relative.
-    """
-
-    scatter: Scatter = field(default_factory=Scatter)
-    noise: float = 0.0
-    vibration: float = 0.0
-    damping: float = 0.0
-    gain: float = 0.0
-
-
 STEP_TRIAL, KICK_TRIAL, WORD_TRIAL, READ_TRIAL = 'step', 'kick', 'word', 'hear'
 
 WORD_TRIALS = WORD_TRIAL, READ_TRIAL
@@ -81,27 +56,19 @@ TRIAL_LABELS = {
 with the speed of the ideal one; of many walls, a random word that is kicked into the blank element
 and not verified, or one that rests and is read in one pulse."""
 
-MAX_ARRIVAL_ERROR_CELLS = 1.0
-"""Distance in cells from its rest position in this element within which a wall has arrived. One
-that stops on its way reads as the nearest level, but the next cycle starts at the wrong place."""
-
 GLOBAL_KINDS = 'noise', 'vibration', 'damping', 'gain'
+"""What may be random of the whole, as standard deviations: of the transducers' signals, in cells;
+of the base's acceleration, in lattice constants per time unit squared, drawn anew for every tick
+of the instrument and linear between; of the damping and of the transducers' gain, relative."""
 
 ALL_KINDS = (*(one.name for one in dataclasses.fields(Scatter)), *GLOBAL_KINDS)
-"""Names of what may be random."""
+"""Names of what may be random: the scatters of the fabrication, and these."""
 
 JOINED_BY = '+'
 """Joins the names of kinds that are random at once, by the same amount: `alpha+k_r+mass`."""
 
 BATCH_TRIALS = 64
 """Trials of a batch: several small elements, or one tried at 64 levels."""
-
-
-def single_chance(kind: str, amount: float) -> Chance:
-    """Return randomness of one kind only, or of several at once (`JOINED_BY`)."""
-    names = kind.split(JOINED_BY)
-    scatter = Scatter(**{name: amount for name in names if name not in GLOBAL_KINDS})
-    return Chance(scatter, **{name: amount for name in names if name in GLOBAL_KINDS})
 
 
 def count_trials(design: Design, tried: str) -> int:
@@ -117,13 +84,19 @@ def count_elements(design: Design, tried: str) -> int:
 
 
 def try_element(
-    design: Design, settings: Settings, by: Chance, seed: int, tried: str, given: Sequence[int]
+    design: Design,
+    settings: Settings,
+    by: Mapping[str, float],
+    seed: int,
+    tried: str,
+    given: Sequence[int],
 ) -> tuple[int, ...]:
     """Make a random element and try its steps up, its kicks, or its reads from an end.
 
     It is read with the calibration of the ideal element.
 
     Args:
+        by: Amounts of what is random, by their kinds.
         seed: Of the element: the same gives the same outcome.
         tried: `STEP_TRIAL`, `KICK_TRIAL`, one of `WORD_TRIALS`, or the end that is read from.
         given: The levels to step from, to kick to or to read, or the words.
@@ -137,18 +110,20 @@ def try_element(
     Raises:
         DesignError: The element cannot be simulated with the step of the ideal one.
     """
-    if tried != STEP_TRIAL and not by.vibration:
+    noise, vibration, damping, gain = (by.get(name, 0.0) for name in GLOBAL_KINDS)
+    if tried != STEP_TRIAL and not vibration:
         # a long tick rounds waits up, and does not change the material
         time = dataclasses.replace(settings.time, tick=100.0)
         settings = dataclasses.replace(settings, time=time)
     element = MemoryElement(design, settings)
-    off = make_generator(seed, Stream.GAIN).standard_normal(2) * (by.damping, by.gain)
-    faults = Faults(sensor_noise=by.noise, sensor_gain=float(1.0 + off[1]), seed=seed % 2**31)
+    off = make_generator(seed, Stream.GAIN).standard_normal(2) * (damping, gain)
+    faults = Faults(sensor_noise=noise, sensor_gain=float(1.0 + off[1]), seed=seed % 2**31)
     element.apply(SetFaults(faults))
-    specimen = scattered(design, by.scatter, seed)
+    scatter = Scatter(**{name: by[name] for name in by.keys() - GLOBAL_KINDS})
+    specimen = scattered(design, scatter, seed)
     specimen = dataclasses.replace(specimen, eta_factor=max(float(1.0 + off[0]), 0.0))
     element.chain.set_specimen(specimen)
-    made = _Made(element, specimen, by.vibration, seed)
+    made = _Made(element, specimen, vibration, seed)
     return tuple(made.outcome(each, tried) for each in given)
 
 
@@ -191,7 +166,8 @@ class _Made:
 
     def _settle(self, move: Procedure[None]) -> None:
         run(self._element, move, self._shake)
-        rest = wait(self._element, SETTLE_DAMPING_TIMES / self._element.design.eta)
+        # the gradient may still roll the wall to its defect for two damping times
+        rest = wait(self._element, 5.0 / self._element.design.eta)
         run(self._element, rest, self._shake)
 
     def _find_moved(self, move: Procedure[None]) -> int:
@@ -204,8 +180,10 @@ class _Made:
             rest = wall_position(design, find_pinned_wall(self._specimen, reached))
         except StateError:
             return UNDECODABLE
-        beside = abs(wall_position(design, configuration) - rest)
-        return reached if beside < MAX_ARRIVAL_ERROR_CELLS else UNDECODABLE
+        # a wall that stops on its way reads as the nearest level, but the next cycle starts at the
+        # wrong place
+        has_arrived = abs(wall_position(design, configuration) - rest) < 1.0
+        return reached if has_arrived else UNDECODABLE
 
     def _is_written(self, move: Procedure[None], levels: Sequence[int]) -> bool:
         self._settle(move)
@@ -241,7 +219,7 @@ def evaluate_batch(
         elements, trials, failures: How many.
         squares: Sum over the elements of the square of the number of their failures.
     """
-    each, by = count_trials(design, tried), single_chance(kind, amount)
+    each, by = count_trials(design, tried), dict.fromkeys(kind.split(JOINED_BY), amount)
     counts = dict.fromkeys(('elements', 'trials', 'failures', 'squares'), 0)
     seeds = np.random.SeedSequence(seed).generate_state(count_elements(design, tried), np.uint64)
     for one in seeds.tolist():
