@@ -24,9 +24,6 @@ from mlmem.physics.jit import compile_kernel, inline_function
 from mlmem.physics.methods.integrator import Cells
 from mlmem.physics.potential import Array
 
-MAX_TIME_STEP = 0.0625
-"""Time units of a step, at most: a carrier of 1.5 is then 1e-3 rad off after 900 time units."""
-
 STAGE_TIMES = (0.0, 0.5, 0.5, 1.0)
 """Times of the stages in a step, as fractions of it."""
 
@@ -47,7 +44,7 @@ class Rk4Element(Driver):
         specimen: Specimen,
         dt: float,
         *,
-        step: float = MAX_TIME_STEP,
+        step: float = 0.0625,
         friction: float = 0.0,
         damping: Array | float = 1.0,
         harmonic: float = 0.0,
@@ -56,7 +53,7 @@ class Rk4Element(Driver):
 
         Args:
             dt: Time between samples, in time units.
-            step: Greatest step in time units.
+            step: Greatest step; by default a carrier of 1.5 is 1e-3 rad off after 900 time units.
             friction: Dry (Coulomb) friction of a cell against the substrate, in k_r cells; it
                 holds a cell at rest against a smaller force.
             damping: Of a cell over the specimen's, shape (N,).

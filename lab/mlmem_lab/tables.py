@@ -28,22 +28,19 @@ def kicks(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-VALIDITY_LABELS = {
-    'friction': 'dry friction of a cell, k_r cells',
-    'relative damping': 'damping of v - V',
-    'end mass': 'mass of the end cells',
-    'softer': 'all cells softer',
-}
-"""Ways of the model to end, as the page calls them."""
-
-
 def validity(result: Mapping[str, Any]) -> Rows:
     """Return the greatest amount of every way at which all was written and read, by preset."""
     trials = _list_trials(result)
     names = [each for each in dict.fromkeys(one['preset'] for one in trials) if 'kick' not in each]
     rows: Rows = [['', *(f'`{name}`' for name in names)]]
-    for way, told in VALIDITY_LABELS.items():
-        row = [told]
+    labels = {
+        'friction': 'dry friction of a cell, k_r cells',
+        'relative damping': 'damping of v - V',
+        'end mass': 'mass of the end cells',
+        'softer': 'all cells softer',
+    }
+    for way, label in labels.items():
+        row = [label]
         for name in names:
             some = [one for one in trials if (one['preset'], one['way']) == (name, way)]
             passed = [one['amount'] for one in some if one['read'] == one['writes']]

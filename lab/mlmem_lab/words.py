@@ -212,8 +212,7 @@ def count_preset(name: str) -> dict[str, Any]:
     element, finer = MemoryElement(load_element(name)), build_device(name, 2)
     kinds = define_troubles(element.design.N, element.settings.register.A)
     # reads of every kind but the healthy ones, and writes as designed, where each takes long
-    reduced_counts = {'register_5': (500, 600)}
-    few, written = reduced_counts.get(name, (READS, 2600))
+    few, written = (500, 600) if name == 'register_5' else (READS, 2600)
     of_reads = {
         what: count_reads(
             finer if what == 'half the time step' else element,

@@ -35,9 +35,6 @@ TITLE = 'ns per site and sub-step compared with C'
 TIME_STEP = 0.25
 """The step of the comparisons."""
 
-NOH_BATHE_COEFFICIENTS = np.array(compute_coefficients(TIME_STEP))
-"""a0 ... a7 of Noh and Bathe's method."""
-
 
 class Runner(NamedTuple):
     """An implementation with its own state."""
@@ -145,7 +142,7 @@ def c_runner(*more_flags: str) -> Runner:
     def advance(steps: int) -> None:
         function(
             steps, n, *state, height, shape, np.zeros(2 * steps),
-            design.eta, design.a, design.b, design.c, NOH_BATHE_COEFFICIENTS,
+            design.eta, design.a, design.b, design.c, np.array(compute_coefficients(TIME_STEP)),
         )  # fmt: skip
 
     return Runner(advance, lambda: u[1:-1])

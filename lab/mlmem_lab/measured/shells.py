@@ -44,10 +44,6 @@ KNOTS, ENDS = 601, (-1.0, 2.0)
 TOUCH, NEAR = 0.3, 0.01
 """Least distance of the table of the magnets, and its step, cm."""
 
-WAVE_TIMEOUT_MS = 200.0
-"""A wave that has reached no further element for so long has stopped, ms: at 8 cm a slower one
-than 0.4 m/s."""
-
 MAX_MAGNET_DISTANCE_CM = 20.0
 """Its greatest distance, cm."""
 
@@ -193,7 +189,8 @@ def _run_chains(laws: Array, numbers: Array, near: Array, dt: float, found: Arra
                         marks[m, j] = t + dt * (level - before) / (u[j] - before)
                         if m == 1 and j > passed:
                             passed, since = j, t
-            if not np.isnan(marks[2, LAST]) or t - since > WAVE_TIMEOUT_MS:
+            # a wave has stopped that is slower than 0.4 m/s at 8 cm
+            if not np.isnan(marks[2, LAST]) or t - since > 200.0:
                 break
         late, early = marks[1, LAST], marks[1, FIRST]
         found[k, 0] = 10.0 * D * (LAST - FIRST) / (late - early)

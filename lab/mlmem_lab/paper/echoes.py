@@ -21,9 +21,6 @@ PAPER_PROBE = ProbeSettings(omega_c=2.0, v_th=7.5e-5, gain_decay=0.0)
 PRINTED_PROBE = ProbeSettings(omega_c=2.4, v_th=7.5e-3, gain_decay=0.0)
 """The paper's detector with the numbers as printed."""
 
-CONVERGED_STEP = 1.0 / 32.0
-"""At which delays have converged: half of it changes none by more than a sample."""
-
 
 def record_echo(
     design: Design,
@@ -31,7 +28,7 @@ def record_echo(
     probe: ProbeSettings,
     end: End = End.LEFT,
     duration: float = 1200.0,
-    dt: float | None = CONVERGED_STEP,
+    dt: float | None = 1.0 / 32.0,
     settle: float = 0.0,
     integrator: Integrator = PEFRL,
 ) -> tuple[Array, float]:
@@ -40,7 +37,8 @@ def record_echo(
     Args:
         v: Its displacements at rest, shape (N,).
         duration: Time from the beginning of the pulse, in time units.
-        dt: Step; None: the chain's own.
+        dt: Step; None: the chain's own. By default delays have converged: half of it changes none
+            by more than a sample.
         settle: Time to come to rest before: an elastic substrate gives way under a wall.
 
     Returns:

@@ -55,9 +55,6 @@ Values = Mapping[str, Any]
 READS_PER_LEVEL = 10
 """Reads of a level, one after the other."""
 
-MAX_FULL_LEVELS = 16
-"""Number of levels up to which every downward write is made; above that a sample."""
-
 
 @dataclass(frozen=True, eq=False)
 class Proof:
@@ -65,8 +62,8 @@ class Proof:
 
     Attributes:
         given: The settings of its instrument, but for the one attempt that a write has here.
-        sample: Most downward writes to make; by default all, or above `MAX_FULL_LEVELS` levels as
-            many as levels. Every level is erased, and read.
+        sample: Most downward writes to make; by default all, or above 16 levels as many as levels.
+            Every level is erased, and read.
         element: An element of the design with its pulses; None for one exactly as designed.
     """
 
@@ -136,7 +133,7 @@ class Proof:
         """Return the runs: kind, the level begun at and the level asked for (-1 for blank)."""
         p = self.design.levels
         downs = [(start, goal) for start in range(p) for goal in range(start)]
-        if p > MAX_FULL_LEVELS or self.sample is not None:
+        if p > 16 or self.sample is not None:
             downs = self._sample_runs(downs, p if self.sample is None else self.sample)
         return [
             {'kind': 'upward', 'start': -1, 'goal': p - 1},

@@ -31,6 +31,9 @@ from mlmem_tools.rig.emulated import Sensors
 
 from ..rk4 import Rk4Element
 
+TRANSDUCER_NOISE_CELLS = 1e-5
+"""Standard deviation of a sample, in cells."""
+
 
 class SensedSimulation(Simulation):
     """The package's own simulation, with sensors.

@@ -25,11 +25,7 @@ from mlmem_tools.identification.fitted import ADDED_TERMS, has_term
 from mlmem_tools.rig.emulated import Sensors
 
 from ..rk4 import Rk4Element
-from .sensed import HiddenElement, perform_command
-
-TRANSDUCER_NOISE_CELLS = 1e-5
-"""Of the transducers, in cells."""
-
+from .sensed import TRANSDUCER_NOISE_CELLS, HiddenElement, perform_command
 
 SAMPLE_PERIOD = 0.25
 """Time units between two samples of a transducer."""

@@ -16,6 +16,7 @@ from mlmem_tools.identification.watching import Comparison, Residuals, locate_wa
 from mlmem_tools.rig.emulated import Sensors
 
 from .sensed import (
+    TRANSDUCER_NOISE_CELLS,
     SensedSimulation,
     build_device,
     fit_specimen,
@@ -23,9 +24,6 @@ from .sensed import (
     make_specimen,
     perform_command,
 )
-
-TRANSDUCER_NOISE_CELLS = 1e-5
-"""Of the transducers, in cells."""
 
 HEALTHY_READS = 280
 """Healthy reads of an element, every tenth by a write."""
@@ -50,12 +48,6 @@ CHANGE_KINDS: dict[str, dict[str, Any]] = {
     'a grip that slips': {'missed_cycle': 1.0},
 }
 """Faults by what they are; a cell is drawn."""
-
-REPORTED_NAMES = {
-    'weak_factor': 'cell', 'stuck_cell': 'cell', 'damping_factor': 'eta',
-    'actuator_offset': 'strain',
-}  # fmt: skip
-"""What a twin should name, by the fault."""
 
 
 class WatchedElement:
@@ -108,13 +100,12 @@ class WatchedElement:
             end = int(gains[1] != 1.0)
             return ('gain_left', 'gain_right')[end], gains[end] - 1.0
         [(name, value)] = faults.items()
-        if name == 'weak_factor':
-            faults['weak_cell'] = site
-        elif name == 'stuck_cell':
-            faults['stuck_cell'] = site
+        if cell := {'weak_factor': 'weak_cell', 'stuck_cell': 'stuck_cell'}.get(name):
+            faults[cell] = site
         self.element.apply(SetFaults(Faults(sensor_noise=TRANSDUCER_NOISE_CELLS, **faults)))
         amount = value if name == 'actuator_offset' else value - 1.0
-        return REPORTED_NAMES.get(name, ''), float(amount)
+        other = {'damping_factor': 'eta', 'actuator_offset': 'strain'}.get(name, '')
+        return 'cell' if cell else other, float(amount)
 
 
 def watch_healthy(preset: str, scatter: float, seed: int) -> dict[str, Any]:

@@ -19,9 +19,6 @@ from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure('3a', 'Fig. 3a: wavenumbers of both phases', seconds=1)
 
-CARRIER_FREQUENCIES = (PAPER_PROBE.omega_c, Settings().probe.omega_c, PRINTED_PROBE.omega_c)
-"""Our reading of the paper's carrier, that of our device, and the printed one."""
-
 
 @FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
@@ -34,7 +31,8 @@ def compute_data(quality: Quality) -> Data:
         'kappa_R': kappa.real,
         'kappa_I': kappa.imag,
         'bands': [pass_band(k) for k in stiffness],
-        'carriers': CARRIER_FREQUENCIES,
+        # our reading of the paper's carrier, that of our device, and the printed one
+        'carriers': [each.omega_c for each in (PAPER_PROBE, Settings().probe, PRINTED_PROBE)],
         # Smallest d at which the bands would not overlap: k_s2 = k_s1 + 4.
         'd_disjoint': 4.0 / ((stiffness[1] - stiffness[0]) / CASE_II.d),
     }

@@ -22,13 +22,6 @@ from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure('4b', 'Fig. 4b: echo delay by level', seconds=1)
 
-DELAY_READERS: dict[str, tuple[End, ProbeSettings]] = {
-    'paper': (End.LEFT, PAPER_PROBE),
-    'left': (End.LEFT, Settings().probe),
-    'right': (End.RIGHT, Settings().probe_right),
-}
-"""The paper's plain threshold (our reading of it), and the device's two ends."""
-
 
 @FIGURE.register_data
 def compute_data(quality: Quality) -> Data:
@@ -37,7 +30,12 @@ def compute_data(quality: Quality) -> Data:
     levels = range(0, design.levels, quality.pick(3, 1))
     data: Data = {'levels': np.array(levels)}
     data['codes'] = np.array([design.code(level) for level in levels])
-    for name, (end, probe) in DELAY_READERS.items():
+    # the paper's plain threshold (our reading of it), and the device's two ends
+    for name, end, probe in (
+        ('paper', End.LEFT, PAPER_PROBE),
+        ('left', End.LEFT, Settings().probe),
+        ('right', End.RIGHT, Settings().probe_right),
+    ):
         delays, peaks = [], []
         for level in levels:
             echo = probe_element(
