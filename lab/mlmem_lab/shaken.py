@@ -32,7 +32,7 @@ from .study import Study, sum_counts
 
 RANDOM_SEED = 1
 
-READS = 200
+READS_PER_CASE = 200
 """Of every case."""
 
 STANDARD_GRAVITY = 9.81
@@ -120,7 +120,7 @@ def _slam_pulses(random: np.random.Generator) -> Iterator[float]:
         yield float(random.choice((-1.0, 1.0)) if slam else 1e-4 * random.standard_normal())
 
 
-COUNTED = ('reads', 'moved', 'undecodable', 'wrong', 'blocks')
+COUNTED_NAMES = ('reads', 'moved', 'undecodable', 'wrong', 'blocks')
 """Reads that were counted; that were not because the wall had moved; that gave no level; that gave
 another one. Rows of reads; those of a row depend on each other."""
 
@@ -139,7 +139,7 @@ def count_block(
     The end is 'left', 'right' or 'both', and the seed of all random numbers.
 
     Returns:
-        `COUNTED`, `wrong blocks` and the `ticks` of all reads.
+        `COUNTED_NAMES`, `wrong blocks` and the `ticks` of all reads.
     """
     element = MemoryElement(design, settings)
     element.chain.place(find_pinned_wall(Specimen(design), level))
@@ -173,7 +173,7 @@ def _advance_tick(element: MemoryElement, acceleration: float) -> list[Event]:
     return element.advance()
 
 
-CASES = {f'{end}, {shaking}': (end, shaking) for end, shaking in (
+STUDIED_CASES = {f'{end}, {shaking}': (end, shaking) for end, shaking in (
     *(('left', Shaking('white', g)) for g in (1.0, 1.5, 18.0, 22.0)),
     *(('left', Shaking('sine', g, hz)) for g, hz in (
         (30.0, 16.0), (22.0, 95.0), (11.0, 110.0), (2.5, 125.0), (12.0, 125.0), (12.0, 229.0),
@@ -197,23 +197,23 @@ CASES = {f'{end}, {shaking}': (end, shaking) for end, shaking in (
 def count_reads(case: str) -> dict[str, Any]:
     """Return how reads of `case_2` at random levels ended."""
     design, settings = load_element('case_2').design_and_settings
-    end, shaking = CASES[case]
-    random = np.random.default_rng(RANDOM_SEED + 1000 * [*CASES].index(case))
+    end, shaking = STUDIED_CASES[case]
+    random = np.random.default_rng(RANDOM_SEED + 1000 * [*STUDIED_CASES].index(case))
     counts = Counter[str]()
-    while counts['reads'] + counts['moved'] < READS:
+    while counts['reads'] + counts['moved'] < READS_PER_CASE:
         level, seed = int(random.integers(design.levels)), int(random.integers(2**31))
         counts.update(count_block(design, settings, shaking, end, level, 20, seed))
     wrong = Rate(counts['wrong blocks'], counts['blocks']).interval if counts['blocks'] else None
-    return {key: counts[key] for key in COUNTED} | {
+    return {key: counts[key] for key in COUNTED_NAMES} | {
         'wrong blocks, at most (95 %)': wrong and wrong[1],
         'ticks': counts['ticks'] / counts['reads'] if counts['reads'] else None,
     }
 
 
-STUDY = Study(
+SHAKEN_STUDY = Study(
     'shaken',
     count_reads,
-    tuple(CASES),
+    tuple(STUDIED_CASES),
     ('lab/mlmem_lab/shaken.py',),
     RANDOM_SEED,
     lambda presets: {'all': sum_counts(presets.values())},

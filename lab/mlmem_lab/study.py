@@ -35,27 +35,27 @@ from . import results
 Result = TypeVar('Result')
 
 STUDY_PLACES = {
-    'astray': 'windows.astray:STUDY',
-    'bad_cells': 'reads.bad_cells:STUDY',
+    'astray': 'windows.astray:ASTRAY_STUDY',
+    'bad_cells': 'reads.bad_cells:BAD_CELLS_STUDY',
     'curves': 'measured.study:CURVES_STUDY',
-    'forecasts': 'forecasts:STUDY',
-    'kicks': 'windows.kicks:STUDY',
+    'forecasts': 'forecasts:FORECASTS_STUDY',
+    'kicks': 'windows.kicks:KICKS_STUDY',
     'one_wire': 'one_wire:STUDY',
-    'proofs': 'studies.proof:STUDY',
-    'reads': 'reads.count:STUDY',
+    'proofs': 'studies.proof:PROOFS_STUDY',
+    'reads': 'reads.count:READS_STUDY',
     'robust_reads': 'robust_reads:STUDY',
     'robust_words': 'words:ROBUST_STUDY',
     'robust_writes': 'robust_writes:STUDY',
     'robust_losses': 'robust_losses:STUDY',
-    'shaken': 'shaken:STUDY',
-    'times': 'times:STUDY',
-    'tolerance': 'studies.tolerance.study:STUDY',
+    'shaken': 'shaken:SHAKEN_STUDY',
+    'times': 'times:TIMES_STUDY',
+    'tolerance': 'studies.tolerance.study:TOLERANCE_STUDY',
     'twin_alarms': 'twins.study:ALARMS_STUDY',
     'twin_changes': 'twins.study:CHANGES_STUDY',
     'twin_fits': 'twins.study:FITS_STUDY',
     'unseen': 'measured.study:UNSEEN_STUDY',
-    'validity': 'validity:STUDY',
-    'words': 'words:STUDY',
+    'validity': 'validity:VALIDITY_STUDY',
+    'words': 'words:WORDS_STUDY',
 }
 """Module and name of every study, by its own name, which is that of its result file."""
 

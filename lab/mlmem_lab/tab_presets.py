@@ -39,7 +39,6 @@ SHOWN_PRESETS = {
 }
 """The presets of the page, and what it says of them."""
 
-
 Event = dict[str, Any]
 """A move of the actuator or of an end, and the time `at` which it begins."""
 

@@ -92,4 +92,6 @@ def _summarise_times(times: Iterable[float]) -> dict[str, float]:
     }
 
 
-STUDY = Study('times', measure_times, STRAINED_PRESETS, ('lab/mlmem_lab/times.py',), RANDOM_SEED)
+TIMES_STUDY = Study(
+    'times', measure_times, STRAINED_PRESETS, ('lab/mlmem_lab/times.py',), RANDOM_SEED
+)

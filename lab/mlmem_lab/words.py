@@ -29,7 +29,7 @@ from mlmem.readers.words import make_code
 from .reads.count import READS_PER_MOVE, build_device, true_level
 from .study import Study, sum_counts
 
-SEED = 1
+RANDOM_SEED = 1
 
 READS, SPECIMENS = 2000, 10
 """Reads of every kind, and elements that are written."""
@@ -208,7 +208,7 @@ def make_specimens(name: str, scatter: Scatter) -> Iterator[MemoryElement]:
 
 def count_preset(name: str) -> dict[str, Any]:
     """Return the counts of a preset, by fault and by scatter."""
-    random = np.random.Generator(np.random.PCG64(SEED))
+    random = np.random.Generator(np.random.PCG64(RANDOM_SEED))
     element, finer = MemoryElement(load_element(name)), build_device(name, 2)
     kinds = define_troubles(element.design.N, element.settings.register.A)
     # reads of every kind but the healthy ones, and writes as designed, where each takes long
@@ -229,7 +229,7 @@ def count_preset(name: str) -> dict[str, Any]:
         what = f'{kind} scattered by {size:g}'
         elements = make_specimens(name, Scatter(**{kind: size}))
         of_writes[what] = count_writes(elements, random, 20)
-    apart = np.random.Generator(np.random.PCG64([SEED, 1]))
+    apart = np.random.Generator(np.random.PCG64([RANDOM_SEED, 1]))
     of_reads['a wall between two levels'] = count_reads_between(build_device(name), apart, 500)
     return {'reads': of_reads, 'writes': of_writes}
 
@@ -253,12 +253,12 @@ def count_robust_writes(name: str) -> dict[str, Any]:
     return found
 
 
-STUDY = Study(
+WORDS_STUDY = Study(
     'words',
     count_preset,
     ('byte', 'register_4', 'register_5'),
     ('lab/mlmem_lab/words.py', 'lab/mlmem_lab/reads/count.py'),
-    SEED,
+    RANDOM_SEED,
     sum_presets,
 )
 

@@ -57,7 +57,6 @@ def declare_tasks(**commands: Command) -> Option:
 
 NODE_OPTION = declare_option('--node', default='mlmem', help='name of the memory node')
 
-
 JOBS_OPTION = declare_option(
     '--jobs', type=int, metavar='N', help='parallel processes; default: one per core'
 )

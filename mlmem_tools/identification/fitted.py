@@ -210,11 +210,9 @@ LINE_TERMS = ('latency', 'drift')
 ADDED_TERMS = (*LINE_TERMS, 'masses', 'offsets', 'springs', 'damping')
 """Those that can be added to it."""
 
-
 MIN_BAND_MISFIT = 1.2
 """Misfit per datum at the frequencies of the echoes from which a missing term is sought, however
 uncertain it is."""
-
 
 MIN_EVIDENCE_GAIN = 10.0
 """Least gain of twice the logarithm of the evidence for which a term is added."""

@@ -33,7 +33,6 @@ from .unknowns import SHARED_UNKNOWNS, Unknowns, skew_law
 INTERPOLATION_NODES = 8
 """Neighbours between which a waveform is interpolated."""
 
-
 Waveforms = TypeVar('Waveforms', Array, tangent.Single)
 
 

@@ -32,7 +32,6 @@ damping, the time unit of the instrument in true ones, s_max / s_min, j_0; and t
 zero, gain as a sensor, gain as a driver, and by how much time units of the instrument each is late
 as a sensor and as a driver."""
 
-
 CELL_TERMS = {'masses': 'mass', 'offsets': 'offset', 'springs': 'k_r', 'damping': 'damping'}
 """Terms of a model that have a value for every cell, or spring between two, in the order of the
 vector; and the field of `Prior` with their standard deviation."""

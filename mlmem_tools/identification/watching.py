@@ -190,7 +190,6 @@ ZERO_DRIFT_CELLS = 1e-3
 MIN_AGREEING_READS = 2
 """Reads in a row that must agree before a change is told."""
 
-
 MAX_UNEXPLAINED_RESIDUAL = 8.0
 """Residual, over that of noise and fit, from which one that no change explains is told: waves that
 are left of a write give more in a single read only."""

@@ -41,7 +41,7 @@ class Figure(NamedTuple):
     goal: str = ''
 
 
-FIGURES = {
+NODE_FIGURES = {
     'share': Figure('processor at rest, nobody listens, % of a core', 'at most 1'),
     'streams': Figure(
         'processor at rest, somebody listens to the streams, % of a core', 'at most 3'
@@ -65,7 +65,7 @@ def run(repeats: int) -> ResultTable:
     with NodeProcess():  # fills the cache of compiled loops
         pass
     found = [measure_node() for _ in range(count)]
-    rows = [build_row(key, [each[key] for each in found], load) for key in FIGURES]
+    rows = [build_row(key, [each[key] for each in found], load) for key in NODE_FIGURES]
     caption = f'{count} nodes; load average before: {load:.2f}'
     return ResultTable('The node at its defaults', caption, rows)
 
@@ -74,7 +74,7 @@ def build_row(key: str, values: Sequence[float], load: float) -> dict[str, str]:
     """Return the row of a figure from its values, and the load average before."""
     mark = ' (busy)' if load > 0.2 else ''
     value = format_number(median(values)) + mark
-    return {'figure': FIGURES[key].name, 'goal': FIGURES[key].goal, 'value': value}
+    return {'figure': NODE_FIGURES[key].name, 'goal': NODE_FIGURES[key].goal, 'value': value}
 
 
 def measure_node() -> dict[str, float]:

@@ -34,7 +34,7 @@ TRIAL_SCATTER = 2.5
 SPEEDS_PER_LEVEL, FINE_SPEEDS = 10, 40
 """Speeds per level in a trial, and where speeds are chosen."""
 
-WINDOWS = (5, 3, 8, 12)
+SPEED_WINDOWS = (5, 3, 8, 12)
 """Numbers of neighbouring speeds that should lead to one level."""
 
 SETTLE_TIME = 400.0
@@ -154,7 +154,8 @@ def try_candidate(request: Request, values: Sequence[float]) -> float:
     ends = np.empty(len(speeds), dtype=np.int64)
     for k, row in enumerate(found):
         ends[k::count] = row
-    shares = np.mean([_best_shares(ends, request.levels, width) for width in WINDOWS], axis=0)
+    each = [_best_shares(ends, request.levels, width) for width in SPEED_WINDOWS]
+    shares = np.mean(each, axis=0)
     return float(1.0 - shares.mean() + 0.1 * (1.0 - shares.min()))
 
 
@@ -218,7 +219,7 @@ def choose_speeds(
     """
     design, settings = build_candidate(request, values)
     speeds = list_speeds(settings, FINE_SPEEDS * request.levels)
-    smooth = np.full(WINDOWS[0], 1.0 / WINDOWS[0])
+    smooth = np.full(SPEED_WINDOWS[0], 1.0 / SPEED_WINDOWS[0])
     shares = np.array([
         np.convolve((np.array(ends) == level).mean(axis=0), smooth, 'same')
         for level in range(request.levels)

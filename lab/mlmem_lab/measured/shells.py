@@ -37,7 +37,6 @@ FAR_REPULSION = {6.0: 0.0420, 7.0: 0.0232, 8.0: 0.0134}
 """Repulsion of the magnets at the spacings in use, 10 N: what was measured there of a longer
 travel than the file has."""
 
-
 KNOTS, ENDS = 601, (-1.0, 2.0)
 """Of the table of a law, over the place of the second well."""
 

@@ -24,7 +24,6 @@ DATA_ATTRIBUTION = (
     'Daraio-lab/Neel-PRL, CC BY 4.0'
 )
 
-
 SEED = 1
 
 

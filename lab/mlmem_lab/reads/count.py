@@ -55,7 +55,7 @@ READ_OUTCOMES = ('right', 'wrong', 'undecodable', 'no level')
 WRITE_OUTCOMES = ('written', 'written wrong', 'not written')
 """How a write may end."""
 
-COUNTED = (
+COUNTED_NAMES = (
     *READ_OUTCOMES, 'rows', 'wrong rows', *WRITE_OUTCOMES, 'second attempts', 'lost by hand',
 )  # fmt: skip
 """What is counted: `rows` of reads, of which those of a row depend on each other and count as one;
@@ -67,8 +67,8 @@ def describe_counts(found: Counter[str]) -> dict[str, Any]:
     """Return counts for a result file, with the upper end of the share of wrong rows, and the
     commonest reasons.
     """
-    counts = {name: found[name] for name in COUNTED}
-    reasons = Counter({text: times for text, times in found.items() if text not in COUNTED})
+    counts = {name: found[name] for name in COUNTED_NAMES}
+    reasons = Counter({text: times for text, times in found.items() if text not in COUNTED_NAMES})
     most = Rate(counts['wrong rows'], counts['rows']).interval[1] if counts['rows'] else None
     return {
         'reads': sum(counts[name] for name in READ_OUTCOMES),
@@ -195,7 +195,7 @@ def sum_presets(presets: Mapping[str, Any]) -> dict[str, Any]:
     def sum_kinds(*kinds: str) -> dict[str, Any]:
         found = Counter[str]()
         for part in (counts[kind] for counts in presets.values() for kind in kinds):
-            found.update({name: part[name] for name in COUNTED} | part['reasons'])
+            found.update({name: part[name] for name in COUNTED_NAMES} | part['reasons'])
         return describe_counts(found)
 
     return {
@@ -204,7 +204,7 @@ def sum_presets(presets: Mapping[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-STUDY = Study(
+READS_STUDY = Study(
     'reads',
     count_element,
     (*STRAINED_PRESETS, 'byte'),

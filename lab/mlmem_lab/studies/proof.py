@@ -51,7 +51,6 @@ from ..study import Study
 Values = Mapping[str, Any]
 """Numbers and strings by name: what JSON can hold."""
 
-
 READS_PER_LEVEL = 10
 """Reads of a level, one after the other."""
 
@@ -294,7 +293,7 @@ def prove_preset(name: str) -> dict[str, str]:
     )
 
 
-STUDY = Study(
+PROOFS_STUDY = Study(
     'proofs',
     prove_preset,
     ('case_2', 'bits_1', 'bits_2', 'bits_4'),

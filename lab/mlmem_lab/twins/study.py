@@ -55,7 +55,7 @@ def count_changes(change: str) -> dict[str, Any]:
     return {**summarise_changed(rows), 'rows': rows}
 
 
-MODULES = ('mlmem_tools/identification', 'lab/mlmem_lab/twins')
+STUDIED_MODULES = ('mlmem_tools/identification', 'lab/mlmem_lab/twins')
 
 FITS_STUDY = Study(
     'twin_fits',
@@ -63,8 +63,8 @@ FITS_STUDY = Study(
     tuple(
         f'{preset}, {kind}' for preset in ('bits_1', 'bits_4', 'case_2') for kind in HIDDEN_KINDS
     ),
-    (*MODULES, 'lab/mlmem_lab/rk4.py'),
+    (*STUDIED_MODULES, 'lab/mlmem_lab/rk4.py'),
     FIRST_FIT_SEED,
 )
-ALARMS_STUDY = Study('twin_alarms', count_alarms, (WATCHED_PRESET,), MODULES, 0)
-CHANGES_STUDY = Study('twin_changes', count_changes, tuple(CHANGE_KINDS), MODULES, 0)
+ALARMS_STUDY = Study('twin_alarms', count_alarms, (WATCHED_PRESET,), STUDIED_MODULES, 0)
+CHANGES_STUDY = Study('twin_changes', count_changes, tuple(CHANGE_KINDS), STUDIED_MODULES, 0)

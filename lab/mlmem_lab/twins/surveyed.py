@@ -30,7 +30,6 @@ from .sensed import TRANSDUCER_NOISE_CELLS, HiddenElement, perform_command
 SAMPLE_PERIOD = 0.25
 """Time units between two samples of a transducer."""
 
-
 ALPHA_KIND = 'alpha'
 """The kind of element of which nothing else than alpha scatters."""
 

@@ -31,7 +31,6 @@ HEALTHY_READS = 280
 SETTLE_DAMPING_TIMES = 10.0
 """Damping times before a read: only if the element was at rest is a read compared."""
 
-
 MAX_RELATIVE_ERROR = 0.5
 """A change counts as found if what is told of it is off by at most this fraction."""
 

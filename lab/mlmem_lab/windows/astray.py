@@ -23,7 +23,7 @@ from ..studies import style
 from ..studies.tolerance.estimate import pool_failures
 from ..study import Study
 
-SEED = 4000
+RANDOM_SEED = 4000
 
 ELEMENT_COUNT = 40
 """Elements at every scatter; each has a kick to every level."""
@@ -31,7 +31,7 @@ ELEMENT_COUNT = 40
 MIN_SHOWN_SHARE = 1e-3
 """Lower edge of the figure."""
 
-CASES = {
+STUDIED_CASES = {
     'case_2': "the paper's cells, 8 levels",
     'kick_2': 'nine cells, 4 levels',
     'robust_2': 'robust, 4 levels',
@@ -47,7 +47,7 @@ def count_astray(
 
     `squares` is the sum of the square of the number of an element's failures.
     """
-    speeds = dict.fromkeys(range(SEED, SEED + elements), settings.kick.wall_speeds)
+    speeds = dict.fromkeys(range(RANDOM_SEED, RANDOM_SEED + elements), settings.kick.wall_speeds)
     rest = max(5.0 / design.eta, settings.kick.settle)  # at least five damping times
     ends = np.array(find_scattered_ends(design, settings, scatter, speeds, rest))
     missed = (ends != np.arange(design.levels)).sum(axis=1)
@@ -71,7 +71,7 @@ def draw_shares(result: Mapping[str, Any]) -> Any:
     figure = style.new_figure(3.4)
     axes = style.axes_grid(figure)[0, 0]
     colours = style.INACTIVE_COLOUR, style.MARK_COLOUR, style.TENSION_COLOUR, style.ACTIVE_COLOUR
-    for (name, label), colour, mark in zip(CASES.items(), colours, 'os^v', strict=True):
+    for (name, label), colour, mark in zip(STUDIED_CASES.items(), colours, 'os^v', strict=True):
         rows = result['cases'][name]
         scatters = np.array([float(scatter) for scatter in rows])
         rates = [
@@ -101,11 +101,11 @@ def draw_shares(result: Mapping[str, Any]) -> Any:
     return figure
 
 
-STUDY = Study(
+ASTRAY_STUDY = Study(
     'astray',
     measure_preset,
-    tuple(CASES),
+    tuple(STUDIED_CASES),
     ('lab/mlmem_lab/windows/astray.py', 'mlmem_tools/identification/kick_search.py'),
-    SEED,
+    RANDOM_SEED,
     draw=draw_shares,
 )

@@ -32,7 +32,7 @@ from mlmem_tools.identification.kick_search import (
 from ..studies import style
 from ..study import Study
 
-SEED = 0
+RANDOM_SEED = 0
 
 
 def measure_kicks(name: str) -> dict[str, Any]:
@@ -60,7 +60,7 @@ def measure_kicks(name: str) -> dict[str, Any]:
         'ends': ends,
         'levels': levels,
         'erased': {'speeds': speeds.round(5), 'shares': shares},
-        'written': count_writes(name, 2000, SEED),
+        'written': count_writes(name, 2000, RANDOM_SEED),
     }
 
 
@@ -114,11 +114,11 @@ def draw_kicks(result: Mapping[str, Any]) -> Any:
     return figure
 
 
-STUDY = Study(
+KICKS_STUDY = Study(
     'kicks',
     measure_kicks,
     ('kick_2', 'case_2', 'kick_4'),
     ('lab/mlmem_lab/windows/kicks.py', 'mlmem_tools/identification/kick_search.py'),
-    SEED,
+    RANDOM_SEED,
     draw=draw_kicks,
 )

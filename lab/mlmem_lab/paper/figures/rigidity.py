@@ -22,7 +22,6 @@ FIGURE = Figure('rigidity', 'How stiff the substrate has to be', seconds=10)
 SAMPLE_PERIOD = 10.0
 """Time between looks."""
 
-
 SETTLE_TIME = 4000.0
 """Time in which the substrate gives way under the wall and comes to rest: exp(-8) is left."""
 

@@ -56,7 +56,7 @@ def tolerance(arguments: argparse.Namespace) -> int:
     from ...results import load_kept, load_result
     from .draw import draw_rates
     from .element import ALL_KINDS, TRIAL_LABELS
-    from .study import STUDY, list_cases
+    from .study import TOLERANCE_STUDY, list_cases
 
     console = create_console(aside=arguments.json)
     kinds, trials = arguments.kinds or ALL_KINDS, arguments.tried or ('step', 'left', 'right')
@@ -65,12 +65,13 @@ def tolerance(arguments: argparse.Namespace) -> int:
     except ValueError as error:
         return print_failure('tolerance', error, 2)
     element = Path(arguments.design)
+    own_file = [str(element.resolve())] if element.exists() else []
     file = arguments.output or Path('tolerance', f'{element.stem}.json')
     try:
         study = replace(
-            STUDY,
+            TOLERANCE_STUDY,
             cases=tuple(dict.fromkeys([*load_kept(file).get('cases', {}), *cases])),
-            modules=(*STUDY.modules, *([str(element.resolve())] if element.exists() else ())),
+            modules=(*TOLERANCE_STUDY.modules, *own_file),
             file=file,
             draw=partial(draw_rates, cases=cases),
         )

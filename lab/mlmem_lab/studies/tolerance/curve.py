@@ -75,7 +75,7 @@ def count_missing_trials(rate: Rate | None, most: int) -> int:
     return max(1, min(likely, rate.trials, most - rate.trials))
 
 
-SEED = 0
+RANDOM_SEED = 0
 
 MIN_AMOUNT = 1e-8
 """Least amount of scatter, noise or vibration studied."""
@@ -111,7 +111,7 @@ def count_curve(design: Design, settings: Settings, kind: str, tried: str, most:
         done = rate.trials // (each * elements) if rate else 0
         more = math.ceil(count_missing_trials(rate, most) / (each * elements))
         for number in range(done, done + more):
-            entropy = [SEED, *f'{kind} {tried} {amount:g} {number:05}'.encode()]
+            entropy = [RANDOM_SEED, *f'{kind} {tried} {amount:g} {number:05}'.encode()]
             state = np.random.SeedSequence(entropy).generate_state(1, np.uint64)
             seed = int(state[0] >> np.uint64(1))
             found = evaluate_batch(design, settings, kind, tried, amount, seed)
@@ -138,7 +138,7 @@ def describe_rare_amount(rows: Sequence[Row]) -> tuple[tuple[float, float, float
         None if the counts determine none; the text then says what was counted.
     """
     amounts, rates = list_rates(rows)
-    if (found := rare_scatter(amounts, rates, seed=SEED)) is not None:
+    if (found := rare_scatter(amounts, rates, seed=RANDOM_SEED)) is not None:
         return found, f'{found[0]:.2g} ({found[1]:.2g} to {found[2]:.2g})'
     failing = next((i for i, rate in enumerate(rates) if rate.failures), len(rates))
     words = []

@@ -15,7 +15,7 @@ from typing import Any
 from mlmem import load_element
 
 from ...study import Study
-from .curve import SEED, count_curve, describe_rare_amount
+from .curve import RANDOM_SEED, count_curve, describe_rare_amount
 from .draw import draw_rates
 from .element import ALL_KINDS, JOINED_BY, KICK_TRIAL, TRIAL_LABELS, WORD_TRIALS
 
@@ -32,7 +32,7 @@ STUDIED_KINDS = {
 }
 """What is random, by element, what is tried, and the most trials of an amount."""
 
-CASES = tuple(
+STUDIED_CASES = tuple(
     f'{element} {kind} {tried} {most}'
     for (element, tried, most), kinds in STUDIED_KINDS.items()
     for kind in kinds.split()
@@ -78,16 +78,16 @@ def count_case(case: str) -> dict[str, Any]:
     return {'amount': amount, 'text': text, 'rows': rows}
 
 
-STUDY = Study(
+TOLERANCE_STUDY = Study(
     'tolerance',
     count_case,
-    CASES,
+    STUDIED_CASES,
     tuple(
         f'lab/mlmem_lab/studies/tolerance/{name}.py' for name in ('curve', 'element', 'estimate')
     ),
-    SEED,
+    RANDOM_SEED,
     draw=partial(
         draw_rates,
-        cases=[case for case in CASES if case.startswith('case_2 ') and ' step ' in case],
+        cases=[case for case in STUDIED_CASES if case.startswith('case_2 ') and ' step ' in case],
     ),
 )
