@@ -72,7 +72,9 @@ PICTURED_STREAMS = ('field', 'wall', 'joint_states')
 
 
 class Pictures:
-    """Makes pictures of the newest messages; any thread may call `take`, the loop the rest."""
+    """Makes pictures of the newest messages; any thread may call
+    `take_message`, the loop the rest.
+    """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, due: Callable[[], None]) -> None:
         """Call `due` in the server's event loop when it is time for a picture."""
@@ -87,25 +89,25 @@ class Pictures:
         self._shown: tuple[dict[str, Any], bytes] = ({}, b'')  # without its time
         self._held = 0.0  # until when nothing has changed since
 
-    def take(self, name: str, message: Any) -> None:
+    def take_message(self, name: str, message: Any) -> None:
         """Take a message of one of `PICTURED_STREAMS`."""
         self._newest[name] = message
         if not self._fresh:
             self._fresh = True
             self._loop.call_soon_threadsafe(self._schedule_picture)
 
-    def forget(self) -> None:
+    def clear_history(self) -> None:
         """Discard the history: it was another element's."""
         self._history.clear()
 
-    def make(self, about: About, doing: dict[str, Any]) -> bytes | None:
+    def make_picture(self, about: About, doing: dict[str, Any]) -> bytes | None:
         """Return a picture of the newest messages; None if it is like that of a moment ago."""
         field, joints = self._newest.get('field'), self._newest.get('joint_states')
         strain = 0.0 if joints is None else calls.parse_displacement(joints) / about.length
         column = None  # a real element publishes none
         if field is not None and len(field.data) == about.design.N:
             column = scale_configuration(np.asarray(field.data)[:: about.stride], about.phases)
-        shown = {'strain': strain, 'walls': self._walls(), **doing}
+        shown = {'strain': strain, 'walls': self._list_walls(), **doing}
         bits = b'' if column is None else column.tobytes()
         # longest time in seconds for which a picture that is like the last one is not sent
         max_unsent_s = 0.25
@@ -128,11 +130,11 @@ class Pictures:
             'k': 'history',
             't': [t for t, _ in columns],
             'strain': [[t for t, *_ in self._history], [strain for _, strain, _ in self._history]],
-            'walls': self._walls(),
+            'walls': self._list_walls(),
         }
         return pack_frame(head, np.stack([column for _, column in columns]) if columns else None)
 
-    def _walls(self) -> list[float]:
+    def _list_walls(self) -> list[float]:
         walls = self._newest.get('wall')
         return [] if walls is None else list(walls.data)
 

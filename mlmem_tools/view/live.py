@@ -42,12 +42,12 @@ class Page:
         self._picture: bytes | None = None
         self._ready = asyncio.Event()
 
-    def tell(self, frame: bytes) -> None:
+    def add_news(self, frame: bytes) -> None:
         """Add news; the oldest are dropped if there are too many."""
         self._news.append(frame)
         self._ready.set()
 
-    def show(self, frame: bytes) -> None:
+    def set_picture(self, frame: bytes) -> None:
         """Replace the picture that waits."""
         self._picture = frame
         self._ready.set()
@@ -65,20 +65,6 @@ class Page:
                 self._ready.clear()
 
 
-class Pages(set[Page]):
-    """All open pages."""
-
-    def tell(self, frame: bytes) -> None:
-        """Send news to all of them."""
-        for page in self:
-            page.tell(frame)
-
-    def show(self, frame: bytes) -> None:
-        """Send a picture to all of them."""
-        for page in self:
-            page.show(frame)
-
-
 MAX_SILENCE_S = 2.5
 """Seconds of silence after which a node counts as gone; it reports its health every second."""
 
@@ -90,7 +76,7 @@ class Live:
         """Listen; to be called in the event loop."""
         self._client = client
         self._loop = asyncio.get_running_loop()
-        self.pages = Pages()
+        self.pages = set[Page]()
         self._about: About | None = None
         self._activity = Activity()
         self.requests = PageRequests(client, self._activity)
@@ -112,8 +98,8 @@ class Live:
         page = Page()
         self._watch_streams(True)
         for frame in self._latest.values():
-            page.tell(frame)
-        page.tell(self._pictures.pack_history())
+            page.add_news(frame)
+        page.add_news(self._pictures.pack_history())
         self.pages.add(page)
         return page
 
@@ -165,7 +151,9 @@ class Live:
     def _watch_streams(self, on: bool) -> None:
         if on and not self._streams:
             self._streams = [
-                _subscribe_topic(self._client, STREAMS[name], partial(self._pictures.take, name))
+                _subscribe_topic(
+                    self._client, STREAMS[name], partial(self._pictures.take_message, name)
+                )
                 for name in PICTURED_STREAMS
             ]
         elif not on:
@@ -188,7 +176,7 @@ class Live:
         self._loop.call_later(0.03, self._end_procedure, parse_status(message))
 
     def _end_procedure(self, outcome: Status) -> None:
-        self._activity.ended(outcome.values.get('procedure', ''))
+        self._activity.note_end(outcome.values.get('procedure', ''))
         self._announce_frame('outcome', {**outcome._asdict(), 't': self._pictures.clock})
 
     def _on_echo(self, message: Any) -> None:
@@ -197,7 +185,7 @@ class Live:
         self._announce_frame('echo', {'samples': data.shape[1]}, data)
 
     def _on_feedback(self, name: str, message: Any) -> None:
-        self._activity.progress(name, message.feedback)
+        self._activity.take_feedback(name, message.feedback)
 
     def _on_parameters(self, message: Any) -> None:
         if message.node == self._client.name:
@@ -244,37 +232,38 @@ class Live:
             element = element_file.parse(parameters[DESCRIPTION], DESCRIPTION)
             about = About.of(element.design, element.settings, self._client.name, parameters)
         except (RequestError, ValueError) as error:
-            self._link(str(error))
+            self._announce_link(str(error))
             self._present = False
             return
         if self._about is not None and about.design != self._about.design:
-            self._pictures.forget()
+            self._pictures.clear_history()
         self._about = self.requests.about = about
         self._announce_frame('element', about.json)
-        self._link('')
+        self._announce_link('')
 
     def _show_picture(self) -> None:
         self._note_message()
         if self._about is None:
             return
-        picture = self._pictures.make(self._about, self._activity.now())
+        picture = self._pictures.make_picture(self._about, self._activity.describe_running())
         if picture is not None:
-            self.pages.show(picture)
+            for page in self.pages:
+                page.set_picture(picture)
 
     async def _supervise_node(self) -> None:
         """Notice a node that is gone, and streams that nobody watches."""
-        self._link(f'waiting for {self._client.name}')
+        self._announce_link(f'waiting for {self._client.name}')
         while True:
             await asyncio.sleep(0.25)
             now = time.monotonic()
             if self._present and now - self._last_message > MAX_SILENCE_S:
                 self._present = False
-                self._activity.ended()
-                self._link(f'{self._client.name} is silent')
+                self._activity.note_end()
+                self._announce_link(f'{self._client.name} is silent')
             if not self.pages and now - self._left > 30.0:  # streams cost the node time
                 self._watch_streams(False)
 
-    def _link(self, problem: str) -> None:
+    def _announce_link(self, problem: str) -> None:
         """Announce whether the node answers: no problem, or the reason."""
         self._announce_frame('link', {'problem': problem})
 
@@ -283,7 +272,8 @@ class Live:
         frame = pack_frame({'k': kind, **values}, body)
         self._latest.pop(kind, None)  # in the order of their latest values
         self._latest[kind] = frame
-        self.pages.tell(frame)
+        for page in self.pages:
+            page.add_news(frame)
 
 
 def _parse_components(message: Any, node: str) -> dict[str, Status]:

@@ -38,13 +38,13 @@ class Activity:
         self._doing: dict[str, Any] = {}
         self._begun = self._ended = -MAX_REPORT_AGE_S
 
-    def now(self) -> dict[str, Any]:
+    def describe_running(self) -> dict[str, Any]:
         """Return its description for a picture; empty if none runs."""
         if not self._doing:
             return {}
         return {'doing': {**self._doing, 'for': round(time.monotonic() - self._begun, 2)}}
 
-    def asked(self, asked: Mapping[str, Any]) -> bool:
+    def note_request(self, asked: Mapping[str, Any]) -> bool:
         """Note a page's request, unless a procedure runs, for then it will be refused; return
         whether it was noted.
         """
@@ -54,11 +54,11 @@ class Activity:
         self._begin_procedure(name, asked.get('level', asked.get('word')))
         return True
 
-    def refused(self) -> None:
+    def drop_request(self) -> None:
         """Remove the note."""
         self._doing = {}
 
-    def progress(self, name: str, feedback: Any) -> None:
+    def take_feedback(self, name: str, feedback: Any) -> None:
         """Take the feedback of an action; what waits for its turn is not running."""
         if not feedback.attempts:
             return
@@ -80,7 +80,7 @@ class Activity:
         elif not name and now - self._begun > MAX_REPORT_AGE_S:
             self._doing = {}
 
-    def ended(self, name: str = '') -> None:
+    def note_end(self, name: str = '') -> None:
         """Take the end of a procedure; without a name, of any."""
         if not name or self._doing.get('name') in (name, 'abort'):
             self._doing = {}
@@ -116,7 +116,7 @@ class PageRequests:
         self.folder = Path.cwd() / 'sessions'
         self.recordings: list[str] = []
 
-    async def ask(self, asked: Asked) -> dict[str, Any]:
+    async def serve_request(self, asked: Asked) -> dict[str, Any]:
         """Do what a page asks for; return the reply, whatever the result."""
         try:
             return await self._try_request(asked)
@@ -130,16 +130,16 @@ class PageRequests:
 
     async def _try_request(self, asked: Asked) -> dict[str, Any]:
         try:
-            reply = self.send(asked)
+            reply = self.send_request(asked)
         except ValueError as error:
             return {'ok': False, 'kind': 'refused', 'text': str(error)}
-        began = self._activity.asked(asked)
+        began = self._activity.note_request(asked)
         try:
             answer = await reply
         except RequestError as error:
             kind = {RequestRefused: 'refused', NoAnswer: 'silent'}.get(type(error), 'failed')
             if began and kind != 'failed':
-                self._activity.refused()
+                self._activity.drop_request()
             return {'ok': False, 'kind': kind, 'text': str(error)}
         details = dict(getattr(answer, 'details', {}))
         if asked['do'] == 'self_test':
@@ -155,7 +155,7 @@ class PageRequests:
             details['id'] = f'r{len(self.recordings) - 1}'
         return {'ok': True, 'details': details}
 
-    def send(self, asked: Asked) -> Reply[Any]:
+    def send_request(self, asked: Asked) -> Reply[Any]:
         """Send a page's request.
 
         Raises:

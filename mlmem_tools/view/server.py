@@ -124,10 +124,10 @@ class Server:
         self.application.add_routes(
             [
                 web.get('/', self._serve_page),
-                web.get('/about', self._about),
+                web.get('/about', self._serve_about),
                 web.get('/live', self._serve_socket),
                 web.get('/sessions/{number}', self._serve_session),
-                web.get('/sessions/{number}/bag.zip', self._bag),
+                web.get('/sessions/{number}/bag.zip', self._serve_bag),
                 web.static('/static', STATIC_FOLDER),
             ]
         )
@@ -146,7 +146,7 @@ class Server:
     async def _serve_page(self, _: web.Request) -> web.StreamResponse:
         return web.FileResponse(STATIC_FOLDER / 'index.html')
 
-    async def _about(self, _: web.Request) -> web.StreamResponse:
+    async def _serve_about(self, _: web.Request) -> web.StreamResponse:
         about = {'live': self._live is not None, 'sessions': len(self._sessions)}
         return web.json_response(about)
 
@@ -188,7 +188,7 @@ class Server:
             raise web.HTTPNotFound(text=str(error)) from error
         return web.Response(body=frame, content_type='application/octet-stream')
 
-    async def _bag(self, request: web.Request) -> web.StreamResponse:
+    async def _serve_bag(self, request: web.Request) -> web.StreamResponse:
         path = self._find_path(request.match_info['number'])
         if not path.exists():
             raise web.HTTPNotFound(text=f'{path} is not on this machine')
@@ -228,9 +228,9 @@ async def _send_frames(request: web.Request, socket: web.WebSocketResponse, page
 
 
 async def _serve_request(live: Live, page: Page, asked: dict[str, Any]) -> None:
-    number, answer = asked.get('id'), await live.requests.ask(asked)
+    number, answer = asked.get('id'), await live.requests.serve_request(asked)
     head = {'k': 'answer', 'id': number if isinstance(number, int) else None, **answer}
-    page.tell(pack_frame(head))
+    page.add_news(pack_frame(head))
 
 
 def _parse_request(text: str) -> dict[str, Any] | None:

@@ -58,7 +58,7 @@ def load_frame(path: str | Path) -> bytes:
     header = read_first_header(reader, node)
     about, known = About.of(header.design, header.settings, node), header.calibration
     collector = _Collector(about)
-    collector.take(reader)
+    collector.take_messages(reader)
     head = {
         'k': 'session',
         'name': Path(path).resolve().name,
@@ -67,7 +67,7 @@ def load_frame(path: str | Path) -> bytes:
         'lost': list(map(str, reader.losses)),
         'duration': collector.duration,
     }
-    return collector.frame(head)
+    return collector.build_frame(head)
 
 
 class _Collector:
@@ -82,7 +82,7 @@ class _Collector:
         self.events: list[dict[str, Any]] = []
         self.duration = 0.0
 
-    def take(self, reader: BagReader) -> None:
+    def take_messages(self, reader: BagReader) -> None:
         """Take all messages."""
         takers = {
             'field': self._take_field,
@@ -102,7 +102,7 @@ class _Collector:
             with name_errors(f'{message.topic} at {seconds:.3f} s'):
                 takers[message.topic](seconds, reader.deserialize(message))
 
-    def frame(self, head: dict[str, Any]) -> bytes:
+    def build_frame(self, head: dict[str, Any]) -> bytes:
         """Return all of it, with the rest of its header."""
         head |= {
             't': self._fields.t,

@@ -31,8 +31,8 @@ def taken(**messages):
     async def run():
         pictures = Pictures(asyncio.get_running_loop(), lambda: None)
         for name, message in messages.items():
-            pictures.take(name, message)
-        return unpacked(pictures.make(ABOUT, {})), unpacked(pictures.pack_history())
+            pictures.take_message(name, message)
+        return unpacked(pictures.make_picture(ABOUT, {})), unpacked(pictures.pack_history())
 
     return asyncio.run(run())
 
@@ -61,9 +61,9 @@ def test_idle_element_is_shown_rarely_a_change_at_once():
         pictures, seen = Pictures(asyncio.get_running_loop(), lambda: None), []
         for step in range(12):
             pictures.clock = 0.03 * step
-            pictures.take('field', ACTIVE)
-            pictures.take('joint_states', strained if step == 11 else STRAINED)
-            frame = pictures.make(ABOUT, {})
+            pictures.take_message('field', ACTIVE)
+            pictures.take_message('joint_states', strained if step == 11 else STRAINED)
+            frame = pictures.make_picture(ABOUT, {})
             if frame is not None:
                 head, _ = unpacked(frame)
                 seen.append((step, head['strain'], head.get('held')))

@@ -58,7 +58,7 @@ def requests(client):
     ],
 )
 def test_message_of_a_page_becomes_a_request(requests, client, asked, sent):
-    requests.send(asked)
+    requests.send_request(asked)
     assert client.sent == [sent]
 
 
@@ -80,13 +80,13 @@ def test_message_of_a_page_becomes_a_request(requests, client, asked, sent):
 )
 def test_invalid_request_of_a_page_is_not_sent(requests, client, asked):
     with pytest.raises(ValueError, match=r'must be|no request|be given'):
-        requests.send(asked)
+        requests.send_request(asked)
     assert not client.sent
 
 
 def test_request_that_fails_is_answered(requests, client, caplog):
     client.procedure = lambda *_: 1 / 0
-    answer = asyncio.run(requests.ask({'do': 'erase'}))
+    answer = asyncio.run(requests.serve_request({'do': 'erase'}))
     assert (answer['ok'], answer['kind']) == (False, 'failed')
     assert 'ZeroDivisionError' in answer['text']
     assert 'Traceback' in caplog.text
@@ -94,7 +94,7 @@ def test_request_that_fails_is_answered(requests, client, caplog):
 
 def test_drag_becomes_a_smooth_move_within_the_limits(requests, client):
     """Through its whole range within the rate; the peak of a cubic is 1.5 times its mean."""
-    requests.send({'do': 'strain', 'strain': -0.03})
+    requests.send_request({'do': 'strain', 'strain': -0.03})
     ((name, (times, strains, rates), _),) = client.sent
     assert name == 'follow'
     assert strains == [-0.03]
@@ -112,7 +112,7 @@ def test_self_test_answer_lists_every_check(requests, client):
             return SelfTested({}, not failed, checks, failed)
 
         client.procedure = lambda *_, answer=answer: answer()
-        told.append(asyncio.run(requests.ask({'do': 'self_test'})))
+        told.append(asyncio.run(requests.serve_request({'do': 'self_test'})))
     assert [each['ok'] for each in told] == [True, False]
     assert told[0]['details']['checks'] == [['erase', True, 'blank'], ['levels', True, '7 is 6']]
     assert told[1]['details']['checks'][1] == ['levels', False, '7 is 6']
@@ -120,7 +120,7 @@ def test_self_test_answer_lists_every_check(requests, client):
 
 
 def test_clear_faults_sets_every_healthy_value(requests, client):
-    requests.send({'do': 'clear_faults'})
+    requests.send_request({'do': 'clear_faults'})
     ((_, (values,), _),) = client.sent
     assert values['faults.actuator_stuck'] is False
     assert values['faults.damping_factor'] == 1.0
@@ -129,12 +129,12 @@ def test_clear_faults_sets_every_healthy_value(requests, client):
 
 def test_activity_follows_requests_and_diagnostics():
     activity = Activity()
-    assert activity.now() == {}
-    assert activity.asked({'do': 'write', 'level': 3})
-    assert activity.now()['doing']['name'] == 'write'
-    assert activity.now()['doing']['content'] == 3
-    assert not activity.asked({'do': 'erase'})  # it will be refused: a write runs
-    activity.ended('write')
-    assert activity.now() == {}
+    assert activity.describe_running() == {}
+    assert activity.note_request({'do': 'write', 'level': 3})
+    assert activity.describe_running()['doing']['name'] == 'write'
+    assert activity.describe_running()['doing']['content'] == 3
+    assert not activity.note_request({'do': 'erase'})  # it will be refused: a write runs
+    activity.note_end('write')
+    assert activity.describe_running() == {}
     activity.take_report('')
-    assert not activity.asked({'do': 'strain'})
+    assert not activity.note_request({'do': 'strain'})

@@ -17,7 +17,7 @@ aiohttp = pytest.importorskip('aiohttp')
 from aiohttp import web  # noqa: E402
 
 from mlmem_tools.view.frames import pack_frame  # noqa: E402
-from mlmem_tools.view.live import MAX_QUEUED_NEWS, Page, Pages  # noqa: E402
+from mlmem_tools.view.live import MAX_QUEUED_NEWS, Page  # noqa: E402
 from mlmem_tools.view.server import Guard, Server  # noqa: E402
 
 LIFE = Path(__file__).parent.parent / 'data' / 'life'
@@ -27,7 +27,7 @@ class ElementStandIn:
     """A stand-in for a running element that notes its requests."""
 
     def __init__(self):
-        self.pages = Pages()
+        self.pages = set()
         self.requests = self
         self.recordings = []
         self.asked = []
@@ -40,7 +40,7 @@ class ElementStandIn:
     def close(self, page):
         self.pages.discard(page)
 
-    async def ask(self, asked):
+    async def serve_request(self, asked):
         self.asked.append(asked)
         return {'ok': True}
 
@@ -156,8 +156,8 @@ async def test_slow_page_misses_pictures_but_no_news():
     """Its queue is bounded; it holds the newest picture and the newest news."""
     page = Page()
     for number in range(1000):
-        page.show(pack_frame({'picture': number}))
-        page.tell(pack_frame({'news': number}))
+        page.set_picture(pack_frame({'picture': number}))
+        page.add_news(pack_frame({'news': number}))
     found = []
     async for frame in page.iterate_frames():
         found.append(unpacked(frame))
