@@ -49,7 +49,6 @@ class Sensors:
         zero: Readings of the left and the right end at displacement 0, in that unit.
         gain: Displacements read over the true ones, of the left and the right end.
         noise: Standard deviation of a sample, in cells.
-        jitter: Standard deviation of a sample's time, in samples.
         seed: Of the random numbers.
     """
 
@@ -57,7 +56,6 @@ class Sensors:
     zero: tuple[float, float] = (0.0, 0.0)
     gain: tuple[float, float] = (1.0, 1.0)
     noise: float = 0.0
-    jitter: float = 0.0
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -66,19 +64,14 @@ class Sensors:
         Raises:
             SettingsError: One is out of range.
         """
-        if not (0.0 <= self.noise < math.inf and 0.0 <= self.jitter < math.inf):
-            raise SettingsError(
-                f'noise and jitter must be at least 0; got {self.noise:g} and {self.jitter:g}'
-            )
+        if not 0.0 <= self.noise < math.inf:
+            raise SettingsError(f'noise must be at least 0; got {self.noise:g}')
         if min(self.gain) <= 0.0:
             raise SettingsError(f'a gain must be above 0; got {min(self.gain):g}')
         self._rng = np.random.default_rng(self.seed)
 
     def measure_ends(self, ends: Array) -> Array:
         """Return what is read of displacements in cells, shape (2, n) both."""
-        if self.jitter and ends.shape[1] > 1:
-            late = self.jitter * self._rng.standard_normal(ends.shape)
-            ends = ends + late * np.gradient(ends, axis=1)
         read = ends * np.array(self.gain)[:, None]
         if self.noise:
             read = read + self.noise * self._rng.standard_normal(read.shape)
@@ -93,9 +86,6 @@ class Sensors:
 
 MAX_BUFFER_SAMPLES = 1 << 18
 """Samples of set-points that it can hold."""
-
-RELEASE, SETTLE = 600.0, 2000.0
-"""Time units in which it ramps its strain to zero without a client, and then rests."""
 
 _Tick = tuple[Array, HeldCell | None]  # displacements of the substrate's end, and a held end
 
@@ -181,11 +171,12 @@ class EmulatedRig:
     def release_strain(self) -> None:
         """Ramp the strain to zero and let the element come to rest, unless it is beyond that."""
         element, nodes = self.element, len(self.element.nodes)
-        falling = np.linspace(1.0, 0.0, nodes * round(RELEASE / element.dt))
+        # in so many time units
+        falling = np.linspace(1.0, 0.0, nodes * round(600.0 / element.dt))
         if element.V_N:
             with contextlib.suppress(StateError):
                 element.advance(element.V_N * falling)
-                element.advance(np.zeros(nodes * round(SETTLE / element.dt)))
+                element.advance(np.zeros(nodes * round(2000.0 / element.dt)))
 
     @property
     def playing(self) -> bool:
@@ -391,7 +382,7 @@ class Server:
         self._listener = socket.create_server((host, port))
         self.port: int = self._listener.getsockname()[1]
         self.clients = 0
-        self._ended = self._restarts = False
+        self._ended = False
 
     def run(self) -> None:
         """Serve until `close`."""
@@ -409,17 +400,12 @@ class Server:
         """Stop serving; any thread may call it."""
         self._ended = True
 
-    def restart(self) -> None:
-        """Disconnect, as a restarting rig does; any thread may call it."""
-        self._restarts = True
-
     def _serve_client(self, connection: socket.socket) -> None:
         inward, outward = _Wire(self._line, self._rng), _Wire(self._line, self._rng)
         rig, parser = self._rig, Parser()
         rig.begin(outward.push)
         last = threads.monotonic()
-        self._restarts = False
-        while not (self._ended or self._restarts):
+        while not self._ended:
             wait = min(
                 0.002 if rig.playing else 0.02,
                 min(inward.due, outward.due) - last,

@@ -96,9 +96,7 @@ Asked = Mapping[str, Any]
 
 REQUEST_LOG = logging.getLogger(__name__)
 
-HEALTHY_FAULTS = {
-    f'faults.{name}': value for name, value in asdict(Faults()).items() if name != 'seed'
-}
+HEALTHY_FAULTS = {f'faults.{name}': value for name, value in asdict(Faults()).items()}
 
 
 class PageRequests:
@@ -179,7 +177,10 @@ class PageRequests:
             case 'fault':
                 return client.set_parameters(_check_fault(asked))
             case 'clear_faults':
-                return client.set_parameters(HEALTHY_FAULTS)
+                kept = {'faults.seed'}
+                return client.set_parameters(
+                    {name: HEALTHY_FAULTS[name] for name in HEALTHY_FAULTS.keys() - kept}
+                )
             case 'record':
                 on = asked.get('on') is not False
                 path = str(self.folder / f'view-{strftime("%Y%m%d-%H%M%S")}')
@@ -214,10 +215,9 @@ def _check_number(asked: Asked, name: str, low: float, high: float) -> float:
 
 
 def _check_fault(asked: Asked) -> dict[str, Any]:
-    healthy = {f'faults.{name}': value for name, value in asdict(Faults()).items()}
     name, value = f'faults.{asked.get("name")}', asked.get('value')
-    if name not in healthy:
+    if name not in HEALTHY_FAULTS:
         raise ValueError('name must be the name of a fault')
-    if isinstance(healthy[name], float):  # a page writes 7.0 as 7
+    if isinstance(HEALTHY_FAULTS[name], float):  # a page writes 7.0 as 7
         value = _check_number(asked, 'value', -1e6, 1e6)
     return {name: value}

@@ -86,7 +86,6 @@ def serving(rig, line=None, port=0):
     try:
         yield server
     finally:
-        server.restart()
         server.close()
         thread.join()
 
