@@ -1,13 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Energy: its gradient gives the forces, and it is conserved.
+"""Energy: its gradient gives the forces. `test_integrators` has it conserved.
 
 =====================  =============================================================
 quantity               must agree with
 =====================  =============================================================
 potential energy       the Lagrangian as printed above Eq. (1)
 forces                 Eqs. (1a) and (1b) as printed
-no work, no damping    the same energy for ever
 =====================  =============================================================
 """
 
@@ -77,20 +76,3 @@ def test_energy_is_the_sum_of_its_parts(substrate):
     )
     assert parts.total == pytest.approx(parts.kinetic + statics, rel=1e-15)
     assert parts.kinetic > 0.0
-
-
-@SUBSTRATES
-def test_energy_without_damping_and_work_stays(substrate):
-    """The integrator damps a little, the fastest waves most: less with the cube of the step."""
-    design = dataclasses.replace(SMALL, eta=0.0, substrate=substrate)
-    drifts = []
-    for dt in (0.02, 0.01):
-        chain = Chain(design, dt, NOH_BATHE)
-        wave = 0.3 * np.cos(np.pi * 5 * (design.sites - 0.5) / design.N)
-        chain.place(design.D_s1 + wave)
-        start = energy(chain).total
-        assert start > 0.2
-        chain.rest(round(200.0 / dt))
-        drifts.append(abs(energy(chain).total / start - 1.0))
-    assert drifts[0] < (1e-5 if substrate == 'rigid' else 2e-4)
-    assert drifts[1] < drifts[0] / 3.5

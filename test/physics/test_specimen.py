@@ -141,19 +141,6 @@ def test_specimen_moves_as_dop853_says(name, method, dt, error):
     np.testing.assert_allclose(chain.v, by_dop853(name, end), atol=error)
 
 
-def test_equilibrium_balances_its_own_springs():
-    specimen = scattered(CASE_II, Scatter(k_r=0.05), seed=1)
-    v = find_pinned_wall(specimen, 3)
-    on_site = CASE_II.alpha * CASE_II.potential.slope(v)
-    pull = np.diff(specimen.k_r * np.diff(v), prepend=0.0, append=0.0)
-    np.testing.assert_allclose(pull, on_site, atol=1e-11)
-    chain = Chain(CASE_II, integrator=NOH_BATHE)
-    chain.set_specimen(specimen)
-    chain.place(v)
-    chain.rest(200)
-    np.testing.assert_allclose(chain.v, v, atol=1e-10)
-
-
 def test_stiffer_springs_need_shorter_step():
     """Gershgorin: the cells of springs 4 k_r swing at 2 sqrt(k_r) at least."""
     stiff = Specimen(SMALL, k_r_factor=9.0)

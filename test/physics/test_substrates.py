@@ -1,14 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The rigid and the elastic substrate agree.
-
-==========================  ========================================================
-scenario                    agreement
-==========================  ========================================================
-one write step, 0 to 1      the wall's path within half a site while it flies 30 sites,
-                            0.02 sites in the median; displacements at rest within 2e-3
-all steps                   both write every level: two of three, seven of eight if slow
-==========================  ========================================================
+"""Over a rigid and over an elastic substrate every step of strain writes its level.
 
 The ramps are the published lead, 1200 up, 600 hold, 1200 down, 1500 to settle.
 """
@@ -52,21 +44,6 @@ def element(substrate, N=225):
     chain = Chain(design, 25.0 / whole, NOH_BATHE)
     chain.place(find_pinned_wall(Specimen(design), 0))
     return chain
-
-
-def first_step(substrate):
-    chain = element(substrate)
-    return cycle(chain, -0.030), chain.v.copy()
-
-
-def test_one_write_step_is_same():
-    (rigid, v), (elastic, w) = first_step('rigid'), first_step('elastic')
-    assert rigid.max() > 52.0  # it flew past the next defect, and came back
-    assert rigid[-1] == pytest.approx(50.0, abs=0.3)
-    gap = np.abs(rigid - elastic)
-    assert gap.max() < 0.6  # two time units late in flight
-    assert np.median(gap) < 0.03
-    assert np.abs(v - w).max() < 3e-3
 
 
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
