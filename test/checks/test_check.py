@@ -253,18 +253,6 @@ def test_actuator_rate_stretches_the_durations(case_ii):
 # --- echoes ----------------------------------------------------------------------------------
 
 
-def test_forecast_echoes_are_those_of_the_device():
-    """Delays to 2 time units."""
-    settings = Settings()
-    known = factory_calibration(CASE_II, settings)
-    for end, probe in ((End.LEFT, settings.probe), (End.RIGHT, settings.probe_right)):
-        for level in (0, 3, 7):
-            echo = forecast_echo(
-                CASE_II, find_pinned_wall(Specimen(CASE_II), level), probe, end, 0.5
-            )
-            assert echo.delay == pytest.approx(known.table(end).delays[level], abs=2.0)
-
-
 def test_forecast_margin_is_that_of_the_device():
     element = MemoryElement(CASE_II, Settings(), factory_calibration(CASE_II, Settings()))
     element.chain.place(find_pinned_wall(Specimen(CASE_II), 7))

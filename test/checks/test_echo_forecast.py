@@ -3,7 +3,6 @@
 """Echoes by linear waves: closed forms, and the chain itself with a small pulse."""
 
 import dataclasses
-import itertools
 
 import numpy as np
 import pytest
@@ -61,29 +60,6 @@ def test_scheme_error_is_of_second_order_in_the_step():
     ideal, *seen = (NOH_BATHE.squared_frequency(omega, 0.004, dt) for dt in (0.0, 0.2, 0.1))
     off = [abs(each - ideal)[0] for each in seen]
     assert off[0] / off[1] == pytest.approx(4.0, rel=0.05)
-
-
-def test_standing_wave_of_the_chain_dies_as_the_scheme_says():
-    """A uniform chain, all cells in step: one oscillator of frequency sqrt(k_s)."""
-    dt, steps = 1.0, 400
-    design = dataclasses.replace(UNIFORM, N=30)
-    chain = Chain(design, dt, NOH_BATHE)
-    chain.place(np.full(30, design.D_s1 + 1e-6))
-    ends = chain.advance(np.zeros(2 * steps))[0] - design.D_s1
-    # The frequency and decay for which the scheme sees exactly k_s: by Newton's method.
-    omega = complex(np.sqrt(design.k_s1), 0.5 * design.eta)
-    for _ in range(20):
-        miss, near = (
-            NOH_BATHE.squared_frequency(np.array([w]), design.eta, dt)[0] - design.k_s1
-            for w in (omega, omega + 1e-6)
-        )
-        omega -= miss * 1e-6 / (near - miss)
-    crossings = np.flatnonzero((ends[:-1] < 0.0) & (ends[1:] >= 0.0))
-    fine = crossings + ends[crossings] / (ends[crossings] - ends[crossings + 1])
-    assert np.diff(fine).mean() * dt == pytest.approx(2.0 * np.pi / omega.real, rel=1e-4)
-    peaks = [np.abs(ends[a:b]).max() for a, b in itertools.pairwise(crossings)]
-    decay = np.log(peaks[0] / peaks[-1]) / (crossings[-2] - crossings[0]) / dt
-    assert decay == pytest.approx(omega.imag, rel=0.05)
 
 
 @pytest.mark.parametrize('k_r', [0.0, 0.003])

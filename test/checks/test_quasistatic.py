@@ -6,16 +6,12 @@ import dataclasses
 import math
 
 import numpy as np
-import oracle
 import pytest
-from scipy.optimize import minimize
 
-from mlmem.physics import CASE_I, CASE_II, Specimen, StateError
-from mlmem.physics.equilibrium import find_pinned_wall, relax_to_equilibrium
+from mlmem.physics import CASE_II, Specimen, StateError
 from mlmem.physics.held_wall import cut_excerpt, hold_walls
 from mlmem_tools.checks.quasistatic import (
     compute_held_landscape,
-    compute_lattice_ripple,
     compute_self_energy,
     find_depinning_strain,
 )
@@ -33,11 +29,6 @@ def test_excerpt_has_the_cells_of_the_element(low, high):
     assert part.design.s == pytest.approx(CASE_II.s[cells][: part.design.N - 1], rel=1e-13)
 
 
-def test_excerpt_of_a_short_element_is_the_element():
-    part = cut_excerpt(CASE_I, 1, 200)
-    assert (part.before, part.design) == (0, CASE_I)
-
-
 def test_wall_in_an_excerpt_is_that_of_the_element():
     """The error is exp(-DECAY) = 6e-6 of the strain's effect on a free edge."""
     part = compute_held_landscape(CASE_II, 140.0, 148.0, strain=0.02)
@@ -45,27 +36,6 @@ def test_wall_in_an_excerpt_is_that_of_the_element():
     whole = hold_walls(Specimen(CASE_II), part.X, V).energy
     assert np.ptp(whole) > 4e-3
     assert part.energy == pytest.approx(whole - whole[0], abs=2e-7)
-
-
-def test_ripple_of_the_lattice_by_scipys_minimiser():
-    """Its two ends are the wall at rest between two cells and on one (by symmetric guesses)."""
-    flat = dataclasses.replace(CASE_II, N=60, gamma=0.0, beta=0.0)
-
-    def energy(v):
-        return 0.5 * np.sum(np.diff(v) ** 2) + np.sum(oracle.psi(flat, v))
-
-    def rest(place):
-        step = np.tanh((flat.sites - place) / 3.0)
-        guess = 0.5 * (flat.D_s1 + flat.D_s2) - 0.5 * (flat.D_s2 - flat.D_s1) * step
-        options = {'ftol': 1e-16, 'gtol': 1e-9, 'maxiter': 3000, 'maxfun': 10**6}
-        force = lambda v: -oracle.forces(flat, v, np.zeros(60))[0]  # noqa: E731
-        return minimize(energy, guess, jac=force, method='L-BFGS-B', options=options).fun
-
-    ripple = compute_lattice_ripple(CASE_II)
-    assert ripple.energy[-1] == pytest.approx(0.0, abs=1e-10)  # a whole cell on
-    held = hold_walls(Specimen(flat), np.array([30.5]), np.zeros(60)).energy[0]
-    lowest = held + (ripple.energy.min() - ripple.energy[16])
-    assert rest(30.3) == pytest.approx(lowest, abs=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -80,19 +50,6 @@ def test_ripple_of_the_lattice_by_scipys_minimiser():
 def test_strains_that_free_a_wall(level, sign, kink, expected):
     found = find_depinning_strain(CASE_II, level, sign, 0.1, kink=kink, tolerance=1e-4)
     assert found == pytest.approx(expected, abs=3e-4)
-
-
-def test_pinned_wall_is_an_equilibrium_below_that_strain():
-    strain = find_depinning_strain(CASE_II, 0, -1.0, 0.1)
-    v, V = find_pinned_wall(Specimen(CASE_II), 0), np.zeros(CASE_II.N)
-    moved = []
-    for e in (*np.arange(-0.002, strain, -0.002), strain + 1e-5, strain - 1e-4):
-        V, before = CASE_II.end_displacement(e) * CASE_II.strain_shape, V
-        v = relax_to_equilibrium(Specimen(CASE_II), v + V - before, V)
-        inside = v - V > CASE_II.D_barrier
-        moved.append(int(inside.sum()) - CASE_II.J)
-    assert max(map(abs, moved[:-1])) <= 1
-    assert moved[-1] > 10  # on to the maximum of the stiffness, 17 cells ahead
 
 
 def test_no_strain_frees_a_wall_from_a_very_soft_defect():
