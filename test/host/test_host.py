@@ -17,8 +17,7 @@ from mlmem import Faults, Read, Refused, SetStrain, SettingsError, Write
 from mlmem.loop.timetable import SteadyPacer
 from mlmem.physics import StateError
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.host import Overdue, State, state_file
-from mlmem_ros.host import recording as recording_module
+from mlmem_ros.host import State, state_file
 from mlmem_ros.host import worker as worker_module
 from mlmem_ros.host.settings import (
     RecordSettings,
@@ -216,27 +215,6 @@ def test_recording_that_cannot_be_opened_prevents_activation(serve, record, tmp_
     assert service.host.sessions.state is State.IDLE
 
 
-def test_recording_on_a_hanging_disk_blocks_nothing_else(serve, record, monkeypatch, hung):
-    made = recording_module.opened
-
-    def slow(*given):
-        hung.wait()
-        return made(*given)
-
-    service = serve()
-    host = service.activate()
-    monkeypatch.setattr(recording_module, 'opened', slow)
-    begun = host.record(service.plan(record))
-    until(host, begun.done)
-    with pytest.raises(Overdue):
-        begun.result()
-    assert host.submit(Write(0)).answer.result(SOON).success
-    hung.set()  # too late: the request has been answered, so there is no recording
-    while host.sessions.state is not State.IDLE:
-        time.sleep(0.01)
-    assert host.sessions.current is None
-
-
 def test_session_does_not_begin_while_a_procedure_runs(serve, record):
     service = serve()
     host = service.activate()
@@ -289,17 +267,3 @@ def test_initial_content_of_a_simulated_element_is_read(serve):
     service.activate()
     assert service.host.element.reading is None
     assert service.host.submit(Read()).answer.result(60.0).reading.level == 5
-
-
-def test_one_of_many_record_requests_succeeds(serve, record):
-    service = serve()
-    host = service.activate()
-    started = [host.record(service.plan(record)) for _ in range(20)]
-    paths = [future.result(SOON) for future in started if future.exception(SOON) is None]
-    assert [str(path) for path in paths] == [record.path]
-    assert host.submit(Read()).answer.result(SOON).success
-    stopped = [host.record(None) for _ in range(20)]
-    assert sum(future.exception(SOON) is None for future in stopped) == 1
-    assert host.refused == 38
-    assert run_replay(load_session(record.path)).exact
-    assert host.sessions.state is State.IDLE
