@@ -5,7 +5,6 @@
 import os
 import resource
 import shutil
-from contextlib import suppress
 
 import pytest
 from mcap.records import Chunk
@@ -18,8 +17,6 @@ from mlmem_ros.bag.contents import Message, parse_metadata
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
-
-SECOND = 1_000_000_000
 
 
 def level(i):
@@ -178,21 +175,3 @@ def test_long_recording_is_cut_into_small_chunks(tmp_path):
     with path.open('rb') as stream:
         records = list(StreamReader(stream, validate_crcs=True, emit_chunks=True).records)
     assert [r.uncompressed_size // 100_000 for r in records if type(r) is Chunk] == [3, 3, 3, 1]
-
-
-@pytest.mark.parametrize('calls', range(1, 8))
-def test_bag_that_cannot_be_created_leaves_no_open_file(tmp_path, monkeypatch, calls):
-    before = os.listdir('/proc/self/fd')
-    sync = os.fsync
-    left = [calls]
-
-    def fails_after_some(descriptor):
-        left[0] -= 1
-        if left[0] <= 0:
-            raise OSError(28, 'No space left on device')
-        sync(descriptor)
-
-    monkeypatch.setattr(os, 'fsync', fails_after_some)
-    with suppress(BagError):
-        BagWriter(tmp_path / 'bag').close()
-    assert os.listdir('/proc/self/fd') == before

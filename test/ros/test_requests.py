@@ -4,12 +4,15 @@
 decoder of an Imu.
 """
 
+import math
 import struct
 
 import pytest
+from rclpy.duration import Duration
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Imu, JointState
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from mlmem import Abort, Erase, FollowTrajectory, Kick, Read, Refused, Write
 from mlmem.instrument.instrument import Units
@@ -63,6 +66,42 @@ def test_imu_becomes_a_disturbance_in_element_units():
     message.linear_acceleration.x = 1e-7 * units.acceleration
     command = TOPICS['disturbance'].parse(message, units)
     assert command.acceleration == pytest.approx(1e-7)
+    message.linear_acceleration_covariance[0] = -1.0  # it has no accelerometer
+    assert math.isnan(TOPICS['disturbance'].parse(message, units).acceleration)
+
+
+def trajectory(*points):
+    """Return a message of points (seconds, positions, velocities)."""
+    message = JointTrajectory(joint_names=['substrate'])
+    for seconds, positions, velocities in points:
+        point = JointTrajectoryPoint(positions=positions, velocities=velocities)
+        point.time_from_start = Duration(seconds=seconds).to_msg()
+        message.points.append(point)
+    return message
+
+
+def test_trajectory_is_converted_to_strains():
+    length = Units().elongation
+    message = trajectory((0.02, [0.02 * length], []), (1.5, [-0.01 * length], []))
+    command = TOPICS['strain_trajectory'].parse(message, Units())
+    assert command.times == pytest.approx((0.02, 1.5))
+    assert command.strains == pytest.approx((0.02, -0.01))
+    assert (command.rates, command.joint) == ((), 'substrate')
+
+
+@pytest.mark.parametrize(
+    'points',
+    [
+        ((0.1, [0.01, 0.02], []), (0.2, [0.0], [])),
+        ((0.1, [0.01], []), (0.2, [], [])),
+        ((0.1, [0.01], [0.0, 0.0]), (0.2, [0.0], [])),
+        ((0.1, [0.01], [0.0]), (0.2, [0.0], [])),
+    ],
+    ids=str,
+)
+def test_trajectory_point_without_one_position_is_rejected(points):
+    with pytest.raises(Refused, match=r'one (position|velocity)'):
+        TOPICS['strain_trajectory'].parse(trajectory(*points), Units())
 
 
 @pytest.mark.parametrize(

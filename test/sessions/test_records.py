@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The records of a session are checked, and invalid ones refused."""
 
-import base64
 import json
 
 import numpy as np
@@ -125,15 +124,8 @@ def session_of(header, stamped=(), hashes=()):
     ('path', 'value'),
     [
         (('ticks',), 10**400),
-        (('chain', 'steps'), None),
-        (('chain', 'V_N'), 1e300),
-        (('chain', 'values', 'f8'), 'AAAA'),
         (('chain', 'values', 'shape'), [10**9, 10**9]),
-        (('transducer', 'recent'), []),
-        (('actuator', 'motion', 'duration'), -1.0),
         (('calibration', 'left', 'delays'), [0.0] * 10**5),
-        (('statistics', 'level_writes'), [1]),
-        (('faults', 'weak_cell'), 99_999),
     ],
     ids=str,
 )
@@ -142,15 +134,6 @@ def test_invalid_state_is_rejected(header, path, value):
     with pytest.raises(BagError, match='the initial state in the session header: ') as caught:
         build_element(made)
     assert len(str(caught.value)) < 500
-
-
-def test_state_that_does_not_agree_is_rejected(header):
-    values = json.loads(json.dumps(header))
-    state = np.zeros(values['initial']['chain']['values']['shape'])
-    state[0, 5] = 1e300
-    values['initial']['chain']['values']['f8'] = base64.b64encode(state.tobytes()).decode()
-    with pytest.raises(BagError, match='its state must agree'):
-        build_element(session_of(json.dumps(values)))
 
 
 def test_implausible_tick_is_rejected(header):
