@@ -27,7 +27,6 @@ from mlmem import (
     element_file,
     load_element,
 )
-from mlmem.instrument.end import End
 from mlmem.physics import Specimen, find_level
 from mlmem_tools import checks
 from mlmem_tools.checks import Verdict
@@ -144,26 +143,6 @@ def test_more_walls_are_not_taken_for_one_or_none(cell, walls, reason):
     read = element.perform(Read())
     assert (read.success, read.reading.level) == (False, UNDECODABLE)
     assert read.error == reason
-
-
-@pytest.fixture(scope='module')
-def decoded_shots():
-    """Return the forecasts, and what is decoded in sound reads of all usable levels."""
-    element = element_with('case_2', str(STUCK_CELL), Faults(stuck_cell=STUCK_CELL))
-    forecasts = element.reader.forecasts
-    return forecasts, rig.record_shots(element, forecasts.usable)
-
-
-@pytest.mark.parametrize('end', list(End), ids=str)
-@pytest.mark.parametrize('late', [1.0, 7.0, 23.0, 56.0])
-def test_end_that_is_late_changes_no_level(decoded_shots, end, late):
-    """Only the left end hears the wall; but it records the pulse, too, and the echo of the cell.
-    What the right end records is silence, which may be late.
-    """
-    bad_cells, given = decoded_shots
-    for level, (shot, *rest) in zip(bad_cells.usable, given, strict=True):
-        reading = bad_cells.decode(rig.delay_end(shot, end, late), *rest)
-        assert reading.level == (level if end is End.RIGHT else UNDECODABLE)
 
 
 @pytest.mark.parametrize(('name', 'site'), [('case_2', 104), ('case_2', 147), ('bits_2', 66)])

@@ -17,7 +17,6 @@ from mlmem import (
     DelayTable,
     MemoryElement,
     ProcedureFailed,
-    Read,
     Settings,
     SettingsError,
     Write,
@@ -195,17 +194,6 @@ def test_delays_are_those_of_linear_waves(end):
     for delay, wall in walls.items():
         exact = forecast_echo(CASE_II, wall, end.probe(settings), end, dt=0.0).delay
         assert delay == pytest.approx(exact, abs=1.5)
-
-
-@pytest.mark.parametrize('level', [0, 3, 7])
-def test_every_level_reads_as_itself_to_bit(level):
-    """The same wall, the same pulse: the delay of the table again."""
-    element = rig.paper(level)
-    reading = rig.succeed(element, Read())
-    known = element.calibration
-    assert (reading.level, reading.level_margin) == (level, 1.0)
-    assert reading.left_delay == known.left.delays[level]
-    assert reading.right_delay == known.right.delays[level]
 
 
 @pytest.mark.parametrize(

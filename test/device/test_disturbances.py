@@ -31,7 +31,7 @@ from mlmem.instrument.base import Base, BaseState
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, find_level
 from mlmem.readers.echo import EchoDetector, compute_weights
-from mlmem.settings import DisturbanceSettings, ProbeSettings, ScaleSettings
+from mlmem.settings import DisturbanceSettings, ProbeSettings
 
 from . import rig
 
@@ -61,12 +61,6 @@ def test_dead_sensor_stops_shaking_base():
     assert base.state == BaseState()  # as if it had never moved
     base.disturb(1e-3)  # and again
     assert base.advance(PROGRESS)[-1] == 1e-3
-
-
-def test_scale_gives_unit_of_acceleration():
-    """One lattice constant of 1 cm per (0.1 ms)^2 is a million m/s^2."""
-    assert ScaleSettings().acceleration == pytest.approx(1e6)
-    assert ScaleSettings(time=1e-2, length=1e-2).acceleration == pytest.approx(100.0)
 
 
 def test_constant_acceleration_displaces_every_cell_alike():
@@ -129,15 +123,6 @@ def test_white_noise_is_measured_as_noise():
         for end in End:
             assert transducer.noise(end) == pytest.approx(MEAN_SIZE * 1e-4, rel=0.25)
             assert transducer.unrest(end) == pytest.approx(MEAN_SIZE * 1e-4, rel=0.2)
-
-
-@pytest.mark.parametrize('omega', [0.47, 0.7, 1.5, 2.1, 2.15])
-def test_motion_of_cell_is_not_measured_as_noise(omega):
-    """|2 sin(omega dt / 2)|^6 / sqrt(924) of a wave remains: 0.0008 at the band's upper edge."""
-    transducer = rig.device().transducer
-    t = np.arange(288) * 0.25
-    transducer.recent = np.tile(np.exp(-t / 500.0) * np.sin(omega * t), (2, 1))
-    assert transducer.noise(End.LEFT) < 1e-3 * transducer.unrest(End.LEFT)
 
 
 def test_detector_finds_no_echo_in_pure_noise():

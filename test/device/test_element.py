@@ -256,18 +256,6 @@ def test_late_procedure_has_share_of_one():
     assert progress.attempts == 1
 
 
-@pytest.mark.parametrize(('level', 'end'), [(0, 'left'), (3, 'right')])
-def test_reads_move_no_wall(level, end):
-    """The pulse is a hundredth of a cell, of which damping alone leaves 1e-8 of a cell."""
-    element = rig.device(level)
-    position, v = rig.wall(element), element.chain.v.copy()
-    for _ in range(15):
-        assert rig.succeed(element, Read(end)).level == level
-    rig.ticks(element, 400)  # 8000 time units: what still rang has faded by exp(-16)
-    assert rig.wall(element) == pytest.approx(position, abs=1e-8)
-    np.testing.assert_allclose(element.chain.v, v, atol=1e-8)
-
-
 @pytest.mark.parametrize(
     ('write', 'max_strain', 'expected'),
     [

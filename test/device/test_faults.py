@@ -63,20 +63,6 @@ def strains(element, n):
 
 
 @pytest.mark.parametrize(
-    ('given', 'active'),
-    [
-        ({}, {}),
-        ({'seed': 3, 'weak_factor': 0.1}, {}),
-        ({'sensor_noise': 1e-3, 'seed': 3}, {'sensor_noise': 1e-3}),
-        ({'weak_cell': 7}, {'weak_cell': 7}),
-        ({'weak_cell': 7, 'weak_factor': 0.1}, {'weak_cell': 7, 'weak_factor': 0.1}),
-    ],
-)
-def test_faults_that_are_active_are_listed_by_name(given, active):
-    assert Faults(**given).list_active() == active
-
-
-@pytest.mark.parametrize(
     ('field', 'value'),
     [
         ('sensor_noise', math.nan), ('sensor_dropout', 1.1), ('actuator_offset', -0.2),
@@ -218,17 +204,6 @@ def test_write_repeats_missed_cycle(written):
     assert outcome.success, outcome.error
     assert outcome.attempts == 2
     assert rig.holds(element, 2)
-
-
-def test_material_is_worn_at_stated_cells():
-    specimen = apply_faults(
-        Specimen(CASE_II), Faults(weak_cell=7, weak_factor=0.3, stuck_cell=9, damping_factor=2)
-    )
-    factor = np.ones(CASE_II.N)
-    factor[6] = 0.3
-    np.testing.assert_array_equal(specimen.alpha, CASE_II.alpha * factor)
-    assert specimen.stuck == (9,)
-    assert specimen.eta == 2 * CASE_II.eta
 
 
 def test_disorder_depends_on_seed():

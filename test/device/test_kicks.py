@@ -398,11 +398,3 @@ def test_move_has_the_margin_of_its_speed():
     known = rig.change(settings, kick={'speed_margins': '0.5 0.5 0.09'})
     assert [move.margin for move in find_route(design, known, BLANK, 1)] == [0.5]
     assert [move.margin for move in find_route(design, known, BLANK, 3)] == [1.0]  # not known
-
-
-def test_auto_is_no_slower_than_any_other_method():
-    durations = {
-        method: sum(move.duration for move in find_route(*by_method('case_2', method), BLANK, 7))
-        for method in ('auto', 'kick', 'strain')
-    }
-    assert durations['auto'] == min(durations.values())

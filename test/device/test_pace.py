@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from mlmem import Abort, Disturb, Loop, SettingsError
-from mlmem.loop.mailbox import Mailbox
 from mlmem.loop.timetable import LoopStatistics, SteadyPacer, Timetable
 from mlmem.settings import ScaleSettings, Settings
 
@@ -98,63 +97,19 @@ def test_clock_that_jumps_neither_stops_nor_hurries_loop(start, jump):
     assert gaps == pytest.approx([PERIOD] * len(gaps), abs=1e-6)  # 1e9 s are rounded to 1e-7
 
 
-def timetable(*, speed=1.0, batch=20, heard=True, stream_period=10, **element):
-    """Return the times of an element that moves, idle for ever, and what they are taken from."""
-    given = {'ticks': 0, 'idle_ticks': math.inf, 'at_rest': False, **element}
-    settings = Settings()
-    element = SimpleNamespace(tick=settings.time.tick, settings=settings, **given)
-    statistics = LoopStatistics()
+def timetable(*, speed, stream_period):
+    """Return the times of an element that moves and decides nothing, with both it reads."""
+    settings, statistics = Settings(), LoopStatistics()
+    element = SimpleNamespace(ticks=0, idle_ticks=math.inf, at_rest=False, settings=settings)
     times = Timetable(
-        element, SteadyPacer(), statistics, speed=speed, batch=batch,
-        has_subscribers=lambda: heard, stream_period=lambda: stream_period,
+        element, SteadyPacer(), statistics, speed=speed, batch=20,
+        has_subscribers=lambda: True, stream_period=lambda: stream_period,
     )  # fmt: skip
     return times, element, statistics
 
 
-@pytest.mark.parametrize(
-    ('given', 'deferred'),
-    [
-        # A tick that is published comes alone; 40 ms are 20 ticks.
-        ({'ticks': 0}, 19), ({'ticks': 7}, 12), ({'ticks': 19}, 0), ({'ticks': 20}, 19),
-        # A procedure decides in the next tick but five, or in the next.
-        ({'idle_ticks': 5}, 5), ({'idle_ticks': 0}, 0),
-        # Nobody listens: a run ends at a tick that is published, or anywhere if none is.
-        ({'heard': False, 'ticks': 3}, 17),
-        ({'heard': False, 'ticks': 200, 'stream_period': 100}, 20),
-        ({'heard': False, 'ticks': 3, 'stream_period': 0}, 20),
-        # At rest nothing is computed: 2 s are 1000 ticks.
-        ({'heard': False, 'ticks': 3, 'stream_period': 0, 'at_rest': True}, 1000),
-    ],
-    ids=str,
-)  # fmt: skip
-def test_ticks_are_deferred_until_one_matters(given, deferred):
-    times, *_ = timetable(**given)
-    assert times.deferred(0.0, Mailbox(1.0)) == deferred
-    assert times.can_sleep(deferred) == (deferred > 20)
-    every = given.get('stream_period', 10)
-    told = every - given.get('ticks', 0) % every if every else deferred
-    assert times.limit_run(deferred) == min(deferred, told)
-
-
-def test_command_takes_effect_in_tick_into_which_it_falls():
-    times, *_ = timetable()
-    box = Mailbox(1.0)
-    box.submit(None)
-    assert times.deferred(3.5 * PERIOD, box) == 3
-    assert times.deferred(-PERIOD, box) == 0
-
-
-@pytest.mark.parametrize('ticks', [10, 100])
-def test_deferred_ticks_begin_at_most_a_period_early(ticks):
-    """However long they take."""
-    times, *_ = timetable()
-    times.record_duration(5e-5)
-    due = 1.0 + ticks * PERIOD
-    assert due - PERIOD <= times.wake(1.0, ticks) < due
-
-
 def test_deferred_ticks_may_be_as_late_as_they_may_be_deferred():
-    times, _, statistics = timetable()
+    times, _, statistics = timetable(speed=1.0, stream_period=10)
     assert times.after(1.0, 1.0 + 20.5 * PERIOD) == pytest.approx(1.0 + PERIOD)
     assert statistics.overruns == 0
     times.after(1.0, 1.0 + 22.5 * PERIOD)
@@ -162,16 +117,13 @@ def test_deferred_ticks_may_be_as_late_as_they_may_be_deferred():
 
 
 def test_run_without_pace_takes_no_longer_than_a_rest():
+    """Every hundredth tick is published, and 40 ms are 40 ticks."""
     times, element, statistics = timetable(speed=0.0, stream_period=100)
-    assert times.after(1.0, 7.0) == 7.0
     assert times.longest_run == 1  # nothing is known of its duration
     statistics.count(0.0, 0.001)
     assert times.longest_run == 40
     element.ticks = 80
     assert times.longest_run == 20
-    times, element, _ = timetable(speed=0.0, stream_period=0)
-    element.at_rest = True
-    assert times.longest_run == 1000
 
 
 def test_lateness_is_plain_mean_first_and_then_forgets():

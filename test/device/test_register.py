@@ -233,23 +233,6 @@ def test_no_fault_has_word_read_as_another(kind, count, faults, share):
     assert right >= share * count
 
 
-@pytest.fixture(scope='module')
-def decoded_shots():
-    """Return an element and what it decodes in sound reads of five random words."""
-    byte = MemoryElement(BYTE)
-    return byte, rig.record_shots(byte, np.random.default_rng(2).integers(256, size=5).tolist())
-
-
-@pytest.mark.parametrize('end', list(End), ids=str)
-@pytest.mark.parametrize('late', [1.0, 7.0, 23.0, 56.0])
-def test_late_end_changes_no_word(decoded_shots, end, late):
-    """What an end hears comes later by up to the way to the next level and back, 56 units."""
-    byte, given = decoded_shots
-    for shot, *rest in given:
-        reading = byte.reader.forecasts.decode(rig.delay_end(shot, end, late), *rest)
-        assert reading.level == UNDECODABLE
-
-
 @pytest.mark.parametrize(
     ('kind', 'cells'),
     [

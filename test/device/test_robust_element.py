@@ -111,20 +111,6 @@ def test_waveform_read_of_two_walls_is_undecodable():
     assert element.reading.content == UNDECODABLE
 
 
-@pytest.mark.parametrize('name', NAMES)
-def test_late_sensor_changes_no_level(name):
-    """The right end alone tells the upper levels, and late it may look like another one. Sound
-    records of all levels are decoded as what they are, which `record_shots` asserts.
-    """
-    element = make_scattered(name, 1)
-    forecasts, levels = element.reader.forecasts, range(element.design.levels)
-    for level, (shot, *rest) in zip(levels, rig.record_shots(element, levels), strict=True):
-        for late in (1.0, 2.0, 4.5, 8.5, 16.5, 24.5, 33.5, 60.0):
-            for end in End:
-                reading = forecasts.decode(rig.delay_end(shot, end, late), *rest)
-                assert reading.level in (level, UNDECODABLE), (end, late)
-
-
 def test_forecasts_carry_the_friction_of_the_element_file():
     """Forecasts without it tell no level of an element that rubs."""
     shipped = load_element('robust_3_friction')

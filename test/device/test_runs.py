@@ -355,6 +355,7 @@ def lived(seed):
     until(lambda: len(calls) == 6)
     ticks = [call.result(20.0) for call in calls][-1]
     loop.stop()
+    assert loop.statistics.overruns == 0
     refused = {id(each.asked) for each in answers if each.answer.exception(1.0) is not None}
     most = MAX_DEFERRAL_S if not streams else 0.0 if every % batch == 0 else batch * PERIOD
     for tick in range(every, ticks + 1, every) if every else ():

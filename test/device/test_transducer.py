@@ -193,24 +193,6 @@ def test_pulse_is_enforced_at_end_of_real_chain(end, omega_c, rest):
     assert not element.transducer.is_driving
 
 
-@pytest.mark.parametrize('end', list(End))
-def test_cell_is_moved_at_constant_speed_and_let_go(end):
-    element = rig.device()
-    row, cell = (0, 0) if end == 'left' else (1, -1)
-    element.transducer.move(end, 0.0, speed=0.05)
-    start = element.design.D_s1
-    samples = element.steps_per_tick
-    element.advance()  # of -start / 0.05 = 19.96 time units: all steps of a tick but the last
-    t = np.arange(1, samples + 1) * element.driver.dt
-    v = element.transducer.recent[row, -samples:]
-    np.testing.assert_allclose(v[:-1], start + 0.05 * t[:-1], atol=1e-14)
-    assert not element.transducer.is_driving
-    element.advance()
-    later = element.transducer.recent[row, -samples:]
-    assert np.abs(later - v[-1]).max() > 1e-3, 'it is still held'
-    assert abs(element.chain.velocity[cell]) > 1e-6
-
-
 DT, TICK = 0.5, 40
 """Samples of Case II: 40 in a tick."""
 
