@@ -73,15 +73,6 @@ def test_bank_writes_all_elements_at_the_same_time(bank):
     assert writing.wait().value == 0o21
 
 
-def test_any_element_lists_those_of_its_process(bank):
-    services = pytest.importorskip('simulation_interfaces.srv', reason='make interfaces')
-    node = bank.elements[0].node
-    client = node.create_client(services.GetEntities, '/bank/element_1/mlmem/get_entities')
-    assert client.wait_for_service(30.0)
-    answer = client.call(services.GetEntities.Request(), timeout_sec=30.0)
-    assert answer.entities == [f'/bank/element_{place}/mlmem' for place in range(ELEMENTS)]
-
-
 @pytest.mark.parametrize('value', [64, -1, 1.0, True, '7'])
 def test_value_that_does_not_fit_is_rejected(bank, value):
     with pytest.raises(ValueError, match=r'^value'):

@@ -13,7 +13,6 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
 
 from mlmem_ros import (
-    Decoded,
     MemoryClient,
     NoAnswer,
     RequestRefused,
@@ -27,25 +26,6 @@ def node(create_node, client):
 
 
 # Answers
-
-
-def test_client_writes_reads_and_erases(client):
-    written = client.write(3).wait()
-    assert isinstance(written, Decoded)
-    assert (written.level, written.code, written.blank) == (3, '011', False)
-    read = client.read().wait()
-    assert (read.level, read.attempts) == (3, 1)
-    assert read.delay == pytest.approx(written.delay, abs=5.0)
-    assert client.erase().wait().blank
-    assert client.read().wait().level == -1
-
-
-def test_client_self_test_reports_checks_and_keeps_content(client):
-    client.write(1).wait()
-    tested = client.self_test().wait()
-    assert (tested.passed, tested.failed) == (True, ())
-    assert float(tested.details['level 7']['confidence']) > 0.5
-    assert client.read().wait().level == 1
 
 
 def test_end_to_probe_is_given_for_one_read(client):

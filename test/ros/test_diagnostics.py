@@ -122,19 +122,6 @@ def test_loop_report_names_failure_and_skipped_ticks():
     assert report.health(loop) == Health(ERROR, 'the chain stopped being finite', ANY)
 
 
-def test_rate_counts_the_ticks_of_an_idle_loop(monkeypatch):
-    """It sleeps for up to two seconds. Ticks of before the first report are none of its rate."""
-    clock = iter([0.0, 1.0, 2.0, 3.0, 4.0])
-    monkeypatch.setattr(diagnostics.time, 'monotonic', lambda: next(clock))
-    report, loop, _ = loop_report(ticks=500)
-    report.health(loop, heard=False)
-    report.health(loop, heard=False)  # asleep
-    loop.statistics.ticks = 1500  # which a report wakes
-    assert report.health(loop).values['rate'] == 500.0
-    loop.statistics.ticks = 2000
-    assert report.health(loop).values['rate'] == 500.0
-
-
 @pytest.mark.parametrize(
     ('report', 'level', 'margin', 'expected', 'word'),
     [

@@ -2,23 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The managed node: its transitions, its saved content, what it prepares, and its log."""
 
-import logging
-import re
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import TimeoutError as FuturesTimeout
-from contextlib import nullcontext
-from types import SimpleNamespace
 
 import pytest
 from nodes import QUICK, SOON, element_file, end_node
 from robot import Robot
 
-from mlmem.physics import CASE_II
 from mlmem_ros import standalone
 from mlmem_ros.host import Host, state_file
-from mlmem_ros.ros.node import starting
 
 BY_HAND = {'autostart': False}
 
@@ -151,58 +145,10 @@ def test_request_to_a_preparing_node_waits(start, slow_build, capfd):
     """Longer than its time-out, and says what it waits for."""
     with standalone(patience=SOON) as memory, ThreadPoolExecutor() as threads:
         starting = threads.submit(start)
-        read = memory.read(timeout=4.0)
+        read = memory.read(timeout=1.0)
         with pytest.raises(FuturesTimeout):
-            read.result(8.0)
+            read.result(2.5)
         slow_build.set()
         assert read.wait().level == -1
         starting.result()
     assert 'read waits for /mlmem: preparing the device' in capfd.readouterr().err
-
-
-@pytest.mark.parametrize('cached', [True, False])
-@pytest.mark.parametrize('fails', [False, True])
-def test_preparation_is_reported_until_it_ends(monkeypatch, caplog, cached, fails):
-    """Only a compilation is logged."""
-    monkeypatch.setattr(starting, 'is_kernel_cached', lambda *_: cached)
-    host = SimpleNamespace(preparing='')
-    node = SimpleNamespace(get_logger=lambda: logging.getLogger('test'))
-    with (
-        caplog.at_level('INFO'),
-        pytest.raises(RuntimeError) if fails else nullcontext(),
-        starting.report_preparation(node, host, CASE_II, 'pefrl'),
-    ):
-        assert host.preparing.startswith('preparing' if cached else 'compiling')
-        if fails:
-            raise RuntimeError
-    assert host.preparing == ''
-    words = [] if cached else ['compiling', 'compiled'][: 1 if fails else 2]
-    assert [line.split()[0] for line in caplog.messages[: len(words)]] == words
-    assert bool(caplog.messages) != cached
-
-
-def test_log_lists_transitions_settings_and_rejections(start):
-    node = start(name='told')
-    with Robot('/told') as robot:
-        robot.set(time__speed=2.0, faults__seed=3)
-        assert not robot.try_set('element', 'bits_1').successful
-        assert not robot.answer(robot.ask('write', level=9)).success
-        assert not robot.answer(robot.ask('write')).success
-        assert not robot.trigger('step').success
-        robot.change_state('deactivate', 'cleanup')
-        assert not robot.trigger('read').success
-    others = re.compile('preparing|ready|.* ticks of time were skipped')  # on a loaded machine
-    lines = [line.partition(' [told]: ')[::2] for line in node.output.splitlines()]
-    kinds = [(kind, text.partition(':')[0]) for kind, text in lines if not others.match(text)]
-    assert kinds == [
-        ('[INFO]', 'active'),
-        ('[INFO]', 'set time.speed = 2.0'),
-        ('[INFO]', 'set faults.seed = 3'),
-        ('[WARN]', 'a parameter refused'),
-        ('[WARN]', 'write refused'),
-        ('[WARN]', 'request refused'),
-        ('[WARN]', 'step refused'),
-        ('[INFO]', 'inactive'),
-        ('[INFO]', 'unconfigured'),
-        ('[WARN]', 'read refused'),
-    ]

@@ -45,22 +45,6 @@ def node_of(file, **others):
     return given | {'design.check': 'skip'} | others
 
 
-@pytest.mark.parametrize('planned', [True, False], ids=['with a twin', 'without'])
-def test_calibrate_of_a_twin_uses_its_planned_pulses(start, file, tmp_path, planned):
-    """As set, the pulse does not reach level 1. Either session replays without the file."""
-    copy, bag = tmp_path / 'element.yaml', tmp_path / 'session'
-    copy.write_text(file.read_text())
-    twin = {'twin': str(copy) if planned else ''}
-    node = start(node_of(copy, **twin, **{'record.path': str(bag)}))
-    with Robot() as robot:
-        assert robot.trigger('calibrate').success == planned
-        end_node(node)
-    copy.unlink()
-    report = run_replay(load_session(bag))
-    assert report.exact
-    assert report.outcomes
-
-
 def run_monitor(twin, **options):
     """Return a context in which a monitor with a twin runs beside the node."""
     given = ['--ros-args', '-p', f'twin:={twin}']
