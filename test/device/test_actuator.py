@@ -280,23 +280,6 @@ def test_move_in_two_half_steps_is_mean_of_two_moves(delay):
     assert moved.strain(t) == pytest.approx(0.5 * (ramp.strain(t) + late), abs=1e-15)
 
 
-def test_two_half_steps_leave_oscillator_of_period_at_rest():
-    """What rings after a move is the Fourier transform of its rate at that frequency."""
-    ramp, delay = Ramp(0.0, PEAK, 50.0), 6.7
-    t = np.arange(0.0, 60.0, 0.01)
-
-    def rings(motion, omega):
-        return abs(np.sum(np.gradient(motion.strain(t)) * np.exp(1j * omega * t)))
-
-    assert rings(shape_ramp(ramp, delay), np.pi / delay) < 1e-4 * rings(ramp, np.pi / delay)
-    assert rings(shape_ramp(ramp, delay), 0.1) > 0.9 * rings(ramp, 0.1)
-    actuator = Actuator(ActuatorSettings(max_rate=1.0))
-    actuator.ramp_to(PEAK, 40.0, delay)
-    assert actuator.remaining_time == pytest.approx(40.0)
-    actuator.ramp_to(0.0, 5.0, delay)  # too short for it
-    assert actuator.remaining_time == 5.0
-
-
 @pytest.mark.parametrize('shaped', [False, True])
 def test_cycle_pauses_on_way_back_and_takes_stated_time(shaped):
     """Shaped, it begins with half of a ramp that is shorter by half a period of the cells."""

@@ -22,7 +22,6 @@ from mlmem import (
     Outcome,
     Read,
     Refused,
-    SelfTest,
     SetFaults,
     Settings,
     factory_calibration,
@@ -30,8 +29,7 @@ from mlmem import (
 from mlmem.instrument.base import Base, BaseState
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, find_level
-from mlmem.readers.echo import EchoDetector, compute_weights
-from mlmem.settings import DisturbanceSettings, ProbeSettings
+from mlmem.settings import DisturbanceSettings
 
 from . import rig
 
@@ -125,27 +123,6 @@ def test_white_noise_is_measured_as_noise():
             assert transducer.unrest(end) == pytest.approx(MEAN_SIZE * 1e-4, rel=0.2)
 
 
-def test_detector_finds_no_echo_in_pure_noise():
-    """The carrier filter leaves the root sum square of its weights, 0.22 of white noise.
-
-    What is left has only some independent values in a window, so that v_c varies by 27 % (and by
-    6 % without the filter): of 100 runs of 1500 time units none exceeds 2.4 times its mean.
-    """
-    left = math.sqrt(float(np.square(compute_weights(ProbeSettings(), 0.25)).sum()))
-    assert left == pytest.approx(0.217, abs=1e-3)
-    for seed in range(30):
-        v = np.random.default_rng(seed).normal(0.0, 2e-4 / left, 6000)
-        detector = EchoDetector(ProbeSettings(), 0.25, floor=2.5 * MEAN_SIZE * 2e-4)
-        detector.feed(v)
-        assert detector.delay is None
-        v_c = detector.echo(End.LEFT).v_c
-        assert v_c.mean() == pytest.approx(MEAN_SIZE * 2e-4, rel=0.1)
-        assert v_c.std() == pytest.approx(0.27 * MEAN_SIZE * 2e-4, rel=0.4)
-        plain = EchoDetector(ProbeSettings(), 0.25)
-        plain.feed(v)
-        assert plain.delay is not None, 'the noise is loud enough to need the floor'
-
-
 def test_noise_after_echo_raises_threshold_of_reading():
     """The echo of level 7 comes after 46 ticks: its foot would be lost in noise that began."""
     element = rig.paper(7)
@@ -213,21 +190,6 @@ def test_vibration_within_band_alone_is_waited_for(omega, end):
         assert outcome.end_tick - outcome.start_tick == 300  # read.settle_timeout: 6000 of 20
     else:
         assert outcome.reading.level == 3
-
-
-def test_self_test_names_sensor_that_is_too_noisy():
-    """At 6e-5 it raises the threshold of the left end's last echo 1.43 times.
-
-    Then nothing is written, since it could not be read.
-    """
-    element = noisy(rig.paper(0), 6e-5)
-    outcome = rig.run(element, SelfTest())
-    assert outcome.error == 'failed: transducer left'
-    left, right = outcome.checks
-    assert left.values['raised'] > 1.4
-    assert right.passed
-    assert element.actuator.motion.target == 0.0
-    assert rig.holds(element, 0)
 
 
 G = 9.81e-6

@@ -23,7 +23,7 @@ from mlmem import (
     load_element,
 )
 from mlmem.instrument.end import End
-from mlmem.physics import CASE_II, find_walls
+from mlmem.physics import CASE_II
 from mlmem.readers.calibration import DelayTable
 from mlmem.readers.decoding import find_exchanged_levels
 
@@ -83,47 +83,6 @@ def test_calibration_of_one_end_alone_proves_nothing():
     found = find_exchanged_levels(design, settings, dataclasses.replace(known, left=None))
     assert {(said, true) for _, said, true in found} == set(itertools.permutations(range(4), 2))
     assert {end for end, *_ in found} == {End.RIGHT}
-
-
-def with_walls(*defects, **options):
-    """Return a device at rest whose phase changes at these defects."""
-    element = rig.with_walls(*defects, **options)
-    found = [wall.position for wall in find_walls(rig.DESIGN, element.chain.configuration)]
-    assert found == pytest.approx(defects, abs=1.0), 'it does not rest there'
-    return element
-
-
-@pytest.mark.parametrize('names', ['left', 'right'])
-@pytest.mark.parametrize(
-    ('first_active', 'defects', 'end'),
-    [
-        # Active, inactive, active, inactive: the ends rest as those of a stored level do.
-        (True, (25, 75, 100), 'left'),
-        (True, (25, 50, 100), 'right'),
-        (True, (25, 50, 75), 'both'),
-        (True, (50, 75, 100), ''),
-        # A stretch of the other phase. An active one is heard from the right alone: the left
-        # carrier does not pass the inactive phase.
-        (False, (50, 100), 'left'),
-        (False, (25, 100), 'right'),
-        (False, (25, 50), 'both'),
-        (True, (25, 75), ''),
-        (True, (75, 100), 'right'),
-    ],
-)
-def test_more_walls_than_one_are_no_level_from_any_end(first_active, defects, end, names):
-    """A read probes both ends whichever is asked for: that is the one whose delay it reports."""
-    first, last = defects[0] // 25 - 1, defects[-1] // 25 - 1
-    element = with_walls(*defects, first_active=first_active, read={'end': names})
-    outcome = rig.run(element, Read(end))
-    assert not outcome.success
-    assert (outcome.reading.level, outcome.reading.walls) == (UNDECODABLE, len(defects))
-    if len(defects) == 3:
-        heard = first if names == 'left' else last
-    else:
-        heard = first if first_active else last
-    assert f'wall at level {heard}' in outcome.error
-    assert outcome.reading.confidence == 0.0
 
 
 @pytest.mark.parametrize(

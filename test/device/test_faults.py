@@ -206,21 +206,6 @@ def test_write_repeats_missed_cycle(written):
     assert rig.holds(element, 2)
 
 
-def test_disorder_depends_on_seed():
-    def disordered(seed):
-        return Faults(disorder_alpha=0.1, disorder_k_r=0.1, disorder_s=0.1, seed=seed)
-
-    made = [apply_faults(Specimen(CASE_II), disordered(seed)) for seed in (1, 1, 2)]
-    for name, ideal in (('alpha', CASE_II.alpha), ('k_r', 1.0), ('s', CASE_II.s)):
-        one, same, other = (getattr(each, name) for each in made)
-        np.testing.assert_array_equal(one, same)
-        assert (one != other).all()
-        # the deviation of 225 numbers is known to 1 / sqrt(450): four of them
-        assert np.std(one / ideal) == pytest.approx(0.1, rel=4 / math.sqrt(450))
-    assert not disordered(1).has_same_material(disordered(2))
-    assert Faults(seed=1).has_same_material(Faults(seed=2))
-
-
 def test_healthy_faults_leave_every_bit(written):
     plain, set_back = written(2), written(2)
     with_faults(set_back, sensor_noise=0.1, weak_cell=3, actuator_lag=3.0)

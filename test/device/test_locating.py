@@ -9,6 +9,7 @@ import pytest
 
 from mlmem import (
     BLANK,
+    UNDECODABLE,
     Disturb,
     End,
     Faults,
@@ -69,13 +70,16 @@ def test_blank_element_has_no_wall_and_no_position():
 
 
 @pytest.mark.parametrize(
-    ('positions', 'first_active'), [((50, 100, 175), True), ((50, 100), False), ((), True)]
+    ('positions', 'first_active'),
+    [((50, 100, 175), True), ((50, 100), False), ((25, 75), True), ((), True)],
 )
-def test_walls_other_than_one_are_not_located(positions, first_active):
+def test_walls_other_than_one_are_neither_read_nor_located(positions, first_active):
     """An end that answers late, or a bad cell, sounds like more walls; () is all active."""
-    outcome = rig.run(
-        rig.with_walls(*positions, design=CASE_II, first_active=first_active), Locate()
-    )
+    element = rig.with_walls(*positions, design=CASE_II, first_active=first_active)
+    for end in ('left', 'right', 'both'):
+        read = rig.run(element, Read(end))
+        assert (read.success, read.reading.level) == (False, UNDECODABLE)
+    outcome = rig.run(element, Locate())
     assert (outcome.success, outcome.found) == (False, {})
     assert outcome.error
 

@@ -26,7 +26,6 @@ from mlmem import (
 from mlmem.loop.mailbox import MAX_PENDING_REQUESTS, Cancel, Request
 from mlmem.loop.open_requests import OpenRequests
 from mlmem.loop.timetable import LoopStatistics
-from mlmem.physics import StateError
 from mlmem.rejections import ErrorCode
 
 from . import rig
@@ -156,30 +155,6 @@ def test_function_is_called_between_ticks_in_thread_of_loop(start):
     assert loop.failure is None, 'it is the failure of who called'
     ticks = hold(loop)
     assert result(loop.call(lambda: loop.element.ticks)) == ticks, 'paused, too'
-
-
-def test_material_that_fails_stops_loop_with_reason(start):
-    loop = start(rig.device(2))
-    waiting = loop.submit(Write(3))
-    until(lambda: loop.element.procedure)
-    hold(loop)
-    also, step = loop.submit(SetStrain(0.0)), loop.step().answer
-    result(step)
-    later = loop.submit(Read())
-    assert 'busy' in refusal(also)
-    result(loop.call(lambda: loop.element.chain.v.__setitem__(100, math.nan)))
-    doomed = loop.step().answer
-    for answer in (waiting, doomed):
-        assert refusal(answer).startswith('the device has stopped: the chain stopped being finite')
-    assert 'busy' in refusal(later)  # it was put in the tick that failed
-    assert isinstance(loop.failure, StateError)
-    for answer in (loop.submit(Read()), loop.call(int), loop.step().answer):
-        assert refusal(answer).startswith('the device has stopped: the chain')
-    ticks = loop.element.ticks
-    time.sleep(0.02)
-    assert loop.element.ticks == ticks
-    loop.stop()
-    assert refusal(loop.submit(Read())).startswith('the device has stopped: the chain')
 
 
 @pytest.mark.parametrize('started', [True, False])

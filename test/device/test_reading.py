@@ -119,33 +119,6 @@ def test_inconsistent_observations_are_undecodable(delay, end, phases, reason):
 
 # --- both ends --------------------------------------------------------------------------------
 
-NAMES = pytest.mark.parametrize('names', ['left', 'right', 'both'])
-"""The end in the settings; both are listened to, and with `both` the left names the level."""
-
-
-@NAMES
-@pytest.mark.parametrize('level', range(8))
-def test_level_that_both_ends_hear_is_read(names, level):
-    delays = 200.0 + 100.0 * level, 630.0 - 70.0 * level
-    reading = both(*delays, names)
-    assert (reading.level, reading.code, reading.walls) == (level, f'{level:03b}', 1)
-    assert (reading.left_delay, reading.right_delay) == delays
-    assert (reading.end, reading.delay) == (names, delays[names == 'right'])
-    assert (reading.level_margin, reading.threshold_margin, reading.reason) == (1.0, 3.0, '')
-
-
-@NAMES
-@pytest.mark.parametrize('end', ['left', 'right', 'both'])
-def test_requested_end_changes_only_what_is_reported(names, end):
-    """Only whose delay and distance are reported changes."""
-    reading = both(510.0, 421.0, names, end=end)
-    assert (reading.level, reading.end) == (3, end)
-    assert reading.delay == (421.0 if end == 'right' else 510.0)
-    assert reading.distance == pytest.approx(125.0 + 25 / 70 if end == 'right' else 101.5)
-    own = both(510.0, 421.0, names)
-    same = {'end': '', 'delay': 0.0, 'distance': 0.0}
-    assert dataclasses.replace(reading, **same) == dataclasses.replace(own, **same)
-
 
 @pytest.mark.parametrize('margins', [(2.5, 3.0), (3.0, 2.5)])
 def test_reading_has_the_lesser_margins_of_both_ends(margins):

@@ -64,22 +64,6 @@ def test_move_may_end_within_step():
     assert held_cell.motion[0, -1] == pytest.approx(start + 1.0 + 0.05 * STAGES[0], abs=1e-14)
 
 
-def test_both_ends_listen_at_once():
-    """Each to its own carrier, since its own pulse. What it knows ends four periods of the filter
-    and half a window of eight periods ago, or of four at the right: 29.9 and 53.9 time units.
-    """
-    element = rig.device(level=3)
-    left = element.transducer.fire(End.LEFT)
-    rig.ticks(element, 5)
-    right = element.transducer.fire(End.RIGHT)
-    assert element.transducer.detectors == {End.LEFT: left, End.RIGHT: right}
-    rig.ticks(element, 40)
-    assert left.time == pytest.approx(900.0 - 8.0 * 2.0 * math.pi / 2.1, abs=1.0)  # two samples
-    assert right.time == pytest.approx(800.0 - 6.0 * 2.0 * math.pi / 0.7, abs=1.0)
-    element.transducer.release()
-    assert not element.transducer.busy
-
-
 def test_newest_samples_are_kept_and_judged():
     """Eight periods of the slower carrier, 16 pi / 0.7 = 71.8, so 144 steps are kept."""
     transducer = rig.device().transducer

@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Content and calibration: nothing old replaces newer, nothing is calibrated twice."""
 
-import dataclasses
 import logging
 
 import pytest
 
-from mlmem import DelayTable, MemoryElement, Settings, factory, snapshot
+from mlmem import MemoryElement, Settings, factory
 from mlmem.physics import CASE_II, StateError
 from mlmem.settings import ProbeSettings
 from mlmem_ros.host import ThrottledLog, state_file
@@ -88,19 +87,3 @@ def test_design_is_calibrated_once(file, counted, kept):
     other = Settings(probe_right=ProbeSettings(omega_c=0.7, v_th=7e-4))
     assert kept(file).new_element(CASE_II, other).calibration != first.calibration
     assert len(counted) == 2
-
-
-def test_state_of_other_pulses_restores_no_delays(file, kept):
-    element = MemoryElement(CASE_II)
-    element.calibration = dataclasses.replace(
-        element.calibration,
-        right=DelayTable(tuple(1000.0 - level for level in range(8)), blank=2000.0),
-    )
-    saved = snapshot.take_snapshot(element)
-    saved['calibration_key'] = 'of another pulse'
-    state_file.save_snapshot(file, saved)
-    store = kept(file)
-    restored = store.new_element(CASE_II, Settings())
-    store.restore(restored)
-    assert snapshot.hash_state(restored) == snapshot.hash_state(element)
-    assert restored.calibration == MemoryElement(CASE_II).calibration
