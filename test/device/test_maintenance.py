@@ -18,21 +18,24 @@ from mlmem import (
     EchoReceived,
     Erase,
     Faults,
+    MemoryElement,
     Outcome,
     Read,
     Reset,
     SelfTest,
     SetFaults,
     SetStrain,
+    Settings,
     Write,
+    factory_calibration,
 )
 from mlmem.instrument.end import End
 from mlmem.instrument.faults import NO_FAULTS
 from mlmem.physics import CASE_II
 from mlmem_ros.contract.answers import outcome_to_dict
+from test.rig.lines import LocalDriver
 
 from . import rig
-from .test_blindfold import blindfolded
 
 COMMANDS = st.one_of(st.builds(Write, st.integers(0, 3)), st.just(Erase()), st.just(Calibrate()))
 
@@ -279,7 +282,8 @@ def test_reset_fails_if_new_element_is_not_heard(lost):
 
 
 def test_real_element_is_replaced_by_hand():
-    element, _ = blindfolded(3)
+    known = factory_calibration(rig.DESIGN, Settings())
+    element = MemoryElement(rig.DESIGN, Settings(), known, LocalDriver(rig.DESIGN))
     outcome = rig.run(element, Reset())
     assert not outcome.success
     assert 'a real element has to be replaced by hand' in outcome.error

@@ -91,10 +91,10 @@ def serving(rig, line=None, port=0):
 
 
 class LocalDriver(Driver):
-    """A simulation without a line."""
+    """A simulation without a line, which shows the motion of its ends and nothing else."""
 
-    def __init__(self):
-        self._simulation = Simulation.of(CASE_II, Settings().time)
+    def __init__(self, design=CASE_II):
+        self._simulation = Simulation.of(design, Settings().time)
         self.dt, self.nodes = self._simulation.dt, self._simulation.nodes
 
     def advance(self, *given):

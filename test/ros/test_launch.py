@@ -93,26 +93,6 @@ def launched(folder, element, *arguments):
         yield robot, output
 
 
-@pytest.fixture(scope='module')
-def node(ros2, tmp_path_factory):
-    """A node by `ros2 run`, and a robot that has found it."""
-    command = ('run', 'mlmem_ros', 'memory_node', '--ros-args', '-p', f'element:={ELEMENT}')
-    folder = tmp_path_factory.mktemp('run')
-    with running(folder, *command, signal_group=True), Robot() as robot:
-        robot.next('wall')
-        found = lambda: robot.element in ros2('node', 'list').split()  # noqa: E731
-        robot.wait(found, 'the daemon of the command line, which must find it too')
-        yield robot.element
-
-
-def test_ros2_service_writes_and_topic_echoes(ros2, node):
-    ros2('param', 'set', node, 'target_level', '2')
-    written = ros2('service', 'call', f'{node}/write', 'std_srvs/srv/Trigger')
-    assert 'success=True' in written
-    assert '"level": 2' in written
-    assert ros2('topic', 'echo', '--once', f'{node}/level').splitlines()[0] == 'data: 2'
-
-
 def test_launch_arguments_reach_the_node(ros2, tmp_path):
     bag = tmp_path / 'session'
     names = ('element:=case_1', 'node_name:=left', 'node_namespace:=arm', f'record.path:={bag}')

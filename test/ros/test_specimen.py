@@ -58,7 +58,6 @@ def test_monitor_names_the_cell_that_became_weaker(start, file):
 
         def status_after_a_read():
             """Return what is reported once a read has been compared."""
-            robot.next_status('twin')
             robot.next_status('twin')  # the element comes to rest until the next one
             before = compared(robot.next_status('twin'))
             assert robot.trigger('read').success
