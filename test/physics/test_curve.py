@@ -17,7 +17,7 @@ import pytest
 from uniform_chain import on_site_force
 
 from mlmem.parsing import DecodeError, decode_value
-from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Design, DesignError, Specimen
+from mlmem.physics import NOH_BATHE, PEFRL, Chain, Design, DesignError, Specimen
 from mlmem.physics.curve import Curve
 from mlmem.physics.equilibrium import relax_to_equilibrium, stiffness_diagonal, wall_profile
 from mlmem.physics.held_wall import hold_walls
@@ -123,24 +123,6 @@ def test_internal_mode_of_phi_4_wall():
         period = 2.0 * math.pi / math.sqrt(squares[1])
         chain.rest(round(0.5 * period / chain.dt))
         assert (chain.v - v) @ modes[:, 1] == pytest.approx(-1e-4, rel=0.02)
-
-
-def test_curve_of_the_paper_moves_as_its_formula():
-    """Every loop does with it what it does with the formula, to the error of the spline."""
-    p = CASE_II.potential
-    law = Curve.of(dataclasses.replace(p, d=1.0).slope, -3.5, 3.5, 3_000)
-    zero = law.ground_states.index(pytest.approx(CASE_II.D_s1, abs=1e-9))
-    design = dataclasses.replace(CASE_II, law=law, phase=zero, a=0.2582, b=0.0172, c=7.4489)
-    assert design.D_barrier == pytest.approx(CASE_II.D_barrier, abs=1e-9)
-    assert design.k_s2 == pytest.approx(CASE_II.k_s2, rel=1e-6)
-    found = []
-    for each in (CASE_II, design):
-        chain = Chain(each, 0.2, NOH_BATHE)
-        v = wall_profile(each, 100.3)
-        chain.place(v)
-        chain.rest(500)
-        found.append(chain.v.copy())
-    assert found[1] == pytest.approx(found[0], abs=1e-7)
 
 
 @pytest.mark.parametrize(
