@@ -10,7 +10,7 @@ import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -322,29 +322,6 @@ GROUPS: dict[str, Any] = {
     'faults': Faults(),
 }
 """Groups of the other parameters, by prefix."""
-
-
-def with_overrides(settings: Settings, given: Mapping[str, Any]) -> Settings:
-    """Return the settings of an element with those that parameters of the node override.
-
-    Args:
-        settings: As the element file says.
-        given: Values of `METHOD`, `ATTEMPTS`, `ACTUATOR` and `READ_END`.
-
-    Raises:
-        SettingsError: They contradict each other.
-    """
-    write, actuator, read = settings.write, settings.actuator, settings.read
-    return replace(
-        settings,
-        write=replace(
-            write,
-            method=given[METHOD] or write.method,
-            attempts=given[ATTEMPTS] or write.attempts,
-        ),
-        actuator=replace(actuator, present=actuator.present and given[ACTUATOR]),
-        read=replace(read, end=given[READ_END] or read.end),
-    )
 
 
 def declare_parameters() -> Iterator[tuple[str, Any, Description]]:

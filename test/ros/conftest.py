@@ -56,25 +56,15 @@ def create_node(context):
 @pytest.fixture
 def declared(context):
     """Declare the parameters of a node given some: declared({'element': 'bits_1'})."""
-    from types import SimpleNamespace
-
-    from rclpy.parameter import Parameter
-
-    from mlmem_ros.host import ThrottledLog
-    from mlmem_ros.ros.node.declared_parameters import CheckedParameters
-    from mlmem_ros.ros.node.parameters import ParameterSet
+    from mlmem_ros.ros.node.node import MemoryNode
 
     nodes = []
 
     def declare(given=(), namespace=''):
         own = node_parameters(dict(given))
-        overrides = [Parameter(name, value=value) for name, value in own.items()]
-        node = CheckedParameters(
-            'memory', namespace=namespace, context=context, parameter_overrides=overrides
-        )
+        node = MemoryNode('memory', parameters=own, namespace=namespace, context=context)
         nodes.append(node)
-        host = SimpleNamespace(loop=None, element=None, log=ThrottledLog(node.get_logger()))
-        return node, ParameterSet(node, host)
+        return node, node._given
 
     yield declare
     for node in nodes:

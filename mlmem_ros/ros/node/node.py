@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from diagnostic_msgs.msg import DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.logging import LoggingSeverity
@@ -29,7 +30,6 @@ from ...host.worker import Log
 from ..middleware import ALIVE, NOT_SERVING, Heartbeat
 from .actions import Actions
 from .callback_guard import CallbackGuard, await_future
-from .declared_parameters import CheckedParameters
 from .diagnostics import Diagnostics
 from .parameters import ParameterSet
 from .services import Services, build_session_plan
@@ -64,7 +64,7 @@ class QuickLog(NamedTuple):
         rclpy_implementation.rclpy_logging_rcutils_log(severity, self.name, message, '', '', 0)
 
 
-class MemoryNode(CheckedParameters, LifecycleNode):
+class MemoryNode(LifecycleNode):
     """One mechanical memory element as a managed ROS 2 node; all its names are `~/...`.
 
     - *configure* checks the design, compiles, builds the device, and restores its saved content,
@@ -142,6 +142,11 @@ class MemoryNode(CheckedParameters, LifecycleNode):
         callback_guard.guard_services()
         if self.get_parameter(INTROSPECTION_PARAMETER).value != 'disabled':
             self._given.configure_introspection()
+
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
+        """Set parameters, all or none; an unknown one is refused by its name."""
+        self._given.check_names(parameter_list)
+        return super().set_parameters_atomically(parameter_list)
 
     def _build_heartbeat(self) -> DiagnosticStatus:
         """Return what the node's clients are told of it; from any thread."""

@@ -5,10 +5,24 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
+import sys
 from contextlib import suppress
 from typing import Any
 
-from rcl_interfaces.msg import ParameterType, SetParametersResult
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    ParameterType,
+    SetParametersResult,
+)
+from rclpy.exceptions import (
+    InvalidParameterTypeException,
+    InvalidParameterValueException,
+    ParameterNotDeclaredException,
+)
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_system_default
 from rclpy.service_introspection import ServiceIntrospectionState
@@ -19,7 +33,7 @@ from mlmem.instrument import drivers
 from mlmem.loop.timetable import check_speed
 from mlmem.procedure_table import UNSET_CONTENT
 from mlmem.readers.words import count_words
-from mlmem.schema import find_descriptions, short_repr
+from mlmem.schema import Description, find_descriptions, short_repr
 from mlmem.settings import Settings
 
 from ...contract.services import NODE_SERVICES
@@ -39,9 +53,7 @@ from ...host.settings import (
     TWIN,
     Parameters,
     declare_parameters,
-    with_overrides,
 )
-from .declared_parameters import CheckedParameters, build_descriptor
 
 FAULTS_PREFIX = 'faults.'
 """Prefix of the device's faults, which take effect at once."""
@@ -51,6 +63,15 @@ LIVE_GROUPS = ('record', 'faults')
 
 QOS_OVERRIDES_PREFIX = 'qos_overrides.'
 """Prefix of the parameters that rclpy declares for an endpoint; they are read-only."""
+
+PARAMETER_TYPE_NAMES = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
+"""The types of parameters, for messages."""
+
+CHOICE_HINTS = {
+    'device.driver': '; a class may be named only at the start',
+    'device.address': '; with files.root it may be named only at the start',
+}
+"""What a refusal adds, of parameters whose choices follow from the start."""
 
 LEVEL, WORD = 'target_level', 'target_word'
 """What `~/write` writes to an element with one wall, and to a register."""
@@ -63,8 +84,8 @@ class ParameterSet:
         locked: Whether the node is configured, so that only live parameters may be set.
     """
 
-    def __init__(self, node: CheckedParameters, host: Host) -> None:
-        """Declare the parameters.
+    def __init__(self, node: Node, host: Host) -> None:
+        """Declare the parameters; warn of given ones that there are not.
 
         Raises:
             SettingsError: A parameter has the wrong type or is out of range, or the values do not
@@ -73,24 +94,77 @@ class ParameterSet:
         self._node = node
         self._host = host
         self.locked = False
+        self._choices: dict[str, tuple[str, ...]] = {}
         own = {'publish.frame_id': node.get_fully_qualified_name()[1:]}
-        node.declare_described(
-            (name, own.get(name, default), description)
-            for name, default, description in declare_parameters()
-        )
-        self._element = self._checked = self._load(node.get_value(ELEMENT))
-        node.computed_parameters[DESCRIPTION] = self.description
-        started = node.get_value('device.driver')  # no client can import other classes
+        declared = {name: each for name, *each in declare_parameters()}
+        _, description = declared.pop(DESCRIPTION)
+        for name, (default, described) in declared.items():
+            self._declare_parameter(name, own.get(name, default), described)
+        self._element = self._checked = self._load(self._get_value(ELEMENT))
+        text = text_of(self._element)
+        node.declare_parameter(DESCRIPTION, text, build_descriptor(description, ''), True)
+        self._report_strange_overrides(text)
+        started = self._get_value('device.driver')  # no client can import other classes
         allowed = dict.fromkeys((drivers.SIMULATION_NAME, *drivers.SHIPPED_DRIVERS, started))
-        node.parameter_choices['device.driver'] = tuple(allowed)
-        if node.get_value('files.root'):  # nor use other places
-            node.parameter_choices['device.address'] = ('', node.get_value('device.address'))
-        check_speed(node.get_value('time.speed'))
+        self._choices['device.driver'] = tuple(allowed)
+        if self._get_value('files.root'):  # nor use other places
+            self._choices['device.address'] = ('', self._get_value('device.address'))
+        check_speed(self._get_value('time.speed'))
         self._limit_content(count_words(self._element.design, self.values().settings))
-        self._compare_description()
         node.add_pre_set_parameters_callback(self._completed)
         node.add_on_set_parameters_callback(self._check_changes)
         node.add_post_set_parameters_callback(self._apply_changes)
+
+    def _declare_parameter(self, name: str, default: Any, description: Description) -> None:
+        """Declare a parameter.
+
+        Raises:
+            SettingsError: The given one has the wrong type or is out of range.
+        """
+        given = self._node._parameter_overrides.get(name)
+        got = f'got {given.value!r}' if given else ''
+        try:
+            self._node.declare_parameter(name, default, build_descriptor(description, default))
+        except InvalidParameterTypeException as error:
+            hint = ' (a number with a decimal point)' if isinstance(default, float) else ''
+            kind = PARAMETER_TYPE_NAMES[type(default)]
+            raise SettingsError(f'parameter {name} must be {kind}{hint}; {got}') from error
+        except InvalidParameterValueException as error:
+            ends = f'from {description.low} to {description.high}'
+            raise SettingsError(f'parameter {name} must be {ends}; {got}') from error
+        if description.choices:
+            self._choices[name] = description.choices
+            self._check_choice(name, self._get_value(name), 'parameter ')
+
+    def _report_strange_overrides(self, description: str) -> None:
+        """Warn of given parameters that there are not, and if the element is not the one whose
+        parameters were saved, as by a dump.
+        """
+        log, given = self._node.get_logger(), self._node._parameter_overrides
+        for name in sorted(given):
+            if not (self._node.has_parameter(name) or name.startswith(QOS_OVERRIDES_PREFIX)):
+                log.warning(f'there is no parameter {name}: it is ignored{self._suggest(name)}')
+        if DESCRIPTION in given and given[DESCRIPTION].value not in ('', description):
+            log.warning(
+                f'the element is not the one whose parameters were saved: {DESCRIPTION} follows '
+                f'from {ELEMENT}'
+            )
+
+    def _suggest(self, name: str) -> str:
+        """Return which parameter has a name like this one."""
+        known = sorted(self._node.get_parameters_by_prefix(''))
+        alike = difflib.get_close_matches(name, known, 1)
+        return f'; did you mean {alike[0]}?' if alike else ''
+
+    def check_names(self, changed: list[Parameter]) -> None:
+        """Raise `ParameterNotDeclaredException` with the name of one that there is not."""
+        for name in (parameter.name for parameter in changed):
+            if name and not self._node.has_parameter(name):  # `_check_change` refuses an empty one
+                raise ParameterNotDeclaredException(short_repr(name) + self._suggest(name))
+
+    def _get_value(self, name: str) -> Any:
+        """Return the present value of a parameter."""
+        return self._node.get_parameter(name).value
 
     def values(self) -> Parameters:
         """Return the present values.
@@ -102,17 +176,13 @@ class ParameterSet:
         ideal = element.specimen.is_ideal and element.time_unit == 1.0
         return Parameters(
             design=element.design,
-            check=self._node.get_value('design.check'),
+            check=self._get_value('design.check'),
             settings=self._overridden(element),
             specimen=None if ideal else element.timed_specimen,
-            initial_content=self._node.get_value(INITIAL_CONTENT),
-            twin=self._node.get_value(TWIN),
+            initial_content=self._get_value(INITIAL_CONTENT),
+            twin=self._get_value(TWIN),
             **{prefix: self._read_group(prefix) for prefix in GROUPS},
         )
-
-    def description(self) -> str:
-        """Return the element as the text of an element file."""
-        return text_of(self._element)
 
     def _overridden(self, element: Element, **changed: Any) -> Settings:
         """Return the settings of an element, with the parameters of the node that override some.
@@ -120,10 +190,19 @@ class ParameterSet:
         Raises:
             SettingsError: They contradict each other.
         """
-        overrides = (METHOD, ATTEMPTS, ACTUATOR, READ_END)  # of the element file's values
-        given = {name: self._node.get_value(name) for name in overrides} | changed
+        overrides = (METHOD, ATTEMPTS, ACTUATOR, READ_END)
+        given = {name: self._get_value(name) for name in overrides} | changed
+        settings = element.settings
+        write, actuator, read = settings.write, settings.actuator, settings.read
+        present = actuator.present and given[ACTUATOR]
+        method, attempts = given[METHOD] or write.method, given[ATTEMPTS] or write.attempts
         try:
-            return with_overrides(element.settings, given)
+            return dataclasses.replace(
+                settings,
+                write=dataclasses.replace(write, method=method, attempts=attempts),
+                actuator=dataclasses.replace(actuator, present=present),
+                read=dataclasses.replace(read, end=given[READ_END] or read.end),
+            )
         except SettingsError as error:
             named = ', '.join(f'{name} = {value}' for name, value in given.items() if value != '')
             raise SettingsError(f'parameters {named}: {error}') from error
@@ -150,15 +229,6 @@ class ParameterSet:
         self._limit_content(words)
         self.locked = True
 
-    def _compare_description(self) -> None:
-        """Warn if the element is not the one whose parameters were saved, as by a dump."""
-        given = self._node._parameter_overrides.get(DESCRIPTION)
-        if given is not None and given.value not in ('', self.description()):
-            self._node.get_logger().warning(
-                f'the element is not the one whose parameters were saved: {DESCRIPTION} follows '
-                f'from {ELEMENT}'
-            )
-
     def _read_group(self, prefix: str, **changed: Any) -> Any:
         """Return a group of settings, with changes.
 
@@ -167,7 +237,7 @@ class ParameterSet:
         """
         defaults = GROUPS[prefix]
         values = {
-            field.name: self._node.get_value(f'{prefix}.{field.name}')
+            field.name: self._get_value(f'{prefix}.{field.name}')
             for field, _ in find_descriptions(defaults)
         }
         try:
@@ -185,20 +255,20 @@ class ParameterSet:
             default, description = LIVE_PARAMETERS[name]
             if is_fitting_target(name, self._element):
                 description = dataclasses.replace(description, high=max(0, words - 1))
-                present = self._node.get_value(name)
+                present = self._get_value(name)
                 if not UNSET_CONTENT <= present < max(1, words):
                     raise SettingsError(
                         f'parameter {name} must be from 0 to {words - 1}; got {present}'
                     )
             else:
-                _check_target(name, self._node.get_value(name), self._element)
+                _check_target(name, self._get_value(name), self._element)
             described = build_descriptor(description, default)
             described.type = ParameterType.PARAMETER_INTEGER
             self._node.set_descriptor(name, described)
 
     def _completed(self, changed: list[Parameter]) -> list[Parameter]:
-        """Return the parameters to set: doubles as doubles, and the target that does not fit a new
-        element as not set.
+        """Return the parameters to set: doubles as doubles, and with a new element its text, and
+        as not set the target that does not fit it.
         """
         changed = [self._convert_double(parameter) for parameter in changed]
         given = {parameter.name: parameter.value for parameter in changed}
@@ -209,7 +279,10 @@ class ParameterSet:
         except SettingsError:  # `_check_changes` reports it
             return changed
         unfit = LEVEL if is_fitting_target(WORD, element) else WORD
-        return changed if unfit in given else [*changed, Parameter(unfit, value=UNSET_CONTENT)]
+        following = {unfit: UNSET_CONTENT, DESCRIPTION: text_of(element)}
+        return changed + [
+            Parameter(name, value=value) for name, value in following.items() if name not in given
+        ]
 
     def _convert_double(self, parameter: Parameter) -> Parameter:
         """Return a parameter converted to a double if a double is declared, and one is meant.
@@ -217,7 +290,7 @@ class ParameterSet:
         An integer is meant; so is the text 5e-05, as `ros2 param load` reads what `dump` wrote.
         """
         known = self._node.has_parameter(parameter.name)
-        meant = known and isinstance(self._node.get_value(parameter.name), float)
+        meant = known and isinstance(self._get_value(parameter.name), float)
         if meant and parameter.type_ == Parameter.Type.INTEGER:
             return Parameter(parameter.name, value=float(parameter.value))
         if meant and parameter.type_ == Parameter.Type.STRING:
@@ -234,6 +307,8 @@ class ParameterSet:
             self._checked = self._load(given[ELEMENT]) if ELEMENT in given else self._element
             for name in given.keys() & {LEVEL, WORD}:
                 _check_target(name, given[name], self._checked)
+            if DESCRIPTION in given and given[DESCRIPTION] != text_of(self._checked):
+                raise SettingsError(f'{DESCRIPTION} follows from {ELEMENT}; set that one')
             faults = {p.name.removeprefix(FAULTS_PREFIX): p.value for p in changed if _is_fault(p)}
             if faults and self._host.element is not None:
                 self._host.element.specimen(self._read_group('faults', **faults))
@@ -254,31 +329,32 @@ class ParameterSet:
             raise SettingsError(f'there is no parameter {short_repr(name)}')
         live = name in (*LIVE_PARAMETERS, METHOD) or name.split('.')[0] in LIVE_GROUPS
         if name == 'use_sim_time':
-            if self._host.loop is not None and value != self._node.get_value(name):
+            if self._host.loop is not None and value != self._get_value(name):
                 raise SettingsError(f'{name} may be set only while the node is not active')
         elif (
             self.locked
             and (not live or name == 'record.hash_every')  # the running loop counts on it
-            and value != self._node.get_value(name)
+            and value != self._get_value(name)
         ):
             raise SettingsError(f'{name} may be set only while the node is unconfigured')
-        if name == 'files.root' and value != self._node.get_value(name):
+        if name == 'files.root' and value != self._get_value(name):
             raise SettingsError(f'{name} may be set only at the start of the node')
         if name == 'time.speed':
             check_speed(value)
-        if name == DESCRIPTION and value != self.description():
-            raise SettingsError(f'{name} follows from {ELEMENT}; set that one')
         if name in ('record.path', 'state.path', TWIN) and value:
             try:
                 self._read_group('files').confine_path(value)
             except SettingsError as error:
                 raise SettingsError(f'{name}: {error}') from error
-        if why := self._node.not_a_choice(name, value):
-            hint = {
-                'device.driver': '; a class may be named only at the start',
-                'device.address': '; with files.root it may be named only at the start',
-            }
-            raise SettingsError(why + hint.get(name, ''))
+        self._check_choice(name, value)
+
+    def _check_choice(self, name: str, value: Any, kind: str = '') -> None:
+        """Raise `SettingsError` if a value is none of the words that may be set."""
+        choices = self._choices.get(name, (value,))
+        if value not in choices:
+            hint = CHOICE_HINTS.get(name, '')
+            got = short_repr(value) + hint
+            raise SettingsError(f'{kind}{name} must be one of {", ".join(choices)}; got {got}')
 
     def _apply_changes(self, changed: list[Parameter]) -> None:
         """Put changes into effect while time runs."""
@@ -286,7 +362,11 @@ class ParameterSet:
         if not changed:  # it is declared
             return
         with self._host.log.guard_errors('parameters'):
-            given = ', '.join(f'{each.name} = {short_repr(each.value)}' for each in changed)
+            given = ', '.join(
+                f'{each.name} = {short_repr(each.value)}'
+                for each in changed
+                if each.name != DESCRIPTION
+            )
             self._host.log.info(f'set {given}', 'parameters')
             self._element = self._checked
             if any(map(_is_fault, changed)):
@@ -303,7 +383,7 @@ class ParameterSet:
         """Publish what our services are asked and answer, as far as the parameter says."""
         state = getattr(
             ServiceIntrospectionState,
-            INTROSPECTION_STATES[self._node.get_value(INTROSPECTION_PARAMETER)],
+            INTROSPECTION_STATES[self._get_value(INTROSPECTION_PARAMETER)],
         )
         own = {
             service.name for service in NODE_SERVICES
@@ -334,3 +414,24 @@ def _check_target(name: str, value: int, element: Element) -> None:
 def _is_fault(parameter: Parameter) -> bool:
     name: str = parameter.name
     return name.startswith(FAULTS_PREFIX)
+
+
+def build_descriptor(description: Description, default: Any) -> ParameterDescriptor:
+    """Return the ROS descriptor of a described field, whose type is that of the default."""
+    text = description.text + (f' [{description.unit}]' if description.unit else '')
+    result = ParameterDescriptor(description=text)
+    if description.choices:
+        result.additional_constraints = f'one of {", ".join(description.choices)}'
+    low, high, number = description.low, description.high, type(default)
+    if low is None and high is None:
+        return result
+    most = sys.float_info.max if number is float else 2**63 - 1
+    ends = {
+        'from_value': number(-most if low is None else low),
+        'to_value': number(most if high is None else high),
+    }
+    if number is float:
+        result.floating_point_range = [FloatingPointRange(**ends)]
+    else:
+        result.integer_range = [IntegerRange(**ends, step=1)]
+    return result
