@@ -4,45 +4,38 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future
 from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from mlmem import (
     Calibration,
-    Driver,
     DriverError,
     Faults,
-    Loop,
     MemoryElement,
     Refused,
-    Settings,
     SettingsError,
     factory_calibration,
-    threads,
 )
 from mlmem.factory import compute_calibration
 from mlmem.instrument import drivers
-from mlmem.loop.mailbox import Asked
-from mlmem.physics import Design, StateError
+from mlmem.physics import StateError
 from mlmem.procedure_table import UNSET_CONTENT
 
 from .design_check import check_design
 from .settings import Parameters
+from .store import Store
 from .worker import ThrottledLog, Worker
 
 if TYPE_CHECKING:
     from mlmem.element_file import Element
-
-    from .store import Store
 
 
 class Built(NamedTuple):
     """A device, and what keeps its state."""
 
     element: MemoryElement
-    store: Store | NullStore
+    store: Store
 
 
 def build_device(
@@ -68,7 +61,7 @@ def build_device(
             log.cause(error)
             raise
         undo.callback(driver.close)
-        store = _create_store(given, log, disk, name)
+        store = Store(given.state, given.files, log, disk, name)
         undo.callback(store.close)
         element = store.new_element(given.design, given.settings, driver)
         element.loudest = loudest
@@ -120,54 +113,6 @@ def _twin(given: Parameters, disk: Worker) -> Element | None:
             raise SettingsError(f'twin: {error}') from error
 
     return disk.done(f'reading {given.twin}', opened)
-
-
-def _create_store(
-    given: Parameters, log: ThrottledLog, disk: Worker, name: str
-) -> Store | NullStore:
-    if not given.state.path:
-        return NullStore(disk)
-    from .store import Store  # a node without needs nothing of it
-
-    return Store(given.state, given.files, log, disk, name)
-
-
-class NullStore:
-    """Stands for a `Store` where `state.path` is empty."""
-
-    path = None
-
-    def __init__(self, worker: Worker) -> None:
-        """Share the worker of older stores, which may still write."""
-        self._worker = worker
-
-    def new_element(self, design: Design, settings: Settings, driver: Driver) -> MemoryElement:
-        """Return a device; see `Store.new_element`."""
-        return MemoryElement(design, settings, driver=driver)
-
-    def restore(self, element: MemoryElement) -> None:
-        """Leave a new device as it is."""
-
-    def keep(self, element: MemoryElement) -> Future[None]:
-        """Return that nothing is left to save."""
-        saved: Future[None] = threads.Future()
-        saved.set_result(None)
-        return saved
-
-    def resolve(self, request: Asked, element: MemoryElement) -> None:
-        """Answer a request whose procedure has ended."""
-        assert request.outcome is not None
-        request.resolve(request.outcome)
-
-    def on_timer(self, loop: Loop | None) -> None:
-        """Answer overdue requests; call it once a second."""
-        self._worker.on_timer()
-
-    def flush(self) -> bool:
-        """Wait, but not for long, until older states are saved; return whether they are."""
-        return self._worker.wait()
-
-    close = flush
 
 
 def _check_faults(element: MemoryElement, faults: Faults) -> None:

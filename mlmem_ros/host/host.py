@@ -6,36 +6,59 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from concurrent.futures import Future
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from mlmem import Abort, DriverError, Event, Loop, MemoryElement, Outcome, SetFaults, SetMethod
-from mlmem.loop.mailbox import Asked
+from mlmem import (
+    Abort,
+    Command,
+    DriverError,
+    Event,
+    Faults,
+    Loop,
+    MemoryElement,
+    Outcome,
+    Refused,
+    SetFaults,
+    SetMethod,
+)
+from mlmem.commands import PHASE_WAITING, Feedback
+from mlmem.instrument.instrument import Units
+from mlmem.loop.mailbox import Asked, Request, TickRequest
 from mlmem.loop.open_requests import Stamped
 from mlmem.loop.timetable import Pacer
 from mlmem.physics import StateError
 
 from .building import Built, build_device
-from .requests import RequestGate
 from .sessions import Sessions
 from .settings import Parameters, SessionPlan
 from .worker import REFUSALS, Log, ThrottledLog, Worker
 
 if TYPE_CHECKING:
-    from .building import NullStore
     from .recording import Recording
     from .store import Store
+
+T = TypeVar('T')
+
+QUEUE_TIMEOUT_S = 60.0
+"""Longest wait of a request that brings no deadline of its own."""
 
 Listener = Callable[[Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""
 
 
-class Host(RequestGate):
+class Host:
     """Holds one element, from configuration to release.
 
     Its life cycle is that of a managed node. One thread, the executor's, calls `configure`,
     `activate`, `deactivate`, `release`, `fail` and `on_timer`; requests may come from any thread.
+    Each is answered, or refused and counted.
 
     Attributes:
+        element: The element; None while unconfigured.
+        loop: Its running loop; None while it is not active.
+        stopped: Why there is no device, if it has stopped or is waited for; empty otherwise.
         preparing: What is being done to configure the device; empty if nothing is.
         held_up: What its time waits for, such as /clock; empty if for nothing.
     """
@@ -56,13 +79,17 @@ class Host(RequestGate):
             failed: Called in the loop's thread when the device has failed: `fail` is due.
         """
         self.log = ThrottledLog(log)
-        super().__init__(Sessions(self.log, now))
-        self.preparing = self.held_up = ''
+        self.element: MemoryElement | None = None
+        self.loop: Loop | None = None
+        self.sessions = Sessions(self.log, now)
+        self.stopped = self.preparing = self.held_up = ''
+        self.refused = 0
+        self._closed = False
         self._unsaved = False  # the content, at the end of the last life
         self._cut_short = 0  # recordings
         self._name = name
         self._failed = failed
-        self._store: Store | NullStore | None = None
+        self._store: Store | None = None
         self._disk = Worker('mlmem-store', self.log)
         self._rescue = Rescue(self.log)
 
@@ -220,9 +247,7 @@ class Host(RequestGate):
         self._release_device(self._store, self.element)
         self.element = self._store = self.residual_monitor = None
 
-    def _release_device(
-        self, store: Store | NullStore | None, element: MemoryElement | None
-    ) -> None:
+    def _release_device(self, store: Store | None, element: MemoryElement | None) -> None:
         if store is not None:
             store.close()
         if element is not None:
@@ -250,6 +275,99 @@ class Host(RequestGate):
             self.loop.refuse_expired()
         if self._store is not None:
             self._store.on_timer(self.loop)
+
+    # --- requests -----------------------------------------------------------------------
+
+    def open_loop(self) -> Loop:
+        """Return the running loop.
+
+        Raises:
+            Refused: The node is not active.
+        """
+        if (loop := self.loop) is None:
+            if self._closed:
+                raise Refused('inactive: the node is shut down')
+            stopped = f'{self.stopped}; ' if self.stopped else ''
+            raise Refused(f'inactive: {stopped}configure and activate the node first')
+        return loop
+
+    def submit(self, command: Command, wait: float | None = None) -> Asked:
+        """Hand in a command for the next tick; see `Loop.submit`. With 0 s it may wait for
+        its turn for `QUEUE_TIMEOUT_S`.
+
+        With a state file, the outcome comes after the changed content is safe on the disk; if it
+        cannot be saved, the outcome is a failure.
+        """
+        if wait == 0.0:
+            wait = QUEUE_TIMEOUT_S
+        return self._asked(lambda loop: loop.submit(command, wait))
+
+    def submit_scaled(self, make: Callable[[Units], Command]) -> Asked:
+        """Hand in a command given in SI values, converted to the device's units."""
+        return self._asked(lambda loop: loop.submit(make(loop.element.units)))
+
+    def cancel(self, request: Asked) -> Asked:
+        """Abort the procedure of a request; see `Loop.cancel`."""
+        return self._asked(lambda loop: loop.cancel(request))
+
+    def feedback(self, request: Asked) -> Feedback | None:
+        """Return the progress of a request's procedure, if it is running or waits for its turn.
+
+        Call it in the loop's thread.
+        """
+        element = self.element
+        if element is not None and (place := request.place):
+            return Feedback(PHASE_WAITING, 0.0, element.transmission.encoder, 0, place)
+        return element.feedback() if element is not None and element.runs(request.run) else None
+
+    def step(self, steps: TickRequest | None = None) -> Request[int]:
+        """Run ticks while paused, by default one; see `Loop.step`."""
+        return self._asked(lambda loop: loop.step(steps))
+
+    def pause(self, paused: bool) -> Future[int]:
+        """Pause or resume time; see `Loop.pause`."""
+        return self._call_counted(lambda loop: loop.pause(paused))
+
+    def record(self, plan: SessionPlan | None) -> Future[Path]:
+        """Begin a recording, or without a plan end it; see `Sessions`."""
+        if plan is None:
+            return self._call_counted(self.sessions.stop)
+        return self._call_counted(lambda loop: self.sessions.start(plan, loop))
+
+    def set_faults(self, faults: Faults) -> None:
+        """Hand in faults if time runs; otherwise they take effect at the next activation."""
+        if self.loop is not None:
+            self.submit(SetFaults(faults))
+
+    def set_method(self, method: str) -> None:
+        """Write by another method if time runs; otherwise from the next activation on."""
+        if self.loop is not None:
+            self.submit(SetMethod(method))
+
+    def set_speed(self, speed: float) -> None:
+        """Run at another multiple of real time; 0: as fast as possible."""
+        if self.loop is not None and not self.loop.element.driver.own_clock:
+            self.loop.set_speed(speed)
+
+    def _asked(self, ask: Callable[[Loop], Request[T]]) -> Request[T]:
+        try:
+            request = ask(self.open_loop())
+        except Refused as refusal:
+            request = Request[T](None).refuse(refusal)
+        request.answer.add_done_callback(self._count_refusal)
+        return request
+
+    def _call_counted(self, ask: Callable[[Loop], Future[T]]) -> Future[T]:
+        try:
+            answer = ask(self.open_loop())
+        except Refused as refusal:
+            answer = Request[T](None).refuse(refusal).answer
+        answer.add_done_callback(self._count_refusal)
+        return answer
+
+    def _count_refusal(self, answer: Future[Any]) -> None:
+        if not answer.cancelled() and isinstance(answer.exception(), Refused):
+            self.refused += 1
 
     # --- end of a life -------------------------------------------------------------------
 

@@ -32,7 +32,7 @@ from .worker import ThrottledLog, Worker
 
 
 class Store:
-    """Keeps the state of an element in a file.
+    """Keeps the state of an element in a file, or without a path nowhere.
 
     A worker thread writes to the disk, in the order in which states were taken. Neither the loop
     nor a caller waits for it.
@@ -55,7 +55,9 @@ class Store:
             SettingsError: The path is invalid, or leads out of the root (see `files`).
         """
         # A lock belongs to a file, not to one of its names.
-        self.path = Path(os.path.realpath(files.confine_path(settings.path)))
+        self.path = (
+            Path(os.path.realpath(files.confine_path(settings.path))) if settings.path else None
+        )
         self._saved: dict[str, Any] | None = None  # until it is restored
         self._interval = settings.interval
         self._due = threads.monotonic() + self._interval
@@ -77,8 +79,10 @@ class Store:
             SettingsError: It cannot be calibrated.
             DesignError: The time step exceeds the stability limit.
         """
-        self._worker.done(f'claiming {self.path}', self._take_claim)
-        path, key = self.path, calibration_key(design, settings)
+        if (path := self.path) is None:
+            return MemoryElement(design, settings, driver=driver)
+        self._worker.done(f'claiming {path}', lambda: self._take_claim(path))
+        key = calibration_key(design, settings)
         self._saved = self._worker.done(f'reading {path}', lambda: state_file.load_snapshot(path))
         known = state_file.find_calibration(self._saved, key, design.levels)
         return MemoryElement(design, settings, known, driver)
@@ -90,6 +94,8 @@ class Store:
             StateError: The file is damaged, or belongs to another design.
         """
         path, saved, self._saved = self.path, self._saved, None
+        if path is None:
+            return
         if saved is None:
             blank = ': the element is blank' if element.simulated else ''
             self._log.info(f'no state in {path} yet{blank}')
@@ -108,11 +114,14 @@ class Store:
             None once it is safe on the disk; `StateError` or `Overdue` if it is not, which is also
             logged.
         """
+        if (path := self.path) is None:
+            saved = threads.Future[None]()
+            saved.set_result(None)
+            return saved
         taken = snapshot.take_snapshot(element)
         self._due = threads.monotonic() + self._interval
         saved = self._worker.do(
-            f'saving the state in {self.path}',
-            lambda: state_file.save_snapshot(self.path, taken),
+            f'saving the state in {path}', lambda: state_file.save_snapshot(path, taken)
         )
         saved.add_done_callback(self._log_error)
         return saved
@@ -126,7 +135,7 @@ class Store:
         outcome = request.outcome
         assert outcome is not None
         changed = PROCEDURES[outcome.procedure].changes
-        if not changed or element.procedure:  # an abort will save it
+        if self.path is None or not changed or element.procedure:  # an abort will save it
             request.resolve(outcome)
             return
         try:
@@ -142,7 +151,7 @@ class Store:
     def on_timer(self, loop: Loop | None) -> None:
         """Save at intervals, and answer overdue requests; call it once a second."""
         self._worker.on_timer()
-        if self._interval == 0.0 or loop is None:
+        if self.path is None or self._interval == 0.0 or loop is None:
             return
         if threads.monotonic() >= self._due:
             loop.call(lambda: self._keep_if_idle(loop.element))
@@ -158,15 +167,15 @@ class Store:
             self._claim = None
         return self.flush()
 
-    def _take_claim(self) -> None:
+    def _take_claim(self, path: Path) -> None:
         try:
-            atomic_files.make_directory(self.path.parent, exist_ok=True)
-            claim = atomic_files.Claim(self.path, self._owner)
+            atomic_files.make_directory(path.parent, exist_ok=True)
+            claim = atomic_files.Claim(path, self._owner)
         except atomic_files.Claimed as error:
             raise StateError(f'{error}: give every element its own state.path') from error
         except (OSError, ValueError) as error:
             why = atomic_files.describe_error(error)
-            raise StateError(f'the state cannot be kept in {self.path}: {why}') from error
+            raise StateError(f'the state cannot be kept in {path}: {why}') from error
         try:
             self._worker.unless_given_up(lambda: setattr(self, '_claim', claim))
         except Refused:
