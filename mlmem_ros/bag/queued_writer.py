@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,11 @@ from . import jazzy
 from .errors import BagError
 from .writer import BagWriter
 
-_COUNT_TYPE = 'std_msgs/msg/UInt64'
+COUNT_TYPE = 'std_msgs/msg/UInt64'
+"""Type of the topic that counts dropped messages."""
+
+MAX_QUEUED_MESSAGES, MAX_QUEUED_BYTES = 10_000, 64 * 2**20
+"""Most messages and bytes that may wait; a larger message still fits alone."""
 
 
 class _Item(NamedTuple):
@@ -24,7 +28,6 @@ class _Item(NamedTuple):
     topic: str
     cdr: bytes
     log_time: int
-    publish_time: int | None
 
 
 @dataclass(frozen=True)
@@ -68,31 +71,24 @@ class QueuedWriter:
         writer: BagWriter,
         *,
         dropped_topic: str,
+        before: Sequence[tuple[str, bytes, int]] = (),
         sync_interval: float = 1.0,
-        max_queued: int = 10_000,
-        max_queued_bytes: int = 64 * 2**20,
         on_error: Callable[[BagError], None] | None = None,
     ) -> None:
         """Start recording.
 
         Args:
             writer: An open bag with its topics added. It belongs to the recorder from now on.
-            dropped_topic: Name of the topic (std_msgs/msg/UInt64) of the count of dropped
-                messages.
+            dropped_topic: Topic of the count of dropped messages, one of the bag's.
+            before: Messages to write first: topic, CDR and log time.
             sync_interval: Time in seconds within which a message should be safe on the disk.
-            max_queued: Most messages that may wait.
-            max_queued_bytes: Most bytes that may wait; a larger message still fits alone.
             on_error: Called once, from the recorder's thread, if the recording fails.
-
-        Raises:
-            BagError: The dropped topic cannot be added.
         """
         self._writer = writer
         self._dropped_topic = dropped_topic
+        self._before = before
         self._sync_after = 0.5 * sync_interval  # the other half of the interval is for the disk
         self._last_sync = threads.monotonic()
-        self._max_queued = max_queued
-        self._max_queued_bytes = max_queued_bytes
         self._on_error = on_error
         self._changed = threads.Condition()  # held for a few instructions, never during a write
         self._queue: list[_Item] = []
@@ -101,17 +97,18 @@ class QueuedWriter:
         self._last_dropped_time = 0
         self._accepting = True
         self._recorded_dropped = 0
-        self._oldest: float | None = None  # when the oldest unsynced message was put
+        self._oldest = (
+            threads.monotonic() if before else None
+        )  # when the oldest unsynced message was put
         self._longest_wait = 0.0
         self._messages = 0
         self._size = 0
         self._error: BagError | None = None
-        writer.add_topic(dropped_topic, _COUNT_TYPE)
         self._thread = threads.Thread(target=self._run, name='mlmem-recorder', daemon=True)
         self._thread.start()
 
-    def put(self, topic: str, cdr: bytes, log_time: int, publish_time: int | None = None) -> bool:
-        """Queue a message, with times in nanoseconds: cheap, never blocks, never raises. Any
+    def put(self, topic: str, cdr: bytes, log_time: int) -> bool:
+        """Queue a message, with its time in nanoseconds: cheap, never blocks, never raises. Any
         thread may call it.
 
         Returns:
@@ -122,12 +119,12 @@ class QueuedWriter:
         with self._changed:
             if not self._accepting:
                 return False
-            full = self._queued_bytes + size > self._max_queued_bytes and self._queue
-            if full or len(self._queue) >= self._max_queued:
+            full = self._queued_bytes + size > MAX_QUEUED_BYTES and self._queue
+            if full or len(self._queue) >= MAX_QUEUED_MESSAGES:
                 self._dropped += 1
                 self._last_dropped_time = log_time
                 return False
-            self._queue.append(_Item(threads.monotonic(), topic, cdr, log_time, publish_time))
+            self._queue.append(_Item(threads.monotonic(), topic, cdr, log_time))
             self._queued_bytes += size
             return True
 
@@ -165,14 +162,19 @@ class QueuedWriter:
 
     def _run(self) -> None:
         try:
-            stopping = False
+            for message in self._before:
+                self._writer.write(*message)
+            self._before, stopping = (), False
             while not stopping:
                 with self._changed:
                     # polled, because a signal would cost the loop time
-                    stopping = self._changed.wait_for(self._is_closing, 0.05)
+                    stopping = self._changed.wait_for(lambda: not self._accepting, 0.05)
                 items, dropped, dropped_time = self._take_queue()
                 for item in items:
-                    self._write_item(item)
+                    if self._oldest is None:
+                        self._oldest = item.put
+                    self._writer.write(*item[1:])
+                    self._sync_if_due()
                 # The dropped messages came after all that fitted into the queue.
                 self._record_dropped(dropped, dropped_time)
                 self._sync_if_due()
@@ -185,9 +187,6 @@ class QueuedWriter:
         except Exception as error:  # a bug here must end the recording, not the robot
             self._fail_recording(BagError(f'Cannot record into {self._writer.path}: {error!r}.'))
 
-    def _is_closing(self) -> bool:
-        return not self._accepting
-
     def _take_queue(self) -> tuple[list[_Item], int, int]:
         with self._changed:
             items, self._queue = self._queue, []
@@ -195,12 +194,6 @@ class QueuedWriter:
             if self._oldest is None and items:
                 self._oldest = items[0].put
             return items, self._dropped, self._last_dropped_time
-
-    def _write_item(self, item: _Item) -> None:
-        if self._oldest is None:
-            self._oldest = item.put
-        self._writer.write(*item[1:])
-        self._sync_if_due()
 
     def _sync_if_due(self) -> None:
         if self._writer.unsynced:
@@ -225,7 +218,7 @@ class QueuedWriter:
         if dropped == self._recorded_dropped:
             return
         self._recorded_dropped = dropped
-        count = jazzy.make_message(_COUNT_TYPE, data=dropped)
+        count = jazzy.make_message(COUNT_TYPE, data=dropped)
         self._writer.write(self._dropped_topic, jazzy.serialize_message(count), log_time)
 
     def _update_counts(self) -> None:

@@ -10,20 +10,19 @@ beginning with such a state, and drops the oldest once the others reach back far
 from __future__ import annotations
 
 import itertools
-import math
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from mlmem import MemoryElement, Refused, atomic_files, threads
+from mlmem import MemoryElement, atomic_files, threads
 from mlmem.loop.open_requests import Stamped
 
 from ..bag import jazzy
 from ..bag.contents import LATCHED_QOS, format_qos
 from ..bag.errors import BagError
-from ..bag.queued_writer import QueuedWriter
+from ..bag.queued_writer import COUNT_TYPE, QueuedWriter
 from ..bag.writer import BagWriter
 from ..session import records
 from .settings import SessionPlan
@@ -38,14 +37,10 @@ SEGMENT_COUNT = 4
 MAX_BUFFER_BYTES = 64 * 2**20
 """Most bytes kept, whatever is requested."""
 
-ALL = 3600.0
-"""Seconds that are kept while a bag is created."""
-
 
 @dataclass
 class _Segment:
     tick: int
-    first: int  # number of its first message
     header: Message
     messages: list[Message] = field(default_factory=list)
     size: int = 0
@@ -66,9 +61,7 @@ class PreTriggerBuffer:
         self._lock = threads.Lock()  # held for only a few instructions
         self._segments: deque[_Segment] = deque()
         self._tick = 0
-        self._count = 0  # messages put so far, kept or not
         self._size = 0
-        self._held = math.inf  # number of the first message that must stay, however old it is
 
     def due(self, tick: int) -> bool:
         """Return whether a segment should begin after a tick, if the device is idle."""
@@ -80,15 +73,14 @@ class PreTriggerBuffer:
         """Begin a segment, and drop those older than requested."""
         with self._lock:
             self._tick = tick
-            self._segments.append(_Segment(tick, self._count, header))
+            self._segments.append(_Segment(tick, header))
             self._add_size(header)
-            while len(self._segments) > 1 and self._is_first_spare(self._segments[1]):
+            while len(self._segments) > 1 and tick - self._segments[1].tick >= self._ticks:
                 self._drop_segment()
 
     def put(self, topic: str, cdr: bytes, log_time: int) -> None:
         """Keep a message: cheap, from any thread."""
         with self._lock:
-            self._count += 1
             if self._segments:
                 message = topic, cdr, log_time
                 self._segments[-1].messages.append(message)
@@ -96,33 +88,18 @@ class PreTriggerBuffer:
                 while self._size > MAX_BUFFER_BYTES:
                     self._drop_segment()
 
-    def content(self) -> tuple[list[Message], int]:
-        """Return what is kept as one session, a header first, and the number of the next message,
-        from which on nothing grows too old until `release`; nothing is kept until an idle tick
+    def content(self) -> list[Message]:
+        """Return what is kept as one session, a header first; nothing is kept until an idle tick
         has come.
         """
         with self._lock:
-            self._held = self._count
             headers = [each.header for each in self._segments]
-            return [*headers[:1], *self._messages_from(0)], self._count
+            return [*headers[:1], *(each for part in self._segments for each in part.messages)]
 
-    def since(self, number: int) -> list[Message]:
-        """Return what came after `content` told a number.
-
-        Raises:
-            Refused: There was too much to keep.
-        """
-        with self._lock:
-            oldest = self._segments[0].first if self._segments else self._count
-            if number < oldest:
-                raise Refused(
-                    f'the disk was slow, and {MAX_BUFFER_BYTES / 1e6:.0f} MB were not enough'
-                )
-            return self._messages_from(number)
-
-    def release(self) -> None:
-        """Let messages grow too old again."""
-        self._held = math.inf
+    @property
+    def is_empty(self) -> bool:
+        """Whether no idle tick has come since it was empty."""
+        return not self._segments
 
     def clear(self) -> None:
         """Discard everything; start again with the next idle tick."""
@@ -139,17 +116,6 @@ class PreTriggerBuffer:
                 'last_seconds': round(ticks * self._tick_seconds, 3),
                 'last_bytes': self._size,
             }
-
-    def _is_first_spare(self, second: _Segment) -> bool:
-        """Return whether what is kept suffices without the segment before the second."""
-        return self._tick - second.tick >= self._ticks and second.first <= self._held
-
-    def _messages_from(self, number: int) -> list[Message]:
-        return [
-            message
-            for each in self._segments
-            for message in each.messages[max(0, number - each.first) :]
-        ]
 
     def _add_size(self, message: Message) -> None:
         size = len(message[1]) + 200  # memory in addition to the CDR
@@ -215,7 +181,7 @@ class Recording:
             self._put_hash(element)
         if isinstance(self.sink, PreTriggerBuffer):
             if self.sink.due(element.ticks) and not element.procedure:
-                self.sink.begin(element.ticks, self._build_header(element))
+                self.sink.begin(element.ticks, build_header(self.plan, element, self._now))
         elif hashed:
             self._end_if_full(self.sink)
 
@@ -224,19 +190,12 @@ class Recording:
         if not self.full:
             self._put_hash(element)
 
-    def _session_topic(self, topic: str) -> str:
-        return session_topic(self.plan, topic)
-
-    def _build_header(self, element: MemoryElement) -> Message:
-        header = records.build_header(element, self.plan.node, self.plan.parameters or {})
-        return self._session_topic(records.HEADER_TOPIC), header, self._now()
-
     def _put_hash(self, element: MemoryElement) -> None:
         if element.simulated:  # the state of a real element is unknown
             self._put_record(records.STATE_HASH_TOPIC, records.build_state_hash(element))
 
     def _put_record(self, topic: str, cdr: bytes) -> None:
-        self.sink.put(self._session_topic(topic), cdr, self._now())
+        self.sink.put(session_topic(self.plan, topic), cdr, self._now())
 
     def _end_if_full(self, bag: QueuedWriter) -> None:
         """End a session at its maximum size; the hash just recorded is the last."""
@@ -253,6 +212,12 @@ def session_topic(plan: SessionPlan, topic: str) -> str:
     return f'{plan.node}/{topic}'
 
 
+def build_header(plan: SessionPlan, element: MemoryElement, now: Callable[[], int]) -> Message:
+    """Return the state of an idle device, with which a session may begin."""
+    header = records.build_header(element, plan.node, plan.parameters or {})
+    return session_topic(plan, records.HEADER_TOPIC), header, now()
+
+
 def buffered(
     plan: SessionPlan,
     log: ThrottledLog,
@@ -263,40 +228,42 @@ def buffered(
     """Record the last seconds, from the present state of an idle device on, in memory."""
     buffer = PreTriggerBuffer(seconds, element.settings.tick_seconds)
     recording = Recording(plan, log, now, buffer)
-    buffer.begin(element.ticks, recording._build_header(element))
+    buffer.begin(element.ticks, build_header(plan, element, now))
     return recording
 
 
-def opened(
+def open_bag(plan: SessionPlan) -> BagWriter:
+    """Create the bag of a session, with its topics; waits for the disk.
+
+    Raises:
+        BagError: It cannot be written.
+        SettingsError: The path leads out of `files.root`.
+    """
+    writer = BagWriter(new_path(plan), max_bytes=plan.settings.max_bytes)
+    for topic in plan.topics:
+        qos = format_qos(topic.qos.reliability, topic.qos.durability)
+        writer.add_topic(topic.name, topic.type, qos)
+    header = session_topic(plan, records.HEADER_TOPIC)
+    writer.add_topic(header, records.STRING_TYPE, LATCHED_QOS, latch=True)
+    for name in (records.COMMAND_TOPIC, records.STATE_HASH_TOPIC):
+        writer.add_topic(session_topic(plan, name), records.STRING_TYPE)
+    writer.add_topic(session_topic(plan, records.DROPPED_TOPIC), COUNT_TYPE)
+    return writer
+
+
+def begun(
     plan: SessionPlan,
-    path: Path,
+    writer: BagWriter,
     log: ThrottledLog,
     now: Callable[[], int],
     before: Sequence[Message],
 ) -> tuple[Recording, QueuedWriter]:
-    """Create the bag of a session, with its first state and the messages from before its start,
-    and return a recording into it; waits for the disk.
-
-    Raises:
-        BagError: The path exists, or cannot be written.
-    """
-    settings = plan.settings
-    writer = BagWriter(path, max_bytes=settings.max_bytes)
-    for topic in plan.topics:
-        qos = format_qos(topic.qos.reliability, topic.qos.durability)
-        writer.add_topic(topic.name, topic.type, qos)
-    writer.add_topic(
-        session_topic(plan, records.HEADER_TOPIC), records.STRING_TYPE, LATCHED_QOS, latch=True
-    )
-    for name in (records.COMMAND_TOPIC, records.STATE_HASH_TOPIC):
-        writer.add_topic(session_topic(plan, name), records.STRING_TYPE)
-    for message in before:
-        writer.write(*message)
-    writer.sync()
+    """Return a recording into an open bag, which begins with these messages."""
     queue = QueuedWriter(
         writer,
         dropped_topic=session_topic(plan, records.DROPPED_TOPIC),
-        sync_interval=settings.sync_interval,
+        before=before,
+        sync_interval=plan.settings.sync_interval,
         on_error=lambda error: log.error(f'recording stopped: {error}'),
     )
     since = f', with the previous {len(before) - 1} messages' if before[1:] else ''

@@ -8,7 +8,6 @@ import importlib
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
-from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
@@ -21,6 +20,7 @@ from .worker import Overdue, ThrottledLog, Worker
 
 if TYPE_CHECKING:
     from ..bag.queued_writer import QueuedWriter, WriterStatus
+    from ..bag.writer import BagWriter
     from .recording import Message, PreTriggerBuffer, Recording
 
 T = TypeVar('T')
@@ -43,8 +43,8 @@ class Sessions:
     A worker thread serves requests one by one. It alone changes `state`, opens and closes files,
     and may hang on them. A recording begins and ends in the loop's thread, between two ticks.
     While there is none, a pre-trigger buffer may keep the last seconds: a recording then begins
-    with them, and they are saved as a session if the device fails. Without one, a buffer keeps
-    what comes from a request on until there is a bag.
+    with them, and they are saved as a session if the device fails. Without one, it begins with
+    the state that the device has, idle, once the bag is open.
 
     Attributes:
         buffer: The pre-trigger buffer, or None without one; empty during a recording.
@@ -101,7 +101,7 @@ class Sessions:
         """Begin a recording while time runs.
 
         Returns:
-            The path of the new bag, once it holds the last seconds or the present state; `Refused`
+            The path of the new bag, which begins with the last seconds or the state; `Refused`
             if a session is being recorded, or a procedure runs and no last seconds are kept; else
             what `begin` raises. If the path exists, the time is added to it.
         """
@@ -151,45 +151,43 @@ class Sessions:
                 raise Refused(f'busy: recording into {status.path}')
             with suppress(BagError):  # logged when it occurred
                 self._stop(None, loop)
-        file, buffered = _import_recorder('recording'), self._buffered
+        recorder = _import_recorder('recording')
 
-        def collect_kept() -> tuple[list[Message], int]:
-            kept, number = ([], 0) if self.buffer is None else self.buffer.content()
-            if kept:
-                return kept, number
+        def require_start() -> None:
+            if self.buffer is not None and not self.buffer.is_empty:
+                return
             if element is None:
                 raise Refused('there is no state to begin with')
             if running := element.procedure:
                 raise Refused(f'busy: {running} is running; a session must begin while idle')
-            self._buffered = file.buffered(plan, self._log, self._now, element, file.ALL)
-            return cast('PreTriggerBuffer', self._buffered.sink).content()
 
-        kept, number = _call_between_ticks(loop, collect_kept)
-        source = cast('Recording', self._buffered)  # of what is kept until there is a bag
-        before = cast('PreTriggerBuffer', source.sink)
+        _call_between_ticks(loop, require_start)  # before a file is made
         self.state = State.STARTING
         try:
-            plan = replace(source.plan, settings=plan.settings)
-            path = file.new_path(plan)
-            recording, bag = file.opened(plan, path, self._log, self._now, kept)
+            writer = recorder.open_bag(plan)
 
             def begin_session() -> None:
-                for message in before.since(number):
-                    bag.put(*message)
-                self.current, self._bag = recording, bag
-                if self.buffer is not None:
-                    self.buffer.clear()
+                require_start()
+                before = [] if self.buffer is None else self.buffer.content()
+                if not before and element is not None:
+                    before = [recorder.build_header(plan, element, self._now)]
+                self._worker.unless_given_up(lambda: self._attach(plan, writer, before))
 
             try:
-                _call_between_ticks(loop, lambda: self._worker.unless_given_up(begin_session))
-            except Refused:  # the loop has ended, the disk was slow, or it is too late
-                self._close_bag(bag)
+                _call_between_ticks(loop, begin_session)
+            except Refused:  # the loop has ended, the device is not idle, or it is too late
+                writer.close()
                 raise
         finally:
-            before.release()
-            self._buffered = buffered
             self.state = State.IDLE if self.current is None else State.ON
-        return cast('Path', bag.status.path)
+        return cast('Path', writer.path)
+
+    def _attach(self, plan: SessionPlan, writer: BagWriter, before: list[Message]) -> None:
+        """Record into an open bag from now on."""
+        recorder = _import_recorder('recording')
+        self.current, self._bag = recorder.begun(plan, writer, self._log, self._now, before)
+        if self.buffer is not None:
+            self.buffer.clear()
 
     def _stop(self, element: MemoryElement | None, loop: Loop | None) -> Path:
         recording, bag = self.current, self._bag

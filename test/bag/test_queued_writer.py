@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from mlmem_ros.bag import jazzy
+from mlmem_ros.bag import jazzy, queued_writer
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.reader import BagReader
@@ -29,6 +29,7 @@ def make(tmp_path):
     def make(sync_interval=0.0, **options):
         writer = BagWriter(tmp_path / 'bag')
         writer.add_topic('/level', 'std_msgs/msg/Int16')
+        writer.add_topic(TOPIC, queued_writer.COUNT_TYPE)
         recorders.append(
             QueuedWriter(writer, dropped_topic=TOPIC, sync_interval=sync_interval, **options)
         )
@@ -64,14 +65,12 @@ def wait_for(condition):
 
 def test_queued_messages_are_all_in_the_bag(make):
     recorder = make(sync_interval=0.1)
-    assert all(recorder.put('/level', level(i), i, i + 5) for i in range(1000))
+    assert all(recorder.put('/level', level(i), i) for i in range(1000))
     status = recorder.close(60)
     assert (status.state, status.messages, status.dropped, status.queued) == ('closed', 1000, 0, 0)
     assert status.error is None
     reader = BagReader(status.path)
-    assert [(m.log_time, m.publish_time, m.cdr) for m in reader] == [
-        (i, i + 5, level(i)) for i in range(1000)
-    ]
+    assert [(m.log_time, m.cdr) for m in reader] == [(i, level(i)) for i in range(1000)]
     assert reader.topics[TOPIC].message_count == 0  # stands there, and says: nothing dropped
 
 
@@ -94,7 +93,8 @@ def test_longest_wait_shows_a_disk_that_hangs(make, monkeypatch):
 
 
 def test_overflow_is_counted_and_recorded(make, monkeypatch):
-    recorder = make(max_queued=10)
+    monkeypatch.setattr(queued_writer, 'MAX_QUEUED_MESSAGES', 10)
+    recorder = make()
     released = hold(recorder, monkeypatch)
     taken = [recorder.put('/level', level(i), i) for i in range(1, 16)]
     assert taken == [True] * 10 + [False] * 5
@@ -110,7 +110,8 @@ def test_overflow_is_counted_and_recorded(make, monkeypatch):
 
 
 def test_queue_is_bounded_in_bytes_too(make, monkeypatch):
-    recorder = make(max_queued_bytes=100)
+    monkeypatch.setattr(queued_writer, 'MAX_QUEUED_BYTES', 100)
+    recorder = make()
     released = hold(recorder, monkeypatch)
     # 6 bytes each: sixteen fit into 100.
     assert sum(recorder.put('/level', level(i), i) for i in range(1, 31)) == 16

@@ -6,8 +6,7 @@ import pytest
 
 from mlmem import Read, Refused, SetStrain, Write
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.host import recording
-from mlmem_ros.host.recording import PreTriggerBuffer
+from mlmem_ros.host import State, recording
 from mlmem_ros.host.settings import RecordSettings
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
@@ -55,22 +54,21 @@ def test_session_begins_with_the_last_seconds(serve, tmp_path):
     assert [outcome.reading.level for outcome in report.outcomes] == [5, 5]
 
 
-def test_session_begins_with_the_request_not_the_bag(serve, tmp_path, monkeypatch):
-    service, asked = serve(), []
-    host, opened = service.activate(), recording.opened
+def test_session_is_refused_if_a_procedure_begins_meanwhile(serve, tmp_path, monkeypatch):
+    """Between the request and the state with which the bag would begin."""
+    service = serve()
+    host, open_bag = service.activate(), recording.open_bag
 
-    def opened_late(*arguments):
-        asked.append(host.submit(Write(3)))
-        while asked[0].run is None:
-            host.loop.call(lambda: None).result(SOON)
-        return opened(*arguments)
+    def open_late(plan):
+        host.pause(True).result(SOON)
+        host.submit(Write(3))
+        host.step().answer.result(SOON)
+        return open_bag(plan)
 
-    monkeypatch.setattr(recording, 'opened', opened_late)
-    host.record(service.plan(RecordSettings(path=str(tmp_path / 'session')))).result(SOON)
-    assert asked[0].answer.result(SOON).success
-    session = load_session(host.record(None).result(SOON))
-    assert commands(session) == [Write(3)]
-    assert run_replay(session).exact
+    monkeypatch.setattr(recording, 'open_bag', open_late)
+    with pytest.raises(Refused, match='write is running'):
+        host.record(service.plan(RecordSettings(path=str(tmp_path / 'session')))).result(SOON)
+    assert host.sessions.state is State.IDLE
 
 
 def test_last_seconds_before_a_failure_are_saved(serve, tmp_path, monkeypatch, log):
@@ -122,44 +120,3 @@ def test_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch):
     session = recorded(service, tmp_path / 'session')
     assert begun(session) >= ended
     assert run_replay(session).exact
-
-
-def filled(seconds, ticks, every=1):
-    """Return a buffer with a message a tick of a second, and a header wherever one is due."""
-    buffer = PreTriggerBuffer(seconds, 1.0)
-    fill(buffer, range(ticks), every)
-    return buffer
-
-
-def fill(buffer, ticks, every=1):
-    for tick in ticks:
-        if tick % every == 0 and buffer.due(tick):
-            buffer.begin(tick, ('header', b'%d' % tick, tick))
-        buffer.put('topic', b'%d' % tick, tick)
-
-
-@pytest.mark.parametrize('opened', [25, 200])
-def test_messages_while_a_bag_opens_have_no_gap(opened):
-    """Also where time runs so fast that all which was kept grows too old meanwhile."""
-    buffer = filled(8.0, 20)
-    kept, number = buffer.content()
-    fill(buffer, range(20, opened))
-    stamps = [stamp for topic, _, stamp in [*kept, *buffer.since(number)] if topic == 'topic']
-    assert stamps == list(range(stamps[0], opened))
-    buffer.release()
-    fill(buffer, range(opened, opened + 20))
-    assert buffer.kept['last_seconds'] <= 8 + 8 / recording.SEGMENT_COUNT
-
-
-@pytest.mark.parametrize('how', ['dropped', 'cleared'])
-def test_gap_in_the_buffer_is_rejected(how, monkeypatch):
-    buffer = filled(8.0, 20)
-    _, number = buffer.content()
-    if how == 'dropped':
-        monkeypatch.setattr(recording, 'MAX_BUFFER_BYTES', 100)
-    else:
-        buffer.clear()
-    buffer.put('topic', b'lost', 20)
-    buffer.begin(21, ('header', b'', 21))
-    with pytest.raises(Refused, match='the disk was slow'):
-        buffer.since(number)
