@@ -31,7 +31,7 @@ from mlmem.instrument.end import End, Shot
 from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError
 from mlmem.physics import CASE_II, Specimen, StateError
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.host import state_file
+from mlmem_ros.host import store
 from mlmem_ros.session import data
 from mlmem_tools.identification import csv_shots
 from mlmem_tools.law.curves import average_runs, load_run, save_law
@@ -62,7 +62,7 @@ def build_element():
 
 def load_state(path):
     """Restore an element from a state file; none is a fresh start, which is no error."""
-    if (found := state_file.load_snapshot(path)) is None:
+    if (found := store.load_snapshot(path)) is None:
         raise StateError('there is none')
     snapshot.restore_snapshot(build_element(), found)
 
@@ -91,7 +91,7 @@ KINDS = {
     ),
     'state': Kind(
         load_state,
-        lambda path: state_file.save_snapshot(path, snapshot.take_snapshot(build_element())),
+        lambda path: store.save_snapshot(path, snapshot.take_snapshot(build_element())),
         '.json',
         (StateError, DecodeError),
     ),

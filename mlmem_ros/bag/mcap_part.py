@@ -54,8 +54,6 @@ MAX_HELD_BYTES = 2**27
 RECORD_BYTES = 600
 """Bytes that a record takes in memory in addition to its content."""
 
-_MAX_DEFINITION_BYTES = 2**24
-
 
 class DamageError(Exception):
     """A record is damaged; the text says how."""
@@ -87,7 +85,6 @@ class McapPart:
         self.library = ''
         self.losses: list[Loss] = []
         self._counts: Counter[int] = Counter()  # messages by channel
-        self._definition_bytes = 0
         self._end: float = math.inf  # of what was whole when it was opened: it may be recorded
         for record in self._read_records(self.losses):
             self._store_record(record)
@@ -199,12 +196,9 @@ class McapPart:
     def _store_record(self, record: records.McapRecord) -> None:
         # The first definition stands; the summary repeats it.
         if isinstance(record, records.Schema) and record.id not in self.schemas:
-            if self._has_space_for_definition(len(record.data)):
-                self.schemas[record.id] = record
+            self.schemas[record.id] = record
         elif isinstance(record, records.Channel) and record.id not in self.channels:
-            texts = (record.topic, *record.metadata, *record.metadata.values())
-            if self._has_space_for_definition(sum(map(len, texts))):
-                self.channels[record.id] = record
+            self.channels[record.id] = record
         elif isinstance(record, records.Header):
             self.library = record.library
         elif isinstance(record, records.Metadata) and record.name == METADATA_NAME:
@@ -213,15 +207,6 @@ class McapPart:
             self._counts[record.channel_id] += 1
             earliest, latest = self.span or (record.log_time, record.log_time)
             self.span = min(earliest, record.log_time), max(latest, record.log_time)
-
-    def _has_space_for_definition(self, size: int) -> bool:
-        """Count a definition, unless all take more than a bag may need."""
-        if self._definition_bytes + size > _MAX_DEFINITION_BYTES:
-            reason = f'definitions must have at most {_MAX_DEFINITION_BYTES} bytes'
-            self.losses.append(Loss(self.path, 0, 0, reason))
-            return False
-        self._definition_bytes += size
-        return True
 
 
 def _find_spans(stream: BinaryIO, offset: int) -> Iterator[tuple[int, int, int]]:

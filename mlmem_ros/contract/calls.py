@@ -26,7 +26,7 @@ from mlmem.schema import short_repr
 
 from .answers import Answer, SelfTested, list_all_fields, wire_fields
 from .services import DEADLINE_ARGUMENT, DOUBLE, NAME_ARGUMENT, REQUEST_ARGUMENTS, STRING
-from .statuses import OK, parse_status
+from .topics import OK, parse_status
 
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
 

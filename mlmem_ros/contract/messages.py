@@ -20,8 +20,8 @@ from mlmem.physics.potential import Array
 from mlmem.procedure_table import JOINT_NAME
 
 from .answers import format_values
-from .statuses import ERROR, OK, Status
 from .streams import Joints, Stream
+from .topics import ERROR, OK, Status
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ type of them, and `parse_message` returns them from a recorded one.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,10 +18,20 @@ import numpy as np
 from mlmem import UNDECODABLE, EchoReceived, End, Event, MemoryElement, Outcome, Shot, Unknown
 from mlmem.physics import find_walls
 from mlmem.physics.potential import Array
+from mlmem.schema import short_repr
 
 from .answers import format_values, outcome_to_dict
-from .statuses import ERROR, OK, WARN, Status, parse_status
-from .topics import LATCHED_QOS, RELIABLE_QOS, STREAM_QOS, Topic
+from .topics import (
+    ERROR,
+    LATCHED_QOS,
+    OK,
+    RELIABLE_QOS,
+    STREAM_QOS,
+    WARN,
+    Status,
+    Topic,
+    parse_status,
+)
 
 SHOT_HEAD_SIZE = 9
 """Numbers that describe a shot, before its samples."""
@@ -152,13 +162,33 @@ def encode_read_shot(element: MemoryElement, event: EchoReceived) -> Array | Non
     return np.concatenate((encoded[:SHOT_HEAD_SIZE], read, encoded[SHOT_HEAD_SIZE:]))
 
 
+def decode_shot(data: Array, offset: int) -> Shot:
+    """Return the shot that `encode_shot` gave, `offset` of them before the samples.
+
+    Raises:
+        ValueError: They are not a shot.
+    """
+    head, rows = data[:SHOT_HEAD_SIZE], data[SHOT_HEAD_SIZE:]
+    if offset != SHOT_HEAD_SIZE or len(rows) < 2 or len(rows) % 2:
+        raise ValueError(
+            f'data must be {SHOT_HEAD_SIZE} numbers, then 2 rows of samples; got {len(data)} '
+            f'numbers, {offset} of them before the rows'
+        )
+    if not np.isfinite(head).all() or np.isinf(rows).any() or min(head[[1, 3, 6]]) <= 0.0:
+        raise ValueError(
+            'end, carrier, amplitude, sigma, wall, strain, interval and the rests must be finite, '
+            f'carrier, sigma and interval above 0; got {short_repr(head)}'
+        )
+    number, omega_c, A, sigma, wall, strain, dt = map(float, head[:7])
+    end = End.RIGHT if number else End.LEFT
+    return Shot(end, omega_c, A, sigma, wall, strain, dt, head[7:], rows.reshape(2, -1))
+
+
 def decode_read_shot(data: Array) -> ReadShot:
-    """Return the pulse of a read that `encode_read_shot` gave."""
-    row, omega_c, A, sigma, wall, strain, dt = map(float, data[:7])
-    unrest, level, tick, disturbed = map(float, data[SHOT_HEAD_SIZE:READ_HEAD_SIZE])
-    rest, samples = data[7:SHOT_HEAD_SIZE], data[READ_HEAD_SIZE:].reshape(2, -1)
-    end = End.RIGHT if row else End.LEFT
-    shot = Shot(end, omega_c, A, sigma, wall, strain, dt, rest, samples, unrest)
+    """Return the pulse of a read that `encode_read_shot` gave; raises as `decode_shot`."""
+    head, read, rows = np.split(data, (SHOT_HEAD_SIZE, READ_HEAD_SIZE))
+    unrest, level, tick, disturbed = map(float, read)
+    shot = replace(decode_shot(np.concatenate((head, rows)), SHOT_HEAD_SIZE), unrest=unrest)
     return ReadShot(shot, int(level), int(tick), bool(disturbed))
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a topic is: name, type and quality of service.
+"""What a topic is: name, type and quality of service; and what a DiagnosticStatus says.
 
 The topics themselves stand in two tables: `streams.STREAMS` has those that a node publishes,
 `commands.COMMAND_TOPICS` those that it subscribes to.
@@ -8,6 +8,7 @@ The topics themselves stand in two tables: `streams.STREAMS` has those that a no
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -80,3 +81,27 @@ DIAGNOSTICS_TOPIC = Topic(
     'of the twin, from `memory_monitor`',
 )
 """The one topic that all nodes share."""
+
+OK, WARN, ERROR = range(3)
+"""Levels of diagnostic_msgs/msg/DiagnosticStatus."""
+
+
+class Status(NamedTuple):
+    """The values of a DiagnosticStatus.
+
+    Attributes:
+        severity: `OK`, `WARN` or `ERROR`.
+        text: In words.
+        values: Values as texts, by key.
+    """
+
+    severity: int
+    text: str
+    values: Mapping[str, str]
+
+
+def parse_status(message: Any) -> Status:
+    """Return the values of a DiagnosticStatus, from rclpy or from a bag."""
+    severity = message.level[0] if isinstance(message.level, bytes) else int(message.level)
+    pairs = {pair.key: pair.value for pair in message.values}
+    return Status(severity, message.message, pairs)

@@ -1,34 +1,44 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What survives a restart: content and calibration of an element, in a file."""
+"""What survives a restart: a file with a snapshot of the content of an element, and the
+calibration for its design and settings.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import json
 import os
+from collections.abc import Mapping
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
 from mlmem import (
+    Calibration,
     Driver,
     Loop,
     MemoryElement,
     Outcome,
     Refused,
     Settings,
+    SettingsError,
     atomic_files,
     snapshot,
     threads,
 )
 from mlmem.loop.mailbox import Asked
+from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError, decode_value, parse_json
 from mlmem.physics import Design, StateError
 from mlmem.procedure_table import PROCEDURES
 from mlmem.readers.calibration import calibration_key
+from mlmem.schema import make_printable
 
-from . import state_file
 from .settings import FileSettings, StateSettings
 from .worker import ThrottledLog, Worker
+
+FILE_FORMAT = 1
+"""Version of the file."""
 
 
 class Store:
@@ -83,8 +93,8 @@ class Store:
             return MemoryElement(design, settings, driver=driver)
         self._worker.done(f'claiming {path}', lambda: self._take_claim(path))
         key = calibration_key(design, settings)
-        self._saved = self._worker.done(f'reading {path}', lambda: state_file.load_snapshot(path))
-        known = state_file.find_calibration(self._saved, key, design.levels)
+        self._saved = self._worker.done(f'reading {path}', lambda: load_snapshot(path))
+        known = find_calibration(self._saved, key, design.levels)
         return MemoryElement(design, settings, known, driver)
 
     def restore(self, element: MemoryElement) -> None:
@@ -120,9 +130,7 @@ class Store:
             return saved
         taken = snapshot.take_snapshot(element)
         self._due = threads.monotonic() + self._interval
-        saved = self._worker.do(
-            f'saving the state in {path}', lambda: state_file.save_snapshot(path, taken)
-        )
+        saved = self._worker.do(f'saving the state in {path}', lambda: save_snapshot(path, taken))
         saved.add_done_callback(self._log_error)
         return saved
 
@@ -198,3 +206,60 @@ def _apply_save_result(outcome: Outcome, error: BaseException | None) -> Outcome
         return outcome
     done = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
     return dataclasses.replace(outcome, success=False, error=f'{done}, but is not saved: {error}')
+
+
+def save_snapshot(path: Path, taken: Mapping[str, Any]) -> None:
+    """Replace the file by what `snapshot.take_snapshot` returned, or leave it as it was; make its
+    folder.
+
+    Raises:
+        StateError: The file cannot be written; the message says why.
+    """
+    content = json.dumps({'format': FILE_FORMAT, 'snapshot': dict(taken)})
+    try:
+        atomic_files.make_directory(path.parent, exist_ok=True)
+        atomic_files.write_atomically(path, content)
+    except (OSError, ValueError) as error:
+        why = atomic_files.describe_error(error)
+        raise StateError(f'the state cannot be saved in {path}: {why}') from error
+
+
+def load_snapshot(path: Path) -> dict[str, Any] | None:
+    """Return the snapshot in a file, or None if there is no file yet.
+
+    Raises:
+        StateError: The file cannot be read, or holds no snapshot.
+    """
+    try:
+        content = parse_json(atomic_files.read_text(path))
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        why = f'the state cannot be read from {path}: {atomic_files.describe_error(error)}'
+        raise StateError(make_printable(why, MAX_MESSAGE_CHARS)) from error
+    except ValueError as error:
+        raise _build_damage_error(path, str(error)) from error
+    found = content.get('snapshot') if isinstance(content, dict) else None
+    if not isinstance(found, dict) or content.get('format') != FILE_FORMAT:
+        raise _build_damage_error(path, f'it must have format {FILE_FORMAT} and a snapshot')
+    return found
+
+
+def find_calibration(saved: Mapping[str, Any] | None, key: str, levels: int) -> Calibration | None:
+    """Return the calibration in a snapshot, or None if it has none for a key; see
+    `calibration_key`.
+    """
+    if saved is None or saved.get('calibration_key') != key:
+        return None
+    try:
+        calibration: Calibration = decode_value(Calibration, saved.get('calibration'))
+        calibration.check(levels)
+    except (DecodeError, SettingsError):  # who restores the snapshot says what is wrong
+        return None
+    return calibration
+
+
+def _build_damage_error(path: Path, why: str) -> StateError:
+    """Return the error for a file that cannot be used."""
+    text = f'{path} is damaged: {why}; move it away to start blank'
+    return StateError(make_printable(text, MAX_MESSAGE_CHARS))

@@ -157,17 +157,14 @@ class Worker:
 
         Returns:
             What the work returns or raises; `Overdue` if it takes longer than `WORK_TIMEOUT_S`.
-            Work that has not begun by then is dropped. `Refused` if the system starts no thread.
+            Work that has not begun by then is dropped.
         """
         job = _Job(what, work, anyway)
         with self._changed:
             self._jobs.append(job)
             alone = len(self._jobs) == 1
         if alone:
-            try:
-                threads.Thread(target=self._run, name=self._name, daemon=True).start()
-            except RuntimeError as error:  # as many threads or as much memory as the system allows
-                self._refuse_jobs(Refused(f'{what} is not possible: {error}'))
+            threads.Thread(target=self._run, name=self._name, daemon=True).start()
         return job.answer
 
     def done(self, what: str, work: Callable[[], T]) -> T:
@@ -210,15 +207,6 @@ class Worker:
             if job.answered:
                 raise Refused(f'{job.what} came too late')
             return step()
-
-    def _refuse_jobs(self, refusal: Refused) -> None:
-        """Answer all jobs, of which none has begun; the next one tries again."""
-        with self._changed:
-            jobs = [job for job in self._jobs if not job.answered]
-            self._jobs.clear()
-            self._changed.notify_all()
-        for job in jobs:
-            job.answer.set_exception(refusal)
 
     def _expire_jobs(self, now: float) -> list[_Job]:
         """Mark the unanswered jobs whose deadline has passed, with the lock held; return them."""

@@ -9,15 +9,10 @@ import json
 import signal
 import subprocess
 import sys
-import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from os import PathLike
-from queue import SimpleQueue
-from typing import Any, TypeVar
-
-T = TypeVar('T')
+from typing import Any
 
 PR_SET_PDEATHSIG = 1
 
@@ -36,13 +31,11 @@ def run_child_process(
     module: str, arguments: Sequence[str], **streams: Any
 ) -> Iterator[subprocess.Popen[bytes]]:
     """Run a module as a process with these arguments and streams (see `subprocess.Popen`); it gets
-    SIGTERM in the end, and is killed if this process is.
+    SIGTERM in the end, and is killed if this process or the thread that started it ends.
     """
     command = [sys.executable, '-m', module, *arguments]
-    process = _PARENT_THREAD.call(
-        lambda: subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, preexec_fn=_end_with_parent, **streams
-        )
+    process = subprocess.Popen(
+        command, stdin=subprocess.DEVNULL, preexec_fn=_end_with_parent, **streams
     )
     try:
         yield process
@@ -53,38 +46,6 @@ def run_child_process(
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
-
-
-class _Parent:
-    """A thread as old as its process: what is killed with its parent dies with the thread that
-    started it.
-    """
-
-    def __init__(self) -> None:
-        self._work: SimpleQueue[tuple[Callable[[], Any], Future[Any]]] = SimpleQueue()
-        self._lock = threading.Lock()
-        self._thread: threading.Thread | None = None
-
-    def call(self, make: Callable[[], T]) -> T:
-        """Call a function in that thread; return or raise what it does."""
-        with self._lock:
-            if self._thread is None or not self._thread.is_alive():  # dead in a forked process
-                self._thread = threading.Thread(target=self._run, name='mlmem-parent', daemon=True)
-                self._thread.start()
-        answer: Future[T] = Future()
-        self._work.put((make, answer))
-        return answer.result()
-
-    def _run(self) -> None:
-        while True:
-            make, answer = self._work.get()
-            try:
-                answer.set_result(make())
-            except BaseException as error:
-                answer.set_exception(error)
-
-
-_PARENT_THREAD = _Parent()
 
 
 def _end_with_parent() -> None:

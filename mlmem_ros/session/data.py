@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem import Command, End, Shot
+from mlmem import Command, Shot
 from mlmem.procedure_table import CONTENT_NAMES
 from mlmem.schema import short_repr
 
@@ -22,8 +22,8 @@ from ..bag.contents import LOST_KEY, Message
 from ..bag.errors import BagError
 from ..bag.reader import BagReader
 from ..contract import calls
-from ..contract.statuses import Status
-from ..contract.streams import SHOT_HEAD_SIZE, STREAMS, Stream, parse_message
+from ..contract.streams import SHOT_HEAD_SIZE, STREAMS, Stream, decode_shot, parse_message
+from ..contract.topics import Status
 from .records import (
     COMMAND_TOPIC,
     DROPPED_TOPIC,
@@ -84,7 +84,7 @@ class SessionData:
     def shots(self) -> list[Shot]:
         """The pulses of surveys."""
         found = self.events.get('waveform', [])
-        return [_parse_shot(values, SHOT_HEAD_SIZE) for _, values in found]
+        return [decode_shot(values, SHOT_HEAD_SIZE) for _, values in found]
 
     @property
     def outcomes(self) -> list[tuple[float, Mapping[str, str]]]:
@@ -208,7 +208,7 @@ def _take_event(session: SessionData, stream: Stream, seconds: float, message: A
     if stream.name == 'echo':
         calls.parse_echo(message)  # which refuses what is none
     elif stream.name == 'waveform':
-        _parse_shot(values, message.layout.data_offset)
+        decode_shot(values, message.layout.data_offset)
     session.events.setdefault(stream.name, []).append((seconds, values))
 
 
@@ -221,25 +221,6 @@ def _take_field(session: SessionData, seconds: float, message: Any) -> None:
 
 def _take_joint_states(session: SessionData, seconds: float, message: Any) -> None:
     session.displacements.append((seconds, calls.parse_displacement(message)))
-
-
-def _parse_shot(data: Array, offset: int) -> Shot:
-    """Return the shot that `streams.encode_shot` gives, `offset` of them before the samples."""
-    head, rows = data[:SHOT_HEAD_SIZE], data[SHOT_HEAD_SIZE:]
-    if offset != SHOT_HEAD_SIZE or len(rows) < 2 or len(rows) % 2:
-        raise ValueError(
-            f'data must be {SHOT_HEAD_SIZE} numbers, then 2 rows of samples; got {len(data)} '
-            f'numbers, '
-            f'{offset} of them before the rows'
-        )
-    if not np.isfinite(head).all() or np.isinf(rows).any() or min(head[[1, 3, 6]]) <= 0.0:
-        raise ValueError(
-            'end, carrier, amplitude, sigma, wall, strain, interval and the rests must be finite, '
-            f'carrier, sigma and interval above 0; got {short_repr(head)}'
-        )
-    number, omega_c, A, sigma, wall, strain, dt = map(float, head[:7])
-    end = End.RIGHT if number else End.LEFT
-    return Shot(end, omega_c, A, sigma, wall, strain, dt, head[7:], rows.reshape(2, -1))
 
 
 def _list_losses(reader: BagReader, node: str) -> Iterator[str]:

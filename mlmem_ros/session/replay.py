@@ -27,8 +27,8 @@ from mlmem.instrument.instrument import MAX_RUN_TICKS
 from mlmem.physics import StateError
 
 from ..bag.errors import BagError
-from ..contract.statuses import Status
 from ..contract.streams import STREAMS
+from ..contract.topics import Status
 from .data import SessionData
 from .records import StateHash, collect_versions, name_errors
 from .report import ComparedEvents, ReplayReport, describe_ending

@@ -25,9 +25,8 @@ from mlmem.instrument.drivers import SIMULATION_NAME
 from mlmem.physics import INTEGRATORS
 from mlmem_ros.contract.calls import RequestError
 from mlmem_ros.contract.messages import build_component_status
-from mlmem_ros.contract.statuses import parse_status
 from mlmem_ros.contract.streams import STREAMS, decode_read_shot
-from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC
+from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, parse_status
 from mlmem_ros.host.settings import DESCRIPTION
 from mlmem_ros.host.worker import ThrottledLog
 from mlmem_ros.ros.client.client import MemoryClient

@@ -16,9 +16,15 @@ from typing import TYPE_CHECKING, Any
 from mlmem import element_file
 from mlmem_ros.contract.calls import RequestError
 from mlmem_ros.contract.services import load_action_types
-from mlmem_ros.contract.statuses import Status, parse_status
 from mlmem_ros.contract.streams import STREAMS
-from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, KEEP_ALL_QOS, STREAM_QOS, Topic
+from mlmem_ros.contract.topics import (
+    DIAGNOSTICS_TOPIC,
+    KEEP_ALL_QOS,
+    STREAM_QOS,
+    Status,
+    Topic,
+    parse_status,
+)
 from mlmem_ros.host.settings import DESCRIPTION
 from mlmem_ros.ros.middleware import RELIABLE_PROFILE, SENSOR_DATA_PROFILE, build_qos_profile
 

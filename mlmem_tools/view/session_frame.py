@@ -12,7 +12,7 @@ import numpy as np
 from mlmem import Disturb, Write
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.contract import calls
-from mlmem_ros.contract.statuses import OK, parse_status
+from mlmem_ros.contract.topics import OK, parse_status
 from mlmem_ros.session.data import find_only_node, iterate_timed, read_first_header
 from mlmem_ros.session.records import COMMAND_TOPIC, name_errors, read_command
 

@@ -13,7 +13,7 @@ from mlmem import MemoryElement, Read, element_file, load_element, snapshot
 from mlmem.moves import corrections
 from mlmem.physics import Specimen
 from mlmem_ros.bag import jazzy
-from mlmem_ros.host import state_file
+from mlmem_ros.host import store
 from mlmem_ros.session import records
 
 from . import keys
@@ -42,7 +42,7 @@ def generate_files() -> dict[str, str]:
         'session': _keys(session[records.HEADER_TOPIC], header),
         'command': _keys(session[records.COMMAND_TOPIC], ['tick', 'kind', *arguments]),
         'state hash': _keys(session[records.STATE_HASH_TOPIC], hashed),
-        'state': _keys(keys.STATE, _written(state_file.save_snapshot, taken)),
+        'state': _keys(keys.STATE, _written(store.save_snapshot, taken)),
         'element': _keys(keys.ELEMENT, known.as_dict()),
     }
 

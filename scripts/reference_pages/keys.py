@@ -3,7 +3,7 @@
 """The keys of all files, and what they mean; `files` compares them with those that are written."""
 
 from mlmem import element_file
-from mlmem_ros.host import state_file
+from mlmem_ros.host import store
 from mlmem_ros.session import records
 
 TOPICS = {
@@ -48,7 +48,7 @@ SESSION = {
 """The JSON objects on them."""
 
 STATE = {
-    'format': f'version of the file: {state_file.FILE_FORMAT}',
+    'format': f'version of the file: {store.FILE_FORMAT}',
     'snapshot': 'state of the idle device',
 }
 """A state file."""

@@ -17,7 +17,7 @@ from mlmem import Faults, Read, Refused, SetStrain, SettingsError, Write
 from mlmem.loop.timetable import SteadyPacer
 from mlmem.physics import StateError
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.host import State, state_file
+from mlmem_ros.host import State, store
 from mlmem_ros.host import worker as worker_module
 from mlmem_ros.host.settings import (
     RecordSettings,
@@ -70,7 +70,7 @@ def test_write_is_saved_before_the_next_command(serve, file, kept):
     host.pause(False)
     outcome = write.answer.result(SOON)
     assert outcome.success
-    assert state_file.load_snapshot(file)['ticks'] == outcome.end_tick + 1
+    assert store.load_snapshot(file)['ticks'] == outcome.end_tick + 1
 
 
 def fill_disk(path, taken):
@@ -79,7 +79,7 @@ def fill_disk(path, taken):
 
 def test_write_that_cannot_be_saved_fails(serve, kept, monkeypatch):
     host = serve(**kept).activate()
-    monkeypatch.setattr(state_file, 'save_snapshot', fill_disk)
+    monkeypatch.setattr(store, 'save_snapshot', fill_disk)
     outcome = host.submit(Write(0)).answer.result(SOON)
     assert not outcome.success
     assert outcome.reading.level == 0
@@ -91,7 +91,7 @@ def test_hanging_disk_delays_no_answer_and_is_a_loss_at_the_end(
     serve, kept, monkeypatch, hung, log
 ):
     host = serve(**kept).activate()
-    monkeypatch.setattr(state_file, 'save_snapshot', lambda *_: hung.wait())
+    monkeypatch.setattr(store, 'save_snapshot', lambda *_: hung.wait())
     answer = host.submit(Write(0)).answer
     until(host, answer.done)
     assert 'the disk does not answer' in answer.result().error
@@ -107,14 +107,14 @@ def test_later_save_clears_an_earlier_failure(serve, file, kept, monkeypatch):
     host = service.activate()
     assert host.submit(Write(0)).answer.result(SOON).success
     with monkeypatch.context() as patch:
-        patch.setattr(state_file, 'save_snapshot', fill_disk)
+        patch.setattr(store, 'save_snapshot', fill_disk)
         host.deactivate()
     assert host.lost
     host.release()
     service.activate()
     host.close()
     assert not host.lost
-    assert state_file.load_snapshot(file)['reading']['level'] == 0
+    assert store.load_snapshot(file)['reading']['level'] == 0
 
 
 def test_second_element_on_a_state_file_is_rejected(serve, kept):
@@ -134,7 +134,7 @@ def test_failed_device_is_released_and_its_file_kept(serve, kept, file, log):
     service = serve(**kept)
     host = service.activate()
     assert host.submit(Write(0)).answer.result(SOON).success
-    before = state_file.load_snapshot(file)
+    before = store.load_snapshot(file)
     service.poison()
     with pytest.raises(Refused, match='the device has stopped'):
         host.submit(Read()).answer.result(SOON)
@@ -143,7 +143,7 @@ def test_failed_device_is_released_and_its_file_kept(serve, kept, file, log):
     assert host.loop is None
     with pytest.raises(Refused, match=r'^inactive: the device has stopped: .*; conf'):
         host.submit(Read()).answer.result(SOON)
-    assert state_file.load_snapshot(file)['reading'] == before['reading']
+    assert store.load_snapshot(file)['reading'] == before['reading']
     assert any('configure and activate to go on' in text for text in log.of('error'))
     assert service.activate().submit(Read()).answer.result(SOON).reading.level == 0
 

@@ -13,7 +13,7 @@ from mlmem.move_settings import WriteSettings
 from mlmem.physics import CASE_I, CASE_II, StateError
 from mlmem.readers.calibration import calibration_key
 from mlmem.settings import ReadSettings, TimeSettings
-from mlmem_ros.host import state_file
+from mlmem_ros.host import store
 from test.device import rig
 
 
@@ -28,7 +28,7 @@ def test_damaged_file_is_rejected_and_kept(tmp_path, text):
     path = tmp_path / 'element.json'
     path.write_bytes(text.encode('latin-1'))
     with pytest.raises(StateError, match=r'element\.json is damaged: '):
-        state_file.load_snapshot(path)
+        store.load_snapshot(path)
     assert path.read_bytes() == text.encode('latin-1')
 
 
@@ -40,7 +40,7 @@ def test_huge_file_is_rejected_in_little_memory(tmp_path):
     tracemalloc.start()
     try:
         with pytest.raises(StateError, match='is damaged: it is larger than 33554432 bytes'):
-            state_file.load_snapshot(path)
+            store.load_snapshot(path)
         assert tracemalloc.get_traced_memory()[1] < 80e6  # twice what is read
     finally:
         tracemalloc.stop()
@@ -50,19 +50,19 @@ def test_calibration_is_found_by_its_key():
     element = MemoryElement(CASE_II)
     taken = json.loads(json.dumps(snapshot.take_snapshot(element)))
     key = taken['calibration_key']
-    assert state_file.find_calibration(taken, key, CASE_II.levels) == element.calibration
+    assert store.find_calibration(taken, key, CASE_II.levels) == element.calibration
     for given, wanted, levels in ((None, key, 8), (taken, 'other', 8), (taken, key, 3)):
-        assert state_file.find_calibration(given, wanted, levels) is None
+        assert store.find_calibration(given, wanted, levels) is None
     taken['calibration'] = {'left': 1}
-    assert state_file.find_calibration(taken, key, CASE_II.levels) is None
+    assert store.find_calibration(taken, key, CASE_II.levels) is None
 
 
 def test_file_that_cannot_be_read_or_written_is_reported(tmp_path):
     with pytest.raises(StateError, match=r'the state cannot be read from .*directory'):
-        state_file.load_snapshot(tmp_path)
+        store.load_snapshot(tmp_path)
     (tmp_path / 'file').write_text('')
     with pytest.raises(StateError, match='the state cannot be saved'):
-        state_file.save_snapshot(tmp_path / 'file' / 'x.json', {})
+        store.save_snapshot(tmp_path / 'file' / 'x.json', {})
 
 
 def test_calibration_key_depends_on_what_delays_depend_on():

@@ -9,9 +9,9 @@ import pytest
 from mlmem import MemoryElement, Settings, factory
 from mlmem.physics import CASE_II, StateError
 from mlmem.settings import ProbeSettings
-from mlmem_ros.host import ThrottledLog, state_file
+from mlmem_ros.host import ThrottledLog
 from mlmem_ros.host.settings import FileSettings, StateSettings
-from mlmem_ros.host.store import Store
+from mlmem_ros.host.store import Store, load_snapshot
 from mlmem_ros.host.worker import Worker
 
 
@@ -48,7 +48,7 @@ def test_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
     element.advance()
     kept(link).keep(element).result(20.0)
     assert link.is_symlink()
-    assert state_file.load_snapshot(file)['ticks'] == 1
+    assert load_snapshot(file)['ticks'] == 1
     loop = tmp_path / 'loop.json'
     loop.symlink_to(loop)
     with pytest.raises(StateError, match=r'loop\.json'):

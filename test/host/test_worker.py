@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from mlmem import Refused, threads
+from mlmem import threads
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import Overdue
 from mlmem_ros.host.worker import WORK_TIMEOUT_S, Worker
@@ -79,22 +79,3 @@ def test_job_on_a_hanging_disk_times_out(worker, disk, later):
     disk.set()
     assert worker.wait(SOON)
     assert worker.do('more', lambda: 'again').result(SOON) == 'again'
-
-
-def test_thread_that_does_not_start_rejects_its_job(worker, monkeypatch):
-    """Its job is refused with the reason, and the next one is done."""
-
-    class NoThread:
-        def __init__(self, **_):
-            pass
-
-        def start(self):
-            raise RuntimeError("can't start new thread")
-
-    with monkeypatch.context() as patch:
-        patch.setattr(threads, 'Thread', NoThread)
-        refused = worker.do('saving', lambda: 1)
-        with pytest.raises(Refused, match="saving is not possible: can't start new thread"):
-            refused.result(SOON)
-        assert worker.wait(0.0)
-    assert worker.do('saving', lambda: 2).result(SOON) == 2

@@ -15,7 +15,7 @@ from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from mlmem import SettingsError
 from mlmem_ros import MemoryClient, MemoryNode, RequestRefused
 from mlmem_ros.contract import services
-from mlmem_ros.host import state_file
+from mlmem_ros.host import store
 from mlmem_ros.ros.middleware import create_events_executor
 from mlmem_ros.ros.process import PROFILE_VARIABLES
 
@@ -46,7 +46,7 @@ def test_element_and_robot_share_an_executor(context, robot, kind, tmp_path):
         with pytest.raises(RequestRefused, match='the device has stopped'):
             run_in_executor(robot, executor, client.read)
     assert memory not in executor.get_nodes()
-    assert state_file.load_snapshot(state)['reading']['level'] == 3
+    assert store.load_snapshot(state)['reading']['level'] == 3
     executor.shutdown()
 
 

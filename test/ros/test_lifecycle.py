@@ -12,7 +12,7 @@ from nodes import QUICK, SOON, element_file, end_node
 from robot import Robot
 
 from mlmem_ros import standalone
-from mlmem_ros.host import Host, state_file
+from mlmem_ros.host import Host, store
 
 BY_HAND = {'autostart': False}
 
@@ -95,9 +95,9 @@ def test_content_is_saved_at_intervals(start, tmp_path):
     start({'state.path': str(file), 'state.interval': 0.2})
     with Robot() as robot:
         assert robot.write(0)['level'] == 0
-        ticks = state_file.load_snapshot(file)['ticks']
-        robot.wait(lambda: state_file.load_snapshot(file)['ticks'] > ticks, 'a later state')
-    assert state_file.load_snapshot(file)['reading']['level'] == 0
+        ticks = store.load_snapshot(file)['ticks']
+        robot.wait(lambda: store.load_snapshot(file)['ticks'] > ticks, 'a later state')
+    assert store.load_snapshot(file)['reading']['level'] == 0
 
 
 def test_design_that_fails_its_check_is_rejected_or_named(start):

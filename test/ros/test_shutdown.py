@@ -16,7 +16,7 @@ from nodes import QUICK, SOON, program
 from robot import Robot
 
 from mlmem_ros import MemoryClient, NoAnswer, standalone
-from mlmem_ros.host import state_file
+from mlmem_ros.host import store
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.node.run import CLIENT_ABSENCE_S, await_last_clients, end_nodes, start_nodes
 from mlmem_ros.ros.node_process import build_node_arguments
@@ -46,7 +46,7 @@ def test_robot_stopped_with_its_memory_writes_once_more(start, tmp_path):
         time.sleep(0.003)
     assert (robot.wait(2 * SOON), robot.stderr.read()) == (0, '')
     assert node.exit_status(SOON) == 0  # it does not linger to the end
-    assert state_file.load_snapshot(state)['reading']['level'] == 0
+    assert store.load_snapshot(state)['reading']['level'] == 0
 
 
 @pytest.mark.parametrize('longest', [0.8, 60.0])

@@ -10,7 +10,7 @@ from types import NoneType
 from mlmem import Outcome, Refused
 from mlmem.physics import find_level
 from mlmem.procedure_table import Procedures
-from mlmem_ros.host import REFUSALS, state_file
+from mlmem_ros.host import REFUSALS, store
 
 from . import bags
 from . import element as small
@@ -200,7 +200,7 @@ class Invariants:
             return
         ticks, level, number = self._acknowledged
         try:
-            saved = state_file.load_snapshot(Path(STATE))
+            saved = store.load_snapshot(Path(STATE))
         except REFUSALS as error:
             self.find(f'the saved state cannot be read: {error}')
             return

@@ -10,7 +10,7 @@ from owner import owned
 
 from mlmem import atomic_files
 from mlmem.instrument.drivers import Simulation
-from mlmem_ros.host import state_file, worker
+from mlmem_ros.host import store, worker
 
 from .disk import Disk, mounted
 from .element import KINDS
@@ -111,7 +111,7 @@ class SeededRun:
         atomic_files.make_directory(ROOT, exist_ok=True)
         if self.script.state:
             path = Path(STATE)
-            state_file.save_snapshot(path, self.kind.written(self.script.level))
+            store.save_snapshot(path, self.kind.written(self.script.level))
 
     def _fate(self):
         """Take the steps, from outside the process."""

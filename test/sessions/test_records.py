@@ -12,10 +12,10 @@ from mlmem.instrument.end import End, Shot
 from mlmem.physics import CASE_II
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.contract.statuses import OK, Status
-from mlmem_ros.contract.streams import SHOT_HEAD_SIZE, encode_shot
+from mlmem_ros.contract.streams import SHOT_HEAD_SIZE, decode_shot, encode_shot
+from mlmem_ros.contract.topics import OK, Status
 from mlmem_ros.session import records
-from mlmem_ros.session.data import SessionData, _parse_shot
+from mlmem_ros.session.data import SessionData
 from mlmem_ros.session.records import name_errors, read_command, read_header, read_state_hash
 from mlmem_ros.session.replay import build_element, find_last_tick, run_replay
 
@@ -177,7 +177,7 @@ TAKEN = Shot(End.RIGHT, 0.7, 1e-3, 40.0, 62.0, -0.009, 0.5, np.array([0.1, -0.2]
 
 
 def test_shot_comes_back_with_its_gaps():
-    found = _parse_shot(encode_shot(None, TAKEN), SHOT_HEAD_SIZE)
+    found = decode_shot(encode_shot(None, TAKEN), SHOT_HEAD_SIZE)
     for name in ('end', 'omega_c', 'A', 'sigma', 'wall', 'strain', 'dt'):
         assert getattr(found, name) == getattr(TAKEN, name)
     assert np.array_equal(found.rest, TAKEN.rest)
@@ -192,7 +192,7 @@ def test_impossible_shot_is_rejected(place, value):
     data = encode_shot(None, TAKEN)
     data[place] = value
     with pytest.raises(ValueError, match=r'above 0|must be finite'):
-        _parse_shot(data, SHOT_HEAD_SIZE)
+        decode_shot(data, SHOT_HEAD_SIZE)
 
 
 @pytest.mark.parametrize(
@@ -200,4 +200,4 @@ def test_impossible_shot_is_rejected(place, value):
 )
 def test_shot_without_two_whole_rows_is_rejected(kept, offset):
     with pytest.raises(ValueError, match='2 rows of samples'):
-        _parse_shot(encode_shot(None, TAKEN)[:kept], offset)
+        decode_shot(encode_shot(None, TAKEN)[:kept], offset)
