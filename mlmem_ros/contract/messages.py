@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,14 +54,15 @@ def build_message(stream: Stream, values: Any, publication: Publication) -> Any:
     return _build_array(stream, values)
 
 
-def build_status(status: Status, node: str) -> DiagnosticStatus:
-    """Return a status of the node of this full name."""
+def build_status(status: Status, node: str, component: str = '') -> DiagnosticStatus:
+    """Return a status of the node of this full name, or of one of its components."""
+    texts = format_values(status.values)
     return DiagnosticStatus(
         level=bytes([status.severity]),
-        name=node.rpartition('/')[2],
+        name=f'{node[1:]}: {component}' if component else node.rpartition('/')[2],
         message=status.text,
         hardware_id=node,
-        values=[KeyValue(key=key, value=value) for key, value in status.values.items()],
+        values=[KeyValue(key=key, value=value) for key, value in texts.items()],
     )
 
 
@@ -101,8 +102,8 @@ def _build_array(stream: Stream, values: Array) -> Any:
 def build_test_statuses(outcome: Outcome, node: str) -> list[DiagnosticStatus]:
     """Return one status for every check of a self-test, or a single one without checks."""
     return [
-        build_component_status(
-            node, check.name, OK if check.passed else ERROR, check.message, check.values
+        build_status(
+            Status(OK if check.passed else ERROR, check.message, check.values), node, check.name
         )
         for check in outcome.checks
     ] or [build_refused_test(node, outcome.error)]
@@ -110,19 +111,4 @@ def build_test_statuses(outcome: Outcome, node: str) -> list[DiagnosticStatus]:
 
 def build_refused_test(node: str, reason: str) -> DiagnosticStatus:
     """Return the status of a self-test that did not run."""
-    return build_component_status(node, 'self_test', ERROR, reason, {})
-
-
-def build_component_status(
-    node: str, component: str, severity: int, text: str, values: Mapping[str, Any]
-) -> DiagnosticStatus:
-    """Return the status of a component of a node, by its full name; see `answers.format_values`
-    for the values.
-    """
-    return DiagnosticStatus(
-        level=bytes([severity]),
-        name=f'{node[1:]}: {component}',
-        message=text,
-        hardware_id=node,
-        values=[KeyValue(key=key, value=each) for key, each in format_values(values).items()],
-    )
+    return build_status(Status(ERROR, reason), node, 'self_test')

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 
@@ -90,14 +91,14 @@ class Status(NamedTuple):
     """The values of a DiagnosticStatus.
 
     Attributes:
-        severity: `OK`, `WARN` or `ERROR`.
-        text: In words.
-        values: Values as texts, by key.
+        severity: `OK`, `WARN` or `ERROR`; an aggregator decides when a status is stale.
+        text: In a few words.
+        values: By name. A message has them as texts; see `answers.format_values`.
     """
 
     severity: int
     text: str
-    values: Mapping[str, str]
+    values: Mapping[str, Any] = MappingProxyType({})
 
 
 def parse_status(message: Any) -> Status:

@@ -8,12 +8,11 @@ Calls raise only `REFUSALS`, and no request waits for a disk that hangs.
 from .host import Host
 from .sessions import State
 from .settings import SessionPlan
-from .worker import REFUSALS, Log, Overdue, ThrottledLog
+from .worker import REFUSALS, Overdue, ThrottledLog
 
 __all__ = [
     'REFUSALS',
     'Host',
-    'Log',
     'Overdue',
     'SessionPlan',
     'State',

@@ -33,7 +33,7 @@ from mlmem.physics import StateError
 from .building import Built, build_device
 from .sessions import Sessions
 from .settings import Parameters, SessionPlan
-from .worker import REFUSALS, Log, ThrottledLog, Worker
+from .worker import REFUSALS, ThrottledLog, Worker, WriteLine
 
 if TYPE_CHECKING:
     from .recording import Recording
@@ -65,7 +65,7 @@ class Host:
 
     def __init__(
         self,
-        log: Log,
+        write_line: WriteLine,
         now: Callable[[], int],
         *,
         name: str = '/mlmem',
@@ -74,11 +74,12 @@ class Host:
         """Create an empty host.
 
         Args:
+            write_line: Writes to the log.
             now: Returns the time of recorded messages in nanoseconds.
             name: Of the node, which owns its state file.
             failed: Called in the loop's thread when the device has failed: `fail` is due.
         """
-        self.log = ThrottledLog(log)
+        self.log = ThrottledLog(write_line)
         self.element: MemoryElement | None = None
         self.loop: Loop | None = None
         self.sessions = Sessions(self.log, now)

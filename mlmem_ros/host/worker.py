@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from mlmem import DriverError, Refused, SettingsError, threads
 from mlmem.physics import DesignError, StateError
@@ -27,25 +27,16 @@ MAX_LINE_CHARACTERS = 500
 """Characters of a line; longer ones lose their middle."""
 
 
-class Log(Protocol):
-    """Where lines go: a ROS logger, or one from the standard library."""
-
-    def info(self, message: str) -> Any:
-        """Log an event."""
-
-    def warning(self, message: str) -> Any:
-        """Log a refusal or an oddity."""
-
-    def error(self, message: str) -> Any:
-        """Log a failure."""
+WriteLine = Callable[[str, str], object]
+"""Writes a line to a log, given its severity, INFO, WARN or ERROR, and its text."""
 
 
 class ThrottledLog:
     """Writes to a log from any thread, and catches exceptions that nobody else handles."""
 
-    def __init__(self, log: Log) -> None:
+    def __init__(self, write: WriteLine) -> None:
         self.caught = 0
-        self._log = log
+        self._write = write
         self._lock = threads.Lock()
         self._allowed: dict[str, tuple[float, float]] = {}  # lines remaining, and when computed
         self._withheld: dict[str, int] = {}
@@ -53,16 +44,16 @@ class ThrottledLog:
     def info(self, text: str, about: str = '') -> None:
         """Log an event; a flood of lines about one subject is thinned to one per second."""
         if (since := self._withhold_note(about)) is not None:
-            self._log.info(make_printable(text, MAX_LINE_CHARACTERS) + since)
+            self._write('INFO', make_printable(text, MAX_LINE_CHARACTERS) + since)
 
     def warning(self, text: str, about: str = '') -> None:
         """Log an oddity; floods are thinned as in `info`."""
         if (since := self._withhold_note(about)) is not None:
-            self._log.warning(make_printable(text, MAX_LINE_CHARACTERS) + since)
+            self._write('WARN', make_printable(text, MAX_LINE_CHARACTERS) + since)
 
     def error(self, text: str) -> None:
         """Log a failure."""
-        self._log.error(make_printable(text, MAX_LINE_CHARACTERS))
+        self._write('ERROR', make_printable(text, MAX_LINE_CHARACTERS))
 
     def refused(self, what: str, why: object) -> None:
         """Log a refusal; floods are thinned as in `info`."""
@@ -74,7 +65,9 @@ class ThrottledLog:
             self.caught += 1
         if (since := self._withhold_note(where)) is not None:
             trace = ''.join(traceback.format_exception(error))
-            self._log.error(f'{where} failed; this is a fault in the software{since}:\n{trace}')
+            self._write(
+                'ERROR', f'{where} failed; this is a fault in the software{since}:\n{trace}'
+            )
 
     def cause(self, error: BaseException) -> None:
         """Log the traceback of what caused an expected error, if that was unexpected."""
@@ -84,7 +77,9 @@ class ThrottledLog:
         kinds = f'{type(error).__name__} of {type(cause).__name__}'  # texts are without number
         if (since := self._withhold_note(kinds)) is not None:
             trace = ''.join(traceback.format_exception(cause))
-            self._log.error(f'{make_printable(str(error), MAX_LINE_CHARACTERS)}{since}:\n{trace}')
+            self._write(
+                'ERROR', f'{make_printable(str(error), MAX_LINE_CHARACTERS)}{since}:\n{trace}'
+            )
 
     @contextmanager
     def guard_errors(self, where: str) -> Iterator[None]:

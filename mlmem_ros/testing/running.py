@@ -20,7 +20,7 @@ from contextlib import ExitStack, contextmanager
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rclpy.context import Context
 from rclpy.utilities import try_shutdown
@@ -304,12 +304,9 @@ class NodeHere(RunningNode):
         class Overheard(MemoryNode):
             """A node that keeps its log."""
 
-            def get_logger(self) -> Any:
-                made: Any = super().get_logger()
-                return made if isinstance(made, Kept) else Kept(made, said)  # in Kilted it is
-
-            def quick_log(self) -> Any:
-                return Kept(super().quick_log(), said)
+            def write_line(self, severity: str, text: str) -> None:
+                said.append(f'[{severity}] [{self.get_logger().name}]: {text}\n')
+                super().write_line(severity, text)
 
         context = Context()
         try:
@@ -364,35 +361,3 @@ class NodeHere(RunningNode):
         if self._status is None:
             raise TimeoutError(f'{self.element} did not end within {within:g} s')
         return self._status
-
-
-class Kept:
-    """A logger that keeps what it logs.
-
-    Each severity has its own source line, since rclpy allows only one severity a line.
-    """
-
-    def __init__(self, logger: Any, said: list[str]) -> None:
-        self._logger = logger
-        self._said = said
-
-    def info(self, text: str) -> None:
-        """Keep it, and log it."""
-        self._keep_line('INFO', text)
-        self._logger.info(text)
-
-    def warning(self, text: str) -> None:
-        """Keep it, and log it."""
-        self._keep_line('WARN', text)
-        self._logger.warning(text)
-
-    def error(self, text: str) -> None:
-        """Keep it, and log it."""
-        self._keep_line('ERROR', text)
-        self._logger.error(text)
-
-    def _keep_line(self, severity: str, text: str) -> None:
-        self._said.append(f'[{severity}] [{self._logger.name}]: {text}\n')
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._logger, name)

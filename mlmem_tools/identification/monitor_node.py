@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,19 +25,14 @@ from mlmem.element_file import read_matching_element
 from mlmem.instrument.drivers import SIMULATION_NAME
 from mlmem.physics import INTEGRATORS
 from mlmem_ros.contract.calls import RequestError
-from mlmem_ros.contract.messages import build_component_status
+from mlmem_ros.contract.messages import build_status
 from mlmem_ros.contract.streams import STREAMS, decode_read_shot
-from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, parse_status
+from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, OK, WARN, Status, parse_status
 from mlmem_ros.host.settings import DESCRIPTION
 from mlmem_ros.host.worker import ThrottledLog
 from mlmem_ros.ros.client.client import MemoryClient
-from mlmem_ros.ros.middleware import RELIABLE_PROFILE, build_qos_profile
-from mlmem_ros.ros.node.diagnostics import (
-    OK,
-    REPORT_PERIOD_S,
-    WARN,
-    Health,
-)
+from mlmem_ros.ros.middleware import RELIABLE_PROFILE, build_qos_profile, write_log_line
+from mlmem_ros.ros.node.diagnostics import REPORT_PERIOD_S
 
 from .residual_monitor import ResidualMonitor
 from .watching import MAX_WATCHED_CELLS
@@ -72,7 +68,7 @@ class MonitorNode:
         memory = MemoryClient(node, name, patience=60.0, actions=False)
         self._monitored = memory.name
         self._monitor = _build_monitor(memory, Path(twin))
-        self._log = ThrottledLog(node.get_logger())
+        self._log = ThrottledLog(partial(write_log_line, node.get_logger().name))
         self._publisher = node.create_publisher(
             DiagnosticArray, DIAGNOSTICS_TOPIC.name, build_qos_profile(DIAGNOSTICS_TOPIC.qos)
         )
@@ -103,20 +99,16 @@ class MonitorNode:
         message = DiagnosticArray()
         message.header.stamp = self.node.get_clock().now().to_msg()
         health = report_twin(self._monitor)
-        message.status.append(
-            build_component_status(
-                self._monitored, 'twin', health.level[0], health.text, health.values
-            )
-        )
+        message.status.append(build_status(health, self._monitored, 'twin'))
         self._publisher.publish(message)
 
 
-def report_twin(monitor: ResidualMonitor) -> Health:
+def report_twin(monitor: ResidualMonitor) -> Status:
     """Report the residual of reads against a twin's forecast, in cells; warn of what changed."""
     values = monitor.values()
     if monitor.text:
-        return Health(WARN, monitor.text, values)
-    return Health(OK, 'as forecast' if monitor.compared else 'no read compared yet', values)
+        return Status(WARN, monitor.text, values)
+    return Status(OK, 'as forecast' if monitor.compared else 'no read compared yet', values)
 
 
 def _build_monitor(memory: MemoryClient, twin: Path) -> ResidualMonitor:

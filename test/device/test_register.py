@@ -347,7 +347,9 @@ def test_kicks_out_have_the_speeds_of_kinks_and_walls_in_turn():
     """Three walls rest: a kink goes to the level below the first, a wall below the second."""
     element, speeds = rig.pin(MemoryElement(ROBUST), 1, 4, 7), []
     kick = element.transducer.kick
-    element.transducer.kick = lambda target, speed, end: speeds.append(speed) or kick(target, speed)
+    element.transducer.kick = lambda target, speed, end: (
+        speeds.append(speed) or kick(target, speed)
+    )
     assert element.perform(Write(ROBUST_CODE.word((3,)))).success
     of_kinks, of_walls = ROBUST.settings.kick.kink_speeds, ROBUST.settings.kick.wall_speeds
     assert speeds[0] / of_kinks[0] == pytest.approx(speeds[1] / of_walls[3])

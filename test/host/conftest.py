@@ -33,14 +33,8 @@ def owned_devices(one_owner):
 class Lines(list):
     """A log: pairs of severity and text."""
 
-    def info(self, text):
-        self.append(('info', text))
-
-    def warning(self, text):
-        self.append(('warning', text))
-
-    def error(self, text):
-        self.append(('error', text))
+    def write(self, severity, text):
+        self.append((severity, text))
 
     def of(self, severity):
         return [text for kind, text in self if kind == severity]
@@ -53,7 +47,7 @@ def log():
 
 @pytest.fixture
 def throttled(log):
-    return ThrottledLog(log)
+    return ThrottledLog(log.write)
 
 
 @pytest.fixture(scope='session')
@@ -83,7 +77,7 @@ class Service:
         self.given = given
         self.failed = threading.Event()
         self.events = []
-        self.host = Host(log, time.time_ns, failed=self.failed.set)
+        self.host = Host(log.write, time.time_ns, failed=self.failed.set)
 
     def activate(self, pacer=None):
         self.host.configure(self.given)

@@ -30,7 +30,7 @@ def test_exception_of_a_driver_is_logged(serve, log, where):
         host.fail()
     elif where == 'closing':
         host.close()
-    (trace,) = [line for line in log.of('error') if 'Traceback' in line]
+    (trace,) = [line for line in log.of('ERROR') if 'Traceback' in line]
     assert 'LookupError: turned sour' in trace
     assert f'failed while {where}: ' in trace
 
@@ -40,4 +40,4 @@ def test_exception_of_a_driver_module_is_logged(serve, log, tmp_path, monkeypatc
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(SettingsError, match='sour cannot be imported: ZeroDivisionError'):
         serve(device=DeviceSettings('sour:Bench')).activate()
-    assert any('sour.py", line 1' in line for line in log.of('error'))
+    assert any('sour.py", line 1' in line for line in log.of('ERROR'))

@@ -98,7 +98,7 @@ def test_hanging_disk_delays_no_answer_and_is_a_loss_at_the_end(
     assert host.submit(Read()).answer.result(SOON).success
     host.close()
     assert host.lost
-    assert any('the disk does not answer' in text for text in log.of('error'))
+    assert any('the disk does not answer' in text for text in log.of('ERROR'))
 
 
 def test_later_save_clears_an_earlier_failure(serve, file, kept, monkeypatch):
@@ -144,7 +144,7 @@ def test_failed_device_is_released_and_its_file_kept(serve, kept, file, log):
     with pytest.raises(Refused, match=r'^inactive: the device has stopped: .*; conf'):
         host.submit(Read()).answer.result(SOON)
     assert store.load_snapshot(file)['reading'] == before['reading']
-    assert any('configure and activate to go on' in text for text in log.of('error'))
+    assert any('configure and activate to go on' in text for text in log.of('ERROR'))
     assert service.activate().submit(Read()).answer.result(SOON).reading.level == 0
 
 
@@ -160,7 +160,7 @@ def failed(serve, log):
     element = host.element
     host.fail()
     assert element.actuator.strain == 0.0
-    assert any('kept until the next configuration' in text for text in log.of('error'))
+    assert any('kept until the next configuration' in text for text in log.of('ERROR'))
     return service
 
 
@@ -171,7 +171,7 @@ def test_failed_loop_keeps_the_content(failed):
 def test_content_of_a_failed_device_stays_with_its_design(failed, log):
     shorter = dataclasses.replace(failed.given.design, N=224)
     failed.host.configure(dataclasses.replace(failed.given, design=shorter))
-    assert log.of('warning') == ['the failed device had another design: the element is blank']
+    assert log.of('WARN') == ['the failed device had another design: the element is blank']
 
 
 def test_listener_that_fails_stops_nothing(serve, log):
@@ -180,7 +180,7 @@ def test_listener_that_fails_stops_nothing(serve, log):
     host = service.activate()
     assert host.submit(Write(0)).answer.result(SOON).success
     assert host.log.caught > 0
-    assert 'publishing failed; this is a fault in the software' in log.of('error')[0]
+    assert 'publishing failed; this is a fault in the software' in log.of('ERROR')[0]
 
 
 # --- recording --------------------------------------------------------------------------------

@@ -80,7 +80,7 @@ def test_last_seconds_before_a_failure_are_saved(serve, tmp_path, monkeypatch, l
     service.poison()
     host.fail()
     (bag,) = tmp_path.glob('session-*')
-    assert any(str(bag) in line for line in log.of('info'))
+    assert any(str(bag) in line for line in log.of('INFO'))
     session = load_session(bag)
     assert commands(session) == [Write(2), SetStrain(0.01)]
     report = run_replay(session)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Content and calibration: nothing old replaces newer, nothing is calibrated twice."""
 
-import logging
-
 import pytest
 
 from mlmem import MemoryElement, Settings, factory
@@ -38,7 +36,7 @@ def kept():
 
 def _store(file):
     settings = StateSettings(path=str(file), interval=0.0)
-    throttled = ThrottledLog(logging.getLogger('test'))
+    throttled = ThrottledLog(lambda *_: None)
     return Store(settings, FileSettings(), throttled, Worker('test-store', throttled))
 
 

@@ -13,7 +13,7 @@ def test_flood_of_one_subject_is_one_line_a_second(throttled, log, monkeypatch):
     monkeypatch.setattr(threads, 'monotonic', lambda: next(clock) / 1024)
     for _ in range(10 * 1024):
         throttled.refused('~/strain', 'it is not finite')
-    told = log.of('warning')
+    told = log.of('WARN')
     assert len(told) == MAX_BURST_LINES + 9
     assert set(told[:MAX_BURST_LINES]) == {'~/strain refused: it is not finite'}
     more = told[MAX_BURST_LINES + 1].removeprefix('~/strain refused: it is not finite ')
@@ -24,7 +24,7 @@ def test_log_line_is_short_whatever_came_in(throttled, log):
     throttled.refused(
         '~/strain_trajectory', f'the joint must be substrate; got {"j" * 5_000_000}!'
     )
-    (told,) = log.of('warning')
+    (told,) = log.of('WARN')
     assert len(told) < MAX_LINE_CHARACTERS + 20
     assert told.startswith('~/strain_trajectory refused: the joint must be substrate')
     assert told.endswith('jjj!')
@@ -35,6 +35,6 @@ def test_defect_is_logged_with_its_traceback_and_counted(throttled, log):
         with throttled.guard_errors('the test'):
             raise ZeroDivisionError('by hand')
     assert throttled.caught == 3
-    told = log.of('error')[0]
+    told = log.of('ERROR')[0]
     assert told.startswith('the test failed; this is a fault in the software:')
     assert "raise ZeroDivisionError('by hand')" in told

@@ -63,7 +63,7 @@ def test_defects_of_a_job_are_logged_and_errors_returned(worker, throttled, log)
     assert isinstance(defect.exception(SOON), KeyError)
     assert worker.wait(SOON)
     assert throttled.caught == 1
-    assert 'work failed; this is a fault in the software' in log.of('error')[0]
+    assert 'work failed; this is a fault in the software' in log.of('ERROR')[0]
 
 
 def test_job_on_a_hanging_disk_times_out(worker, disk, later):

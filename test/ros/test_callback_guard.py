@@ -6,7 +6,6 @@ Tests with a robot use one node. Each ends with a read that the node has to answ
 ends it.
 """
 
-import logging
 import signal
 import time
 from types import SimpleNamespace
@@ -68,7 +67,7 @@ def test_defect_in_a_callback_is_answered_with_an_error(module, reason):
         callback=broken,
         send_response=lambda response, header: results.append(response.result),
     )
-    log = ThrottledLog(logging.getLogger())
+    log = ThrottledLog(lambda *_: None)
     CallbackGuard(SimpleNamespace(services=[service]), log).guard_services()
     request, response = SetParametersAtomically.Request(), SetParametersAtomically.Response()
     service.send_response(service.callback(request, response), None)
@@ -91,7 +90,7 @@ def test_dropped_answer_is_sent_again_to_its_own_client(monkeypatch, drops):
         srv_name='/mlmem/read', callback=lambda client, _: Trigger.Response(message=client),
         send_response=send,
     )  # fmt: skip
-    guard = CallbackGuard(SimpleNamespace(services=[service]), ThrottledLog(logging.getLogger()))
+    guard = CallbackGuard(SimpleNamespace(services=[service]), ThrottledLog(lambda *_: None))
     guard.guard_services()
     for client in sent:
         service.send_response(service.callback(client, None), client)
@@ -171,7 +170,7 @@ def test_requests_next_to_an_undecodable_one_are_served(context, create_node):
     service = node.create_service(Trigger, '/ask', answer)
     client = create_node('client').create_client(Trigger, '/ask')
     executor = GuardedExecutor(context)
-    executor.add_node(node, ThrottledLog(logging.getLogger()))
+    executor.add_node(node, ThrottledLog(lambda *_: None))
     assert client.wait_for_service(SOON)
     service.srv_type = Odd()
     sent = [client.call_async(Trigger.Request()) for _ in range(3)]

@@ -7,6 +7,7 @@ from unittest.mock import ANY
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
 from robot import Robot, values
 
 from mlmem import Faults, MemoryElement, Reading, SetFaults, SetStrain, Settings
@@ -16,9 +17,10 @@ from mlmem.physics import CASE_II
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.queued_writer import WriterStatus
+from mlmem_ros.contract.topics import ERROR, OK, WARN, Status
 from mlmem_ros.host import State
 from mlmem_ros.ros.node import diagnostics
-from mlmem_ros.ros.node.diagnostics import ERROR, OK, WARN, Health, Pace
+from mlmem_ros.ros.node.diagnostics import Pace
 
 COMPONENTS = ('loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 'recorder')
 
@@ -44,24 +46,24 @@ def test_two_walls_at_rest_are_a_warning(element):
     between = (sites > 50) & (sites <= 125)
     element.chain.place(np.where(between, CASE_II.D_s1, CASE_II.D_s2))
     health = diagnostics.report_material(element)
-    assert health.level == WARN
+    assert health.severity == WARN
     assert health.text.startswith('2 walls')
     element.reader.holds_words = True  # and are the content
-    assert diagnostics.report_material(element).level == OK
+    assert diagnostics.report_material(element).severity == OK
     element.reader.holds_words = False
     element.apply(SetStrain(0.02))
     element.advance()
-    assert diagnostics.report_material(element).level == OK  # not while it is driven
+    assert diagnostics.report_material(element).severity == OK  # not while it is driven
 
 
 def test_fault_that_is_set_is_a_warning(element):
-    assert diagnostics.report_faults(element) == Health(OK, 'healthy')
+    assert diagnostics.report_faults(element) == Status(OK, 'healthy')
     element.apply(SetFaults(Faults(actuator_offset=0.01, weak_cell=50, weak_factor=0.4, seed=3)))
     health = diagnostics.report_faults(element)
-    assert health.level == WARN
+    assert health.severity == WARN
     assert health.values == {'actuator_offset': 0.01, 'weak_cell': 50, 'weak_factor': 0.4}
     element.apply(SetFaults(Faults(seed=3)))
-    assert diagnostics.report_faults(element).level == OK
+    assert diagnostics.report_faults(element).severity == OK
 
 
 # The reports on failures
@@ -88,7 +90,7 @@ def test_worst_state_of_a_recording_is_reported(recording, level, word):
     current, status = recording
     sessions = SimpleNamespace(state=State.IDLE, current=current, status=status, buffer=None)
     health = diagnostics.report_recorder(SimpleNamespace(sessions=sessions))
-    assert health.level == level
+    assert health.severity == level
     assert health.text.startswith(word)
 
 
@@ -108,8 +110,8 @@ def loop_report(ticks, overruns=0):
 
 def test_loop_report_names_failure_and_skipped_ticks():
     report, loop, warnings = loop_report(ticks=10, overruns=2)
-    assert report.health(loop) == Health(WARN, '2 ticks of time were skipped', ANY)
-    assert report.health(loop) == Health(OK, 'running', ANY)
+    assert report.health(loop) == Status(WARN, '2 ticks of time were skipped', ANY)
+    assert report.health(loop) == Status(OK, 'running', ANY)
     for loop.statistics.overruns in (3, 4, 5, 8):
         report.health(loop)
     skipped = [int(line.split()[0]) for line in warnings]
@@ -119,7 +121,7 @@ def test_loop_report_names_failure_and_skipped_ticks():
     loop.statistics.overruns = 9
     assert report.health(loop).values['paused'], 'though the text is a warning'
     loop.failure = RuntimeError('the chain stopped being finite')
-    assert report.health(loop) == Health(ERROR, 'the chain stopped being finite', ANY)
+    assert report.health(loop) == Status(ERROR, 'the chain stopped being finite', ANY)
 
 
 @pytest.mark.parametrize(
@@ -139,7 +141,7 @@ def test_weak_or_undecodable_echo_is_a_warning(element, report, level, margin, e
             level, '', End.LEFT, 700.0, 0.9, margin, 100.0, 'between two levels'
         )
     health = diagnostics.ELEMENT_REPORTS[report](element)
-    assert health.level == expected
+    assert health.severity == expected
     assert word in health.text
 
 
@@ -170,7 +172,9 @@ def test_every_component_reports(robot):
 
     def unknown(array):
         memory = reported(array)['memory']
-        return memory.level == WARN and memory.message.endswith(': strained by hand')
+        return memory.level == DiagnosticStatus.WARN and memory.message.endswith(
+            ': strained by hand'
+        )
 
     robot.next('/diagnostics', unknown)
 
@@ -178,9 +182,13 @@ def test_every_component_reports(robot):
 def test_inactive_node_reports_every_component(start):
     start(name='idle')
     with Robot('/idle') as robot:
-        robot.next('/diagnostics', lambda a: reported(a)['loop'].level <= WARN)
+        robot.next('/diagnostics', lambda a: reported(a)['loop'].level <= DiagnosticStatus.WARN)
         robot.change_state('deactivate')
         array = robot.next('/diagnostics', lambda a: reported(a)['loop'].message == 'inactive')
         for name, status in reported(array).items():
             text = 'not recording' if name == 'recorder' else 'inactive'
-            assert (status.level, status.message, status.hardware_id) == (OK, text, '/idle')
+            assert (status.level, status.message, status.hardware_id) == (
+                DiagnosticStatus.OK,
+                text,
+                '/idle',
+            )

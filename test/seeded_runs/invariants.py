@@ -73,13 +73,10 @@ class Invariants:
 
     # --- where the host logs -------------------------------------------------------------
 
-    def info(self, message):
+    def write_line(self, severity, message):
         self._run.scheduler.note(('log', message))
-
-    warning = info
-
-    def error(self, message):
-        self.info(message)
+        if severity != 'ERROR':
+            return
         if 'fault in the software' in message or (
             'device has stopped' in message and not self.broken
         ):

@@ -71,7 +71,7 @@ class Process:
         self.pacer = Pacer(run.scheduler)
         self.speed = 1.0
         self.loop = None
-        self.host = Host(run.log, run.now_ns, failed=self._wake)
+        self.host = Host(run.invariants.write_line, run.now_ns, failed=self._wake)
         self.node = Node(self.host, self._activate, run.given)
         callback_failed = run.invariants.callback_failed
         self.executor = Executor(run.scheduler, self.host.on_timer, callback_failed)

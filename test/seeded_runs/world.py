@@ -99,11 +99,6 @@ class SeededRun:
         """Return the time of day in nanoseconds."""
         return round(self.scheduler.time() * 1e9)
 
-    @property
-    def log(self):
-        """Take a log line of the host."""
-        return self.invariants
-
     # --- fate ----------------------------------------------------------------------------
 
     def _furnish(self):

@@ -4,10 +4,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -18,42 +16,23 @@ from mlmem.instrument.end import End
 from mlmem.physics import find_walls, stable_step
 from mlmem.physics.energy import energy
 
-from ...contract.messages import build_component_status
+from ...contract.messages import build_status
 from ...contract.streams import describe_content
-from ...contract.topics import DIAGNOSTICS_TOPIC
+from ...contract.topics import DIAGNOSTICS_TOPIC, ERROR, OK, WARN, Status
 from ...host import Host
 from ..middleware import build_qos_profile
 from .callback_guard import CallbackGuard
 
-OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+INACTIVE = Status(OK, 'inactive')
 
 
-@dataclass(frozen=True)
-class Health:
-    """The health of a component.
-
-    Attributes:
-        level: OK, WARN or ERROR of diagnostic_msgs/msg/DiagnosticStatus; the aggregator decides
-            when a status is stale.
-        text: In a few words.
-        values: By name: numbers, strings and booleans.
-    """
-
-    level: bytes
-    text: str
-    values: dict[str, Any] = field(default_factory=dict)
-
-
-INACTIVE_HEALTH = Health(OK, 'inactive')
-
-
-def report_material(element: MemoryElement) -> Health:
+def report_material(element: MemoryElement) -> Status:
     """Report energies in k_r cells^2, `dt` in time units; warn of more than one wall at rest.
 
     For a real element, report the state of its driver; warn of missed samples.
     """
     if (chain := element.driver.chain) is None:
-        return Health(OK, 'a real element', dict(element.driver.health()))
+        return Status(OK, 'a real element', dict(element.driver.health()))
     parts, found = energy(chain), len(find_walls(element.design, chain.configuration))
     values = {
         'stability_margin': 1.0 - chain.dt / stable_step(chain.specimen, chain.integrator),
@@ -63,11 +42,11 @@ def report_material(element: MemoryElement) -> Health:
         'stored_energy': parts.total - parts.kinetic,
     }
     if element.is_released and found > 1 and not element.reader.holds_words:
-        return Health(WARN, f'{found} walls: erase before writing', values)
-    return Health(OK, 'stable', values)
+        return Status(WARN, f'{found} walls: erase before writing', values)
+    return Status(OK, 'stable', values)
 
 
-def report_actuator(element: MemoryElement) -> Health:
+def report_actuator(element: MemoryElement) -> Status:
     """Report the strain, where it is going, its limit, and the force in k_r cells."""
     part = element.actuator
     values = {
@@ -78,10 +57,10 @@ def report_actuator(element: MemoryElement) -> Health:
     if (force := element.driver.force()) is not None:
         values['force'] = force
     text = 'moving' if part.is_moving else 'holding' if part.strain else 'at rest'
-    return Health(OK, text, values)
+    return Status(OK, text, values)
 
 
-def report_transducer(element: MemoryElement) -> Health:
+def report_transducer(element: MemoryElement) -> Status:
     """Report the motion of the ends in cells and delays in time units; warn of a weak echo."""
     part, reading = element.transducer, element.reading
     text = 'driving' if part.is_driving else 'listening'
@@ -89,15 +68,15 @@ def report_transducer(element: MemoryElement) -> Health:
     for end in element.calibration.ends:
         values[f'delays_{end}'] = element.calibration.table(end).delays
     if reading is None:
-        return Health(OK, text, values)
+        return Status(OK, text, values)
     margin = reading.threshold_margin
     values |= {'end': reading.end, 'threshold_margin': margin}
     if reading.level >= 0 and margin < 1.5:  # the paper's element has above 2
-        return Health(WARN, f'a weak echo: {margin:.3g} times the threshold', values)
-    return Health(OK, text, values)
+        return Status(WARN, f'a weak echo: {margin:.3g} times the threshold', values)
+    return Status(OK, text, values)
 
 
-def report_memory(element: MemoryElement) -> Health:
+def report_memory(element: MemoryElement) -> Status:
     """Report the last decode, its delay in time units, counts, and levels lost to known bad cells.
 
     Warn if it was undecodable, or if something may have moved the wall since.
@@ -107,7 +86,7 @@ def report_memory(element: MemoryElement) -> Health:
         wear['bad_cells'] = element.reader.limits
     if reading is None:
         _, text, found = describe_content(element)
-        return Health(
+        return Status(
             WARN if element.unknown and not element.procedure else OK, text, {**found, **wear}
         )
     values = {
@@ -120,26 +99,26 @@ def report_memory(element: MemoryElement) -> Health:
         **wear,
     }
     if reading.level == UNDECODABLE:
-        return Health(WARN, reading.reason, values)
-    return Health(OK, element.describe_content(reading.content), values)
+        return Status(WARN, reading.reason, values)
+    return Status(OK, element.describe_content(reading.content), values)
 
 
-def report_faults(element: MemoryElement) -> Health:
+def report_faults(element: MemoryElement) -> Status:
     """Warn while a fault is set, and report which, by parameter."""
     if found := element.faults.list_active():
-        return Health(WARN, f'set: {", ".join(found)}', found)
-    return Health(OK, 'healthy')
+        return Status(WARN, f'set: {", ".join(found)}', found)
+    return Status(OK, 'healthy')
 
 
-def warn_missed_samples(now: Health, before: Health) -> Health:
+def warn_missed_samples(now: Status, before: Status) -> Status:
     """Return the health of the material, with a warning if its driver has missed more samples."""
     missed = now.values.get('missed_samples', 0)
     if missed <= before.values.get('missed_samples', 0):
         return now
-    return dataclasses.replace(now, level=WARN, text=f'{missed} samples were missed')
+    return now._replace(severity=WARN, text=f'{missed} samples were missed')
 
 
-ELEMENT_REPORTS: dict[str, Callable[[MemoryElement], Health]] = {
+ELEMENT_REPORTS: dict[str, Callable[[MemoryElement], Status]] = {
     'material': report_material,
     'actuator': report_actuator,
     'transducer': report_transducer,
@@ -163,7 +142,7 @@ class Pace:
         self._jumps: int | None = None
         self._logged = 0
 
-    def health(self, loop: Loop | None, procedure: str = '', *, heard: bool = True) -> Health:
+    def health(self, loop: Loop | None, procedure: str = '', *, heard: bool = True) -> Status:
         """Report how the loop keeps time: in s, and its rate since the last report in ticks/s.
 
         Args:
@@ -175,10 +154,10 @@ class Pace:
             self._logged, self._jumps = 0, None
             refused = {'refused': self._host.refused}
             if self._host.stopped:
-                return Health(ERROR, self._host.stopped, refused)
+                return Status(ERROR, self._host.stopped, refused)
             if self._host.preparing:
-                return Health(OK, self._host.preparing, refused)
-            return dataclasses.replace(INACTIVE_HEALTH, values=refused)
+                return Status(OK, self._host.preparing, refused)
+            return INACTIVE._replace(values=refused)
         statistics = loop.statistics
         lost, self._overruns = statistics.overruns - self._overruns, statistics.overruns
         now = (time.monotonic(), statistics.ticks)
@@ -201,11 +180,11 @@ class Pace:
             'defects': self._host.log.caught,
         }
         if loop.failure:
-            return Health(ERROR, str(loop.failure), values)
+            return Status(ERROR, str(loop.failure), values)
         jumps = loop.pacer.jumps
         jumped, self._jumps = jumps - (jumps if self._jumps is None else self._jumps), jumps
         if self._host.held_up:
-            return Health(WARN, self._host.held_up, values)
+            return Status(WARN, self._host.held_up, values)
         if jumped:
             self._host.log.info('the clock has jumped: the device goes on without a gap', 'clock')
         if lost > 0:
@@ -213,16 +192,16 @@ class Pace:
             if statistics.overruns >= 2 * self._logged:  # log it each time it has doubled
                 self._logged = statistics.overruns
                 self._host.log.warning(f'{text}: the machine is too slow for this pace')
-            return Health(WARN, text, values)
-        return Health(OK, 'paused' if loop.paused else 'running', values)
+            return Status(WARN, text, values)
+        return Status(OK, 'paused' if loop.paused else 'running', values)
 
 
-def report_recorder(host: Host) -> Health:
+def report_recorder(host: Host) -> Status:
     """Report a session, its wait in s; warn of dropped messages and of one at its maximum size."""
     recording, status = host.sessions.current, host.sessions.status
     if recording is None or status is None:
         buffer = host.sessions.buffer
-        return Health(OK, host.sessions.state.value, {} if buffer is None else buffer.kept)
+        return Status(OK, host.sessions.state.value, {} if buffer is None else buffer.kept)
     values = {
         'path': status.path,
         'messages': status.messages,
@@ -232,12 +211,12 @@ def report_recorder(host: Host) -> Health:
         'longest_wait': round(status.longest_wait, 3),
     }
     if status.error is not None:
-        return Health(ERROR, str(status.error), values)
+        return Status(ERROR, str(status.error), values)
     if status.dropped:
-        return Health(WARN, f'{status.dropped} messages were dropped from the recording', values)
+        return Status(WARN, f'{status.dropped} messages were dropped from the recording', values)
     if recording.full:
-        return Health(WARN, 'full: the session has ended at record.most_megabytes', values)
-    return Health(OK, status.state, values)
+        return Status(WARN, 'full: the session has ended at record.most_megabytes', values)
+    return Status(OK, status.state, values)
 
 
 class Diagnostics:
@@ -249,9 +228,9 @@ class Diagnostics:
         self._host = host
         self._callback_guard = callback_guard
         self._pace = Pace(host)
-        self._seen: dict[str, Health] = {}  # of the device, as last sampled
+        self._seen: dict[str, Status] = {}  # of the device, as last sampled
         self._still: tuple[int, Reading | None] | None = None  # what it rests with as sampled
-        self._made: dict[str, tuple[Health, DiagnosticStatus]] = {}
+        self._made: dict[str, tuple[Status, DiagnosticStatus]] = {}
         self._publisher = node.create_publisher(
             DiagnosticArray, DIAGNOSTICS_TOPIC.name, build_qos_profile(DIAGNOSTICS_TOPIC.qos)
         )
@@ -277,7 +256,7 @@ class Diagnostics:
         still = (element.computed, element.reading) if element.at_rest else None
         if still is not None and still == self._still:
             return
-        before, self._still = self._seen.get('material', INACTIVE_HEALTH), still
+        before, self._still = self._seen.get('material', INACTIVE), still
         self._seen = {
             name: _read_health(health, element) for name, health in ELEMENT_REPORTS.items()
         }
@@ -288,24 +267,22 @@ class Diagnostics:
             self._seen, self._still = {}, None
         present = {
             'loop': self._pace.health(loop, procedure),
-            **{name: self._seen.get(name, INACTIVE_HEALTH) for name in ELEMENT_REPORTS},
+            **{name: self._seen.get(name, INACTIVE) for name in ELEMENT_REPORTS},
             'recorder': report_recorder(self._host),
         }
         message = DiagnosticArray()
         for component, health in present.items():
             if component not in self._made or self._made[component][0] != health:
-                made = build_component_status(
-                    self._name, component, health.level[0], health.text, health.values
-                )
+                made = build_status(health, self._name, component)
                 self._made[component] = health, made
             message.status.append(self._made[component][1])
         message.header.stamp = self._clock.now().to_msg()
         self._publisher.publish(message)
 
 
-def _read_health(health: Callable[[MemoryElement], Health], element: MemoryElement) -> Health:
+def _read_health(health: Callable[[MemoryElement], Status], element: MemoryElement) -> Status:
     """Return a component's health; a driver that cannot tell is an error of its own."""
     try:
         return health(element)
     except DriverError as error:
-        return Health(ERROR, str(error))
+        return Status(ERROR, str(error))

@@ -8,15 +8,13 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
 from functools import wraps
-from typing import Any, NamedTuple
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 
 from mlmem import DriverError, Event, Refused, threads
@@ -26,8 +24,7 @@ from ...contract.services import NODE_SERVICES
 from ...host import REFUSALS, Host
 from ...host.building import Built
 from ...host.settings import INTROSPECTION_PARAMETER, Parameters
-from ...host.worker import Log
-from ..middleware import ALIVE, NOT_SERVING, Heartbeat
+from ..middleware import ALIVE, NOT_SERVING, Heartbeat, write_log_line
 from .actions import Actions
 from .callback_guard import CallbackGuard, await_future
 from .diagnostics import Diagnostics
@@ -39,29 +36,6 @@ from .topics import Publishers, Subscriptions
 
 CHECK_PERIOD_S = 1.0
 """Seconds between two checks of the disk, the intervals and the clock."""
-
-
-class QuickLog(NamedTuple):
-    """Writes lines under a name. The node's logger looks for the line of code that calls it, which
-    takes 0.4 ms, longer than a tick, and whoever waits for an answer waits for it.
-    """
-
-    name: str
-
-    def info(self, message: str) -> None:
-        """Log an event."""
-        self._write_line(LoggingSeverity.INFO, message)
-
-    def warning(self, message: str) -> None:
-        """Log a refusal or an oddity."""
-        self._write_line(LoggingSeverity.WARN, message)
-
-    def error(self, message: str) -> None:
-        """Log a failure."""
-        self._write_line(LoggingSeverity.ERROR, message)
-
-    def _write_line(self, severity: LoggingSeverity, message: str) -> None:
-        rclpy_implementation.rclpy_logging_rcutils_log(severity, self.name, message, '', '', 0)
 
 
 class MemoryNode(LifecycleNode):
@@ -107,7 +81,7 @@ class MemoryNode(LifecycleNode):
         given = [Parameter(key, value=value) for key, value in (parameters or {}).items()]
         super().__init__(name, parameter_overrides=given, **options)
         self.host = Host(
-            self.quick_log(),
+            self.write_line,
             lambda: self.get_clock().now().nanoseconds,
             name=self.get_fully_qualified_name(),
             failed=self._failed,
@@ -156,9 +130,9 @@ class MemoryNode(LifecycleNode):
         level = DiagnosticStatus.WARN if host.held_up else DiagnosticStatus.OK
         return DiagnosticStatus(level=level, name=name, message=host.held_up)
 
-    def quick_log(self) -> Log:
-        """Return where the lines of requests and of the loop go."""
-        return QuickLog(self.get_logger().name)
+    def write_line(self, severity: str, text: str) -> None:
+        """Write a line to the node's log."""
+        write_log_line(self.get_logger().name, severity, text)
 
     def __enter__(self) -> MemoryNode:
         try:
@@ -268,9 +242,9 @@ class MemoryNode(LifecycleNode):
 
     def _build_device(self, given: Parameters, blank: bool = False) -> Built:
         if not self._retries.waiting:
-            self.get_logger().info('preparing the device')
+            self.host.log.info('preparing the device')
         integrator = given.settings.time.integrator
-        with report_preparation(self, self.host, given.design, integrator):
+        with report_preparation(self.host, given.design, integrator):
             return self.host.build(given, blank)
 
     def _run_transitions(
@@ -390,7 +364,7 @@ class MemoryNode(LifecycleNode):
         words = (
             f'{element.reader.content_count} words, ' if given.settings.register.spacing else ''
         )
-        self.get_logger().info(
+        self.host.log.info(
             f'ready: {given.design.levels} levels, {words}{given.design.N} cells, '
             f'{given.design.substrate} substrate, '
             f'{1e3 * given.settings.tick_seconds:g} ms ticks'

@@ -140,7 +140,7 @@ class ParameterSet:
         """Warn of given parameters that there are not, and if the element is not the one whose
         parameters were saved, as by a dump.
         """
-        log, given = self._node.get_logger(), self._node._parameter_overrides
+        log, given = self._host.log, self._node._parameter_overrides
         for name in sorted(given):
             if not (self._node.has_parameter(name) or name.startswith(QOS_OVERRIDES_PREFIX)):
                 log.warning(f'there is no parameter {name}: it is ignored{self._suggest(name)}')

@@ -165,7 +165,7 @@ def await_last_clients(
     """
     longest = max(node.get_parameter('linger').value for node in nodes)
     if longest and signal.SIGTERM not in stop:
-        nodes[0].get_logger().info(f'serving for at most {longest:g} s, until no client is left')
+        nodes[0].host.log.info(f'serving for at most {longest:g} s, until no client is left')
     begun = seen = now = time.monotonic()
     while signal.SIGTERM not in stop and now - begun < longest and now - seen < CLIENT_ABSENCE_S:
         executor.turn(0.1 * CLIENT_ABSENCE_S)
@@ -194,7 +194,7 @@ def end_nodes(
         executor.turn(SPIN_PERIOD_S)  # refuses what arrives meanwhile
         now = time.monotonic()
     for node in nodes:
-        node.get_logger().info('shut down; not all was saved' if node.host.lost else 'shut down')
+        node.host.log.info('shut down; not all was saved' if node.host.lost else 'shut down')
     status = NOT_SAVED if any(node.host.lost for node in nodes) else ENDED
     leaving()
     executor.shutdown()

@@ -10,8 +10,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from rclpy.node import Node
-
 from mlmem import DriverError, DriverHangs
 from mlmem.physics import INTEGRATORS, Design, is_kernel_cached
 
@@ -93,16 +91,16 @@ def _is_element_lost(why: BaseException | None) -> bool:
 
 
 @contextmanager
-def report_preparation(node: Node, host: Host, design: Design, integrator: str) -> Iterator[None]:
+def report_preparation(host: Host, design: Design, integrator: str) -> Iterator[None]:
     """Say in `host.preparing` what the body does, and log it if it must compile kernels first."""
     host.preparing, begun = 'preparing the device', time.monotonic()
     try:
         if not (cached := is_kernel_cached(design, INTEGRATORS[integrator])):
             kernels = f'the kernels of the {design.substrate} substrate ({integrator})'
             host.preparing = f'compiling {kernels}'
-            node.get_logger().info(f'{host.preparing} (once; it takes some seconds)')
+            host.log.info(f'{host.preparing} (once; it takes some seconds)')
         yield
     finally:
         host.preparing = ''
     if not cached:
-        node.get_logger().info(f'compiled in {time.monotonic() - begun:.1f} s, and cached')
+        host.log.info(f'compiled in {time.monotonic() - begun:.1f} s, and cached')
