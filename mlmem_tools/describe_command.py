@@ -8,10 +8,10 @@ from typing import Any
 
 from mlmem import Command, FollowTrajectory, Kick, Read, SetFaults, SetMethod, SetStrain, Write
 from mlmem.procedure_table import describe_content
-from mlmem_ros.contract.commands import REQUEST_COMMANDS
+from mlmem_ros.contract.requests import REQUEST_ARGUMENTS, find_command_type
 
 COMMAND_NAMES: dict[type[Any], str] = {
-    **{kind: name for name, kind in REQUEST_COMMANDS.items()},
+    **{find_command_type(name): name for name in REQUEST_ARGUMENTS},
     SetStrain: 'strain',
     SetFaults: 'faults',
     SetMethod: 'write.method',

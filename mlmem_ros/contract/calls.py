@@ -1,19 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The client's side of the interface: how it asks, and what it makes of what comes back.
-
-Messages check their fields only if ROS_PYTHON_CHECK_FIELDS is 1, and never under `python -O`.
-Without a check 65541 becomes 5 in a uint16, and a text where a number belongs may end the process.
-So values are checked (`convert_field`) before they are converted. Messages may be live or from a
-bag.
-"""
+"""What a client makes of what comes back: errors, answers, and messages, live or from a bag."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
-from numbers import Integral, Real
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -25,110 +18,9 @@ from mlmem.procedure_table import JOINT_NAME
 from mlmem.schema import short_repr
 
 from .answers import Answer, SelfTested, list_all_fields, wire_fields
-from .services import DEADLINE_ARGUMENT, DOUBLE, NAME_ARGUMENT, REQUEST_ARGUMENTS, STRING
 from .topics import OK, parse_status
 
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
-
-
-# --- asking -----------------------------------------------------------------------------------
-
-
-def build_request(name: str, **arguments: Any) -> Any:
-    """Return one of `REQUEST_ARGUMENTS` as a rcl_interfaces/srv/SetParametersAtomically.Request;
-    omitted arguments take the command's defaults.
-
-    Raises:
-        ValueError: There is no such request, or an argument is not of its type.
-    """
-    from rcl_interfaces.srv import SetParametersAtomically
-
-    if name not in REQUEST_ARGUMENTS:
-        raise ValueError(
-            f'request must be one of {", ".join(REQUEST_ARGUMENTS)}; got {short_repr(name)}'
-        )
-    types = {NAME_ARGUMENT: STRING, DEADLINE_ARGUMENT: DOUBLE, **REQUEST_ARGUMENTS[name]}
-    if strange := [key for key in arguments if key not in types]:
-        known = ', '.join(REQUEST_ARGUMENTS[name]) or 'no arguments'
-        raise ValueError(f'{name} takes {known}; got {short_repr(strange[0])}')
-    given = {NAME_ARGUMENT: name, **arguments}
-    return SetParametersAtomically.Request(
-        parameters=[build_parameter(key, types[key].number, value) for key, value in given.items()]
-    )
-
-
-def check_content(level: Any) -> int:
-    """Return a content to write.
-
-    Raises:
-        ValueError: It is not a whole number from 0.
-    """
-    if _is_instance(Integral, level) and level >= 0:
-        return int(level)
-    raise _build_field_error('level', 'a whole number of at least 0', level)
-
-
-_TYPE_NAMES: dict[str, tuple[type, str]] = {
-    'boolean': (bool, 'true or false'),
-    'string': (str, 'a text'),
-    'double': (Real, 'a number'),
-}
-"""What the fields take that are no whole numbers, by type."""
-
-
-def convert_field(name: str, kind: str, value: Any) -> Any:
-    """Return a value as a field takes it.
-
-    Args:
-        name: Of the value, for the error.
-        kind: Type of the field, as its message calls it, such as `uint16` or `sequence<double>`.
-        value: Any value; numbers of NumPy are converted.
-
-    Raises:
-        ValueError: The field cannot hold it.
-    """
-    if kind.startswith('sequence<'):
-        if isinstance(value, Sequence) and not isinstance(value, str):
-            return [convert_field(name, kind[len('sequence<') : -1], item) for item in value]
-        raise _build_field_error(name, 'a list', value)
-    if 'int' in kind:
-        bits, signed = int(kind[kind.index('int') + 3 :]), not kind.startswith('u')
-        low, high = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
-        if _is_instance(Integral, value) and low <= value <= high:
-            return int(value)
-        raise _build_field_error(name, f'a whole number from {low} to {high}', value)
-    wanted, words = _TYPE_NAMES[kind]
-    if not _is_instance(wanted, value):
-        raise _build_field_error(name, words, value)
-    if wanted is str and '\0' in value:  # messages end a text there
-        raise _build_field_error(name, 'a text without NUL', value)
-    try:
-        return float(value) if wanted is Real else value
-    except OverflowError:
-        raise _build_field_error(name, words, value) from None
-
-
-def build_parameter(name: str, number: int, value: Any) -> Any:
-    """Return a rcl_interfaces/msg/Parameter; the number is that of its type in ParameterType.
-
-    Raises:
-        ValueError: It is not of this type.
-    """
-    from rcl_interfaces.msg import Parameter, ParameterValue
-
-    field, kind = list(ParameterValue.get_fields_and_field_types().items())[number]
-    given = Parameter(name=name)
-    given.value.type = number
-    setattr(given.value, field, convert_field(name, kind, value))
-    return given
-
-
-def _is_instance(wanted: type, value: Any) -> bool:
-    return isinstance(value, wanted) and (wanted is bool or not isinstance(value, bool))
-
-
-def _build_field_error(name: str, wanted: str, value: Any) -> ValueError:
-    return ValueError(f'{name} must be {wanted}; got {short_repr(value)}')
 
 
 # --- why there is none ------------------------------------------------------------------------

@@ -1,35 +1,21 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Device commands from messages on command topics and from requests, live or from a bag."""
+"""Device commands from messages on command topics, live or from a bag."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from mlmem import Command, Disturb, FollowTrajectory, Read, Refused, SetStrain, Write
 from mlmem.instrument.actuator import MAX_PROFILE_POINTS
 from mlmem.instrument.instrument import Units
-from mlmem.procedure_table import CONTENT_NAMES, JOINT_NAME, PROCEDURES, UNSET_CONTENT
+from mlmem.procedure_table import JOINT_NAME
 from mlmem.schema import short_repr
 
-from .services import DEADLINE_ARGUMENT, DOUBLE, NAME_ARGUMENT, REQUEST_ARGUMENTS, STRING
 from .topics import RELIABLE_QOS, SENSOR_DATA_QOS, Topic
-
-
-@dataclass(frozen=True)
-class Record:
-    """A request to the node itself: start or stop recording a session.
-
-    Attributes:
-        on: Whether to start.
-        path: The bag; if empty, the parameter `record.path`.
-    """
-
-    on: bool = True
-    path: str = ''
 
 
 class NoCommand(Refused):
@@ -165,100 +151,3 @@ COMMAND_TOPICS = (
     ),
 )
 """What the node subscribes to."""
-
-
-REQUEST_COMMANDS: dict[str, type[Any]] = {
-    **{name: row.command for name, row in PROCEDURES.items()},
-    'follow': FollowTrajectory,
-    'record': Record,
-}
-"""The command of each of `REQUEST_ARGUMENTS`."""
-
-
-def parse_request(parameters: Sequence[Any]) -> Command | Record:
-    """Return the command in the parameters of a request; the device checks its values.
-
-    Raises:
-        Refused: It is not a request, or has the wrong arguments.
-    """
-    given = {parameter.name: parameter.value for parameter in parameters}
-    if len(given) != len(parameters):
-        raise Refused('a request must name every argument once')
-    asked = given.pop(NAME_ARGUMENT, None)
-    name = None if asked is None else STRING.of(asked)
-    if name not in REQUEST_ARGUMENTS:
-        raise Refused(
-            f'{NAME_ARGUMENT} must be one of {", ".join(REQUEST_ARGUMENTS)}; got '
-            f'{short_repr(name)}'
-        )
-    types = REQUEST_ARGUMENTS[name]
-    if name in PROCEDURES:
-        given.pop(DEADLINE_ARGUMENT, None)
-    for argument, value in given.items():
-        if argument not in types:
-            raise Refused(
-                f'{name} takes {", ".join(types) or "no arguments"}; got {short_repr(argument)}'
-            )
-        if value.type != types[argument].number:
-            raise Refused(
-                f'{argument} must be of type {types[argument].number} '
-                f'({types[argument].name}); got type {value.type}'
-            )
-    wanted: Command | Record
-    wanted = build_command(
-        name, {argument: types[argument].of(value) for argument, value in given.items()}
-    )
-    return wanted
-
-
-def build_command(name: str, given: Mapping[str, Any]) -> Any:
-    """Return the command of a request with its arguments, by name.
-
-    Raises:
-        Refused: An argument is missing, or level and word disagree.
-    """
-    kind, values = REQUEST_COMMANDS[name], dict(given)
-    if kind is Write:
-        values = {'level': _select_content(values)}
-    needed = (field.name for field in fields(kind) if field.default is MISSING)
-    if missing := [argument for argument in needed if argument not in values]:
-        raise Refused(f'{name} must be given {", ".join(missing)}')
-    return kind(**values)
-
-
-def _select_content(given: Mapping[str, Any]) -> Any:
-    """Return what to write; raises as `build_command`."""
-    contents = {
-        name: given[name]
-        for name in CONTENT_NAMES
-        if given.get(name, UNSET_CONTENT) != UNSET_CONTENT
-    }
-    if not contents:
-        raise Refused('write must be given level (of one wall) or word (of a register)')
-    first, *others = contents.values()
-    if others and others != [first]:
-        named = ' and '.join(f'{name} {short_repr(value)}' for name, value in contents.items())
-        raise Refused(f'level and word must be the same; got {named}')
-    return first
-
-
-def parse_deadline(parameters: Sequence[Any]) -> float:
-    """Return the seconds for which a request waits for its turn; 0 if it does not say so.
-
-    Raises:
-        Refused: They are no number above 0.
-    """
-    for parameter in parameters:
-        if parameter.name == DEADLINE_ARGUMENT:
-            value = parameter.value
-            wait = float(DOUBLE.of(value)) if value.type == DOUBLE.number else math.nan
-            if not wait > 0.0:
-                raise Refused(f'{DEADLINE_ARGUMENT} must be a number of seconds above 0')
-            return wait
-    return 0.0
-
-
-def find_request_name(command: Command) -> str:
-    """Return the request for a command, one of `REQUEST_ARGUMENTS`."""
-    (name,) = (name for name, kind in REQUEST_COMMANDS.items() if type(command) is kind)
-    return name

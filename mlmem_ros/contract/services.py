@@ -1,13 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The services and actions of a memory node, and what `~/request` takes."""
+"""The services and actions of a memory node."""
 
 from __future__ import annotations
 
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from mlmem.procedure_table import CONTENT_NAMES, PROCEDURES, Procedure
+from mlmem.procedure_table import PROCEDURES, Procedure
 
 
 class Service(NamedTuple):
@@ -114,46 +114,3 @@ def load_action_types() -> dict[str, Any]:
         for name, kind in ACTION_TYPE_NAMES.items()
         if hasattr(module, kind)
     }
-
-
-# --- requests ---------------------------------------------------------------------------------
-
-NAME_ARGUMENT = 'request'
-"""The parameter that names the request; all others are its arguments."""
-
-DEADLINE_ARGUMENT = 'deadline'
-"""The parameter with the seconds within which a procedure must begin, if others run."""
-
-
-class Type(NamedTuple):
-    """A type of rcl_interfaces/msg/ParameterValue.
-
-    Attributes:
-        name: Its name, which is also that of its field.
-        number: Its number in rcl_interfaces/msg/ParameterType.
-    """
-
-    name: str
-    number: int
-
-    def of(self, value: Any) -> Any:
-        """Return a ParameterValue's value of this type."""
-        return getattr(value, f'{self.name}_value')
-
-
-BOOL, INTEGER, STRING = Type('bool', 1), Type('integer', 2), Type('string', 4)
-DOUBLE, DOUBLE_ARRAY = Type('double', 3), Type('double_array', 8)
-
-REQUEST_ARGUMENTS: dict[str, dict[str, Type]] = {
-    **{
-        name: {
-            argument: {'float': DOUBLE, 'int': INTEGER, 'str': STRING}[kind]
-            for argument, kind, *_ in row.arguments
-        }
-        for name, row in PROCEDURES.items()
-    },
-    'write': dict.fromkeys(CONTENT_NAMES, INTEGER),
-    'follow': dict.fromkeys(('times', 'strains', 'rates'), DOUBLE_ARRAY),
-    'record': {'on': BOOL, 'path': STRING},
-}
-"""All requests, with the types of their arguments."""

@@ -18,7 +18,7 @@ from mlmem import Faults
 from mlmem.loop.timetable import MAX_SPEED, check_speed
 from mlmem.procedure_table import PROCEDURES
 from mlmem_ros.contract.calls import NoAnswer, RequestError, RequestRefused
-from mlmem_ros.contract.services import REQUEST_ARGUMENTS
+from mlmem_ros.contract.requests import REQUEST_ARGUMENTS
 
 from .about import About
 

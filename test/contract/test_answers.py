@@ -19,7 +19,7 @@ from mlmem_ros.contract.answers import (
     describe_fields,
     outcome_to_dict,
 )
-from mlmem_ros.contract.calls import convert_field
+from mlmem_ros.contract.requests import BOOL, DOUBLE, DOUBLE_ARRAY, INTEGER, STRING
 from mlmem_ros.contract.services import ACTION_TYPE_NAMES
 from mlmem_ros.contract.streams import describe_outcome
 from mlmem_tools.cli import request
@@ -170,19 +170,16 @@ def test_action_definition_holds_the_declared_fields(name):
 @pytest.mark.parametrize(
     ('kind', 'accepted', 'rejected'),
     [
-        ('uint8', (0, 255), (-1, 256, 2**70)),
-        ('uint16', (0, 65535), (-1, 65536, True, 2.5, '3', None, [3])),
-        ('int8', (-128, 127), (-129, 128)),
-        ('int64', (-(2**63), 2**63 - 1), (-(2**63) - 1, 2**63)),
-        ('double', (1, -2.5), (True, '3', None, 10**400)),
-        ('boolean', (True, False), (0, 1, 'true', None)),
-        ('string', ('', 'left'), (3, b'left', None, 'a\0b')),
-        ('sequence<double>', ([], [1, 2.5]), (3.0, 'abc', None, [0.0, 'x'])),
+        (INTEGER, (-(2**63), 2**63 - 1), (-(2**63) - 1, 2**63, True, 2.5, '3', None, [3])),
+        (DOUBLE, (1, -2.5), (True, '3', None, 10**400)),
+        (BOOL, (True, False), (0, 1, 'true', None)),
+        (STRING, ('', 'left'), (3, b'left', None, 'a\0b')),
+        (DOUBLE_ARRAY, ([], [1, 2.5]), (3.0, 'abc', None, [0.0, 'x'])),
     ],
 )
 def test_value_that_a_field_cannot_hold_is_rejected(kind, accepted, rejected):
     for value in accepted:
-        assert convert_field('it', kind, value) == value
+        assert kind.convert('it', value) == value
     for value in rejected:
         with pytest.raises(ValueError, match=r'^it must be .*; got '):
-            convert_field('it', kind, value)
+            kind.convert('it', value)

@@ -18,12 +18,8 @@ from mlmem import Abort, Erase, FollowTrajectory, Kick, Read, Refused, Write
 from mlmem.instrument.instrument import Units
 from mlmem.physics import CASE_II
 from mlmem.settings import ScaleSettings
-from mlmem_ros.contract.calls import build_request
-from mlmem_ros.contract.commands import (
-    COMMAND_TOPICS,
-    Record,
-    parse_request,
-)
+from mlmem_ros.contract.commands import COMMAND_TOPICS
+from mlmem_ros.contract.requests import Record, build_request, parse_request
 from mlmem_ros.ros.node.topics import decode_imu
 
 TOPICS = {topic.name: topic for topic in COMMAND_TOPICS}
@@ -49,7 +45,7 @@ def parameters(**values):
     ids=str,
 )
 def test_request_is_decoded_as_it_was_encoded(name, arguments, command):
-    assert parse_request(build_request(name, **arguments).parameters) == command
+    assert parse_request(build_request(name, **arguments).parameters) == (command, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -19,13 +19,13 @@ from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.context import Context
 from rclpy.node import Node
-from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter import parameter_value_to_python
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from mlmem.procedure_table import PROCEDURES
-from mlmem.schema import make_printable, short_repr
+from mlmem.schema import make_printable
 
 from ...contract.answers import (
     ANSWER_TYPES,
@@ -41,13 +41,11 @@ from ...contract.answers import (
 from ...contract.calls import (
     NoAnswer,
     RequestRefused,
-    build_parameter,
-    build_request,
-    check_content,
     parse_answer,
     parse_self_test,
 )
-from ...contract.services import DEADLINE_ARGUMENT, load_action_types
+from ...contract.requests import DEADLINE_ARGUMENT, build_request, check_content, find_type
+from ...contract.services import load_action_types
 from ..middleware import ALIVE, create_events_executor
 from .connection import NodeConnection, get_client_thread
 from .reply import ProcedureReply, Reply, Steps, check_seconds
@@ -224,14 +222,13 @@ class MemoryClient:
 
         values = {name: _to_plain(value) for name, value in values.items()}
         given = [
-            build_parameter(name, _find_parameter_type(name, value), value)
-            for name, value in values.items()
+            find_type(name, value).build_parameter(name, value) for name, value in values.items()
         ]
         kind, message = SetParametersAtomically, SetParametersAtomically.Request(parameters=given)
         return self._send('set_parameters_atomically', timeout, kind, message, check_result)
 
     def request(self, name: str, timeout: float = 120.0, **arguments: Any) -> Reply[Answer]:
-        """Send any request that `~/request` takes, with its arguments; see `contract.services`.
+        """Send any request that `~/request` takes, with its arguments; see `contract.requests`.
 
         Raises:
             ValueError: An argument is not of its type.
@@ -303,15 +300,6 @@ def _build_request_steps(
 def _to_plain(value: Any) -> Any:
     """Return a value of NumPy as Python's own."""
     return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
-
-
-def _find_parameter_type(name: str, value: Any) -> int:
-    """Return the number of the type of a parameter; raise `ValueError` if none takes the value."""
-    try:
-        return int(Parameter.Type.from_parameter_value(value).value)
-    except TypeError:
-        wanted = 'true or false, a number, a text, or a list of one of these'
-        raise ValueError(f'{name} must be {wanted}; got {short_repr(value)}') from None
 
 
 def _parse_response(kind: type[SomeAnswer], response: Any) -> SomeAnswer:

@@ -23,8 +23,7 @@ from mlmem import Outcome, Refused, threads
 from mlmem.loop.mailbox import Request
 
 from ...contract import answers, messages, services
-from ...contract.commands import build_command
-from ...contract.services import REQUEST_ARGUMENTS
+from ...contract.requests import REQUEST_ARGUMENTS, build_command
 from ...host import Host
 from ..middleware import KEEP_ALL_PROFILE, RELIABLE_PROFILE
 from .callback_guard import await_future

@@ -22,12 +22,8 @@ from mlmem.procedure_table import PROCEDURES, Procedure
 from ...contract import answers, messages
 from ...contract.commands import (
     COMMAND_TOPICS,
-    Record,
-    build_command,
-    find_request_name,
-    parse_deadline,
-    parse_request,
 )
+from ...contract.requests import Record, build_command, find_request_name, parse_request
 from ...contract.streams import select_streams
 from ...host import REFUSALS, Host, SessionPlan
 from ...host.settings import Parameters
@@ -87,7 +83,7 @@ class Services:
     ) -> SetParametersAtomically.Response:
         result = response.result
         try:
-            asked, wait = parse_request(request.parameters), parse_deadline(request.parameters)
+            asked, wait = parse_request(request.parameters)
         except Refused as refusal:
             self._host.refused += 1
             _, result.reason = self._log_refusal('request', refusal)
