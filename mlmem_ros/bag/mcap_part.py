@@ -51,9 +51,6 @@ _READ_OPCODES = {
 MAX_HELD_BYTES = 2**27
 """Most bytes that a chunk may take in memory, however small the file is."""
 
-RECORD_BYTES = 600
-"""Bytes that a record takes in memory in addition to its content."""
-
 
 class DamageError(Exception):
     """A record is damaged; the text says how."""
@@ -234,7 +231,6 @@ def _parse_records(stream: BinaryIO, offset: int, end: int) -> list[records.Mcap
         record = next(StreamReader(content, skip_magic=True, emit_chunks=True).records)
         if isinstance(record, records.Chunk):
             data = _decompress_chunk(record)
-            _check_memory(data)
             return breakup_chunk(replace(record, compression='', data=data), validate_crc=True)
         return [record]
     except Exception as error:  # parsers and decompressors have no common error class
@@ -275,13 +271,3 @@ def _decompress_chunk(chunk: records.Chunk) -> bytes:
     if chunk.compression:  # `mcap` would read it as not compressed
         raise DamageError(f'its compression must be lz4 or zstd; got {chunk.compression!r}')
     return chunk.data
-
-
-def _check_memory(data: bytes) -> None:
-    """Raise `DamageError` if the records of a chunk take more memory than may be held."""
-    offset, held = 0, len(data)
-    while offset + _RECORD_HEAD.size <= len(data):
-        offset += _RECORD_HEAD.size + _RECORD_HEAD.unpack_from(data, offset)[1]
-        held += RECORD_BYTES
-        if held > MAX_HELD_BYTES:
-            raise DamageError(f'the chunk takes over {MAX_HELD_BYTES} bytes in memory')

@@ -146,18 +146,14 @@ class QueuedWriter:
             longest_wait=max(self._longest_wait, self._measure_wait()),
         )
 
-    def close(self, timeout: float | None = None) -> WriterStatus:
-        """Accept no more messages, write those that wait, and finish the bag.
-
-        If given, wait for at most `timeout` seconds.
-
-        Returns:
-            The final status. Its state is still ``recording`` if the time was too short.
+    def close(self) -> WriterStatus:
+        """Accept no more messages, write those that wait, and finish the bag; return the final
+        status.
         """
         with self._changed:
             self._accepting = False
             self._changed.notify_all()
-        self._thread.join(timeout)
+        self._thread.join()
         return self.status
 
     def _run(self) -> None:

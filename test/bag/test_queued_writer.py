@@ -37,7 +37,7 @@ def make(tmp_path):
 
     yield make
     for recorder in recorders:
-        recorder.close(60)
+        recorder.close()
 
 
 def hold(recorder, monkeypatch):
@@ -66,7 +66,7 @@ def wait_for(condition):
 def test_queued_messages_are_all_in_the_bag(make):
     recorder = make(sync_interval=0.1)
     assert all(recorder.put('/level', level(i), i) for i in range(1000))
-    status = recorder.close(60)
+    status = recorder.close()
     assert (status.state, status.messages, status.dropped, status.queued) == ('closed', 1000, 0, 0)
     assert status.error is None
     reader = BagReader(status.path)
@@ -89,7 +89,7 @@ def test_longest_wait_shows_a_disk_that_hangs(make, monkeypatch):
     clock.now = 30.0
     assert recorder.status.longest_wait == 30.0
     released.set()
-    assert recorder.close(60).longest_wait == 30.0
+    assert recorder.close().longest_wait == 30.0
 
 
 def test_overflow_is_counted_and_recorded(make, monkeypatch):
@@ -101,7 +101,7 @@ def test_overflow_is_counted_and_recorded(make, monkeypatch):
     assert recorder.status.dropped == 5
     assert recorder.status.queued == 10
     released.set()
-    assert recorder.close(60).dropped == 5
+    assert recorder.close().dropped == 5
     reader = BagReader(recorder.status.path)
     assert [m.cdr for m in reader.messages(['/level'])] == [level(i) for i in range(11)]
     (count,) = reader.messages([TOPIC])
@@ -124,20 +124,12 @@ def test_put_raises_nothing_whatever_it_is_given(make, item):
     recorder = make(on_error=errors.append)
     recorder.put('/level', level(1), 1)
     recorder.put(*item)
-    status = recorder.close(60)
+    status = recorder.close()
     assert isinstance(status.error, BagError)
     assert errors == [status.error]
     reader = BagReader(status.path)  # what came before is whole
     assert [m.cdr for m in reader] == [level(1)]
     assert reader.losses == ()
-
-
-def test_close_waits_no_longer_than_its_timeout(make, monkeypatch):
-    recorder = make()
-    released = hold(recorder, monkeypatch)
-    assert recorder.close(timeout=0.05).state == 'recording'
-    released.set()
-    assert recorder.close(60).state == 'closed'
 
 
 def test_defect_ends_the_recording_and_nothing_else(make, monkeypatch):
@@ -150,6 +142,6 @@ def test_defect_ends_the_recording_and_nothing_else(make, monkeypatch):
     wait_for(lambda: recorder.status.state == 'failed')
     assert "bag: ZeroDivisionError('division by zero')." in str(recorder.status.error)
     assert recorder.put('/level', level(3), 3) is False
-    reader = BagReader(recorder.close(60).path)
+    reader = BagReader(recorder.close().path)
     assert [m.cdr for m in reader] == [level(1)]
     assert reader.losses == ()
