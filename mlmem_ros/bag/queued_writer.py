@@ -97,9 +97,8 @@ class QueuedWriter:
         self._last_dropped_time = 0
         self._accepting = True
         self._recorded_dropped = 0
-        self._oldest = (
-            threads.monotonic() if before else None
-        )  # when the oldest unsynced message was put
+        # when the oldest unsynced message was put
+        self._oldest = threads.monotonic() if before else None
         self._longest_wait = 0.0
         self._messages = 0
         self._size = 0

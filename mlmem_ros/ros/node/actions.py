@@ -35,29 +35,10 @@ NONE, FAILED, REFUSED, CANCELED = range(4)
 """The results' error codes."""
 
 
-class Actions:
-    """The actions of a node, if their types are built and the node is to serve them."""
-
-    def __init__(self, node: Node, host: Host) -> None:
-        kinds = services.load_action_types() if node.get_parameter('actions').value else {}
-        self._host = host
-        self._open: dict[ActionGoal, Action] = {}  # goals whose procedure has not ended
-        self._reported = 0.0
-        self._served = [Action(node, host, self._open, name, kind) for name, kind in kinds.items()]
-
-    @property
-    def waiting(self) -> int:
-        """How many goals are open, or have just ended without a request for the result."""
-        return sum(action.waiting for action in self._served)
-
-    def tick(self) -> None:
-        """Publish feedback of the running goal, if due; called in the loop's thread."""
-        if not self._open or threads.monotonic() - self._reported < FEEDBACK_PERIOD_S:
-            return
-        for goal, action in self._open.copy().items():
-            if (feedback := self._host.feedback(goal.request)) is not None:
-                self._reported = threads.monotonic()
-                action.report(goal, **feedback._asdict())
+def serve_actions(node: Node, host: Host) -> list[Action]:
+    """Serve the actions, if their types are built and the node is to serve them."""
+    kinds = services.load_action_types() if node.get_parameter('actions').value else {}
+    return [Action(node, host, name, kind) for name, kind in kinds.items()]
 
 
 @dataclass(eq=False)
@@ -85,19 +66,15 @@ class ActionGoal:
 class Action:
     """One action: its goals, from acceptance until nobody asks for their results any more."""
 
-    def __init__(
-        self, node: Node, host: Host, open_goals: dict[ActionGoal, Action], name: str, kind: Any
-    ) -> None:
-        """Serve an action, named like the request behind its goals.
-
-        Goals are in `open_goals` while their procedures have not ended.
-        """
+    def __init__(self, node: Node, host: Host, name: str, kind: Any) -> None:
+        """Serve an action, named like the request behind its goals."""
         self._node = node
         self._host = host
         self._name = name
         self._kind = kind
         self._goals: dict[bytes, ActionGoal] = {}
-        self._open = open_goals
+        self._open: set[ActionGoal] = set()  # goals whose procedure has not ended
+        self._reported = 0.0
         self._lock = threads.Lock()
         own, impl = f'~/{name}/_action', kind.Impl
         for service, type_, callback in (
@@ -127,7 +104,7 @@ class Action:
             asked = self._start_goal(request.goal)
             goal = ActionGoal(GoalInfo(goal_id=request.goal_id, stamp=now), asked)
             self._goals[number] = goal
-            self._open[goal] = self
+            self._open.add(goal)
             self._publish_status()
         response.stamp = now
         asked.answer.add_done_callback(lambda done: self._on_goal_ended(goal, done))
@@ -196,7 +173,7 @@ class Action:
             result, status = self._failed(FAILED, error)
         with self._lock:
             abort = goal.abort
-            del self._open[goal]
+            self._open.remove(goal)
         if abort is None or status == GoalStatus.STATUS_SUCCEEDED:
             self._conclude_goal(goal, result, status)
             return
@@ -250,12 +227,16 @@ class Action:
 
     # --- topics --------------------------------------------------------------------------
 
-    def report(self, goal: ActionGoal, **feedback: Any) -> None:
-        """Publish the feedback of a goal, by name of its fields."""
-        message = self._kind.Impl.FeedbackMessage()
-        message.goal_id = goal.info.goal_id
-        message.feedback = self._kind.Feedback(**feedback)
-        self._feedback.publish(message)
+    def tick(self) -> None:
+        """Publish feedback of the running goal, if due; called in the loop's thread."""
+        if not self._open or threads.monotonic() - self._reported < FEEDBACK_PERIOD_S:
+            return
+        for goal in self._open.copy():
+            if (feedback := self._host.feedback(goal.request)) is not None:
+                self._reported = threads.monotonic()
+                message = self._kind.Impl.FeedbackMessage(goal_id=goal.info.goal_id)
+                message.feedback = self._kind.Feedback(**feedback._asdict())
+                self._feedback.publish(message)
 
     def _publish_status(self) -> None:
         """Publish the status of all goals; the caller holds the lock, to keep them in order."""

@@ -25,7 +25,7 @@ from ...host import REFUSALS, Host
 from ...host.building import Built
 from ...host.settings import INTROSPECTION_PARAMETER, Parameters
 from ..middleware import ALIVE, NOT_SERVING, Heartbeat, write_log_line
-from .actions import Actions
+from .actions import serve_actions
 from .callback_guard import CallbackGuard, await_future
 from .diagnostics import Diagnostics
 from .parameters import ParameterSet
@@ -94,7 +94,7 @@ class MemoryNode(LifecycleNode):
             raise
         Heartbeat.start_heartbeat(self, f'~/{ALIVE}', self._build_heartbeat)
         self._subscribed = Subscriptions(self, self.host)
-        self._actions = Actions(self, self.host)  # before ~/request: who sees it sees them
+        self._actions = serve_actions(self, self.host)  # before ~/request: who sees it sees them
         Services(
             self, self.host, lambda path: build_session_plan(self, self._given.values(), path)
         )
@@ -279,7 +279,8 @@ class MemoryNode(LifecycleNode):
     @property
     def waiting(self) -> int:
         """How many requests have not been answered yet."""
-        return len(self._callback_guard.waiting) + self._actions.waiting
+        goals = sum(action.waiting for action in self._actions)
+        return len(self._callback_guard.waiting) + goals
 
     @property
     def client_count(self) -> int:
@@ -411,7 +412,8 @@ class MemoryNode(LifecycleNode):
         """Publish what happened, in the loop's thread."""
         if self._published is not None:
             self._published.tick(events)
-        self._actions.tick()
+        for action in self._actions:
+            action.tick()
 
     def _failed(self) -> None:
         """Have an executor look after a failed device; without one, the next `_on_timer` does."""
