@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, NamedTuple
 from mlmem import (
     Calibration,
     DriverError,
-    Faults,
     MemoryElement,
     Refused,
     SettingsError,
@@ -67,7 +66,10 @@ def build_device(
         element.loudest = loudest
         if twin is not None:
             attach_twin(element, twin, log)
-        _check_faults(element, given.faults)
+        try:
+            element.specimen(given.faults)
+        except Refused as refusal:
+            raise SettingsError(f'parameters {refusal}') from refusal
         if given.initial_content != UNSET_CONTENT:
             place_initial_content(element, given.initial_content)
         if not blank:
@@ -113,13 +115,6 @@ def _twin(given: Parameters, disk: Worker) -> Element | None:
             raise SettingsError(f'twin: {error}') from error
 
     return disk.done(f'reading {given.twin}', opened)
-
-
-def _check_faults(element: MemoryElement, faults: Faults) -> None:
-    try:
-        element.specimen(faults)
-    except Refused as refusal:
-        raise SettingsError(f'parameters {refusal}') from refusal
 
 
 def attach_twin(element: MemoryElement, twin: Element, log: ThrottledLog) -> None:

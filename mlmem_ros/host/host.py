@@ -22,6 +22,7 @@ from mlmem import (
     Refused,
     SetFaults,
     SetMethod,
+    snapshot,
 )
 from mlmem.commands import PHASE_WAITING, Feedback
 from mlmem.instrument.instrument import Units
@@ -92,7 +93,7 @@ class Host:
         self._failed = failed
         self._store: Store | None = None
         self._disk = Worker('mlmem-store', self.log)
-        self._rescue = Rescue(self.log)
+        self._rescued: dict[str, Any] | None = None  # of a failed device, for the next one
 
     @property
     def failure(self) -> BaseException | None:
@@ -135,8 +136,10 @@ class Host:
         """Put a device that was built into service."""
         element, store = device
         self.stopped = ''
-        self._rescue.restore(None if blank else element)
         self.element, self._store = element, store
+        rescued, self._rescued = self._rescued, None
+        if rescued is not None and not blank:
+            self._restore_rescued(element, rescued)
         return element
 
     def activate(
@@ -386,7 +389,7 @@ class Host:
         if not element.simulated:
             if not element.procedure:
                 self._save_stopped(element)
-                self._rescue.keep(element)
+                self._rescued = snapshot.take_snapshot(element)
             return 'its content is in the element'
         if not release_strain(element, self.log):
             self._unsaved = True
@@ -397,8 +400,21 @@ class Host:
             and self._store.path is not None
         ):
             return 'its content is saved'
-        self._rescue.keep(element)
+        self._rescued = snapshot.take_snapshot(element)
         return 'its content is kept until the next configuration'
+
+    def _restore_rescued(self, element: MemoryElement, rescued: dict[str, Any]) -> None:
+        """Give a new device the content of a failed one, if it fits; a real one its calibration
+        and statistics.
+        """
+        try:
+            snapshot.restore_snapshot(element, rescued)
+        except StateError:
+            blank = ': the element is blank' if element.simulated else ''
+            self.log.warning(f'the failed device had another design{blank}')
+        else:
+            what = 'content' if element.simulated else 'calibration'
+            self.log.info(f'the {what} of the failed device is restored')
 
     def _end_recording(self, element: MemoryElement | None) -> None:
         if not self.sessions.close(element):
@@ -427,33 +443,3 @@ def release_strain(element: MemoryElement, log: ThrottledLog) -> bool:
         if not isinstance(error, REFUSALS):
             log.exception('releasing', error)
     return False
-
-
-class Rescue:
-    """Keeps the content of a failed device until the next one is configured."""
-
-    def __init__(self, log: ThrottledLog) -> None:
-        self._log = log
-        self._content: dict[str, Any] | None = None
-
-    def keep(self, element: MemoryElement) -> None:
-        """Keep the content of a released device; of a real one, calibration and statistics."""
-        from mlmem import snapshot  # few devices fail
-
-        self._content = snapshot.take_snapshot(element)
-
-    def restore(self, element: MemoryElement | None) -> None:
-        """Give a new device what is kept, if it fits; None: forget it."""
-        content, self._content = self._content, None
-        if content is None or element is None:
-            return
-        from mlmem import snapshot
-
-        try:
-            snapshot.restore_snapshot(element, content)
-        except StateError:
-            blank = ': the element is blank' if element.simulated else ''
-            self._log.warning(f'the failed device had another design{blank}')
-        else:
-            what = 'content' if element.simulated else 'calibration'
-            self._log.info(f'the {what} of the failed device is restored')

@@ -34,35 +34,30 @@ class ReplayedSession:
             if outcome.procedure in ('write', 'read') and outcome.reading and outcome.success
         ]
 
-    def assert_levels(self, expected: Sequence[int], incomplete: bool = False) -> None:
-        """Fail unless writes and reads ended with these levels, as in the recording."""
+    def assert_levels(self, expected: Sequence[int]) -> None:
+        """Fail unless writes and reads ended with these levels."""
         wanted = list(expected)
         lost = '; '.join(['', *self.report.lost])
         assert self.levels == wanted, f'levels are {self.levels}; expected {wanted}{lost}'
-        self.assert_agrees(incomplete)
-
-    def assert_agrees(self, incomplete: bool = False) -> None:
-        """Fail unless the replay reproduces the whole recording, or if it is incomplete what there
-        is of it.
-
-        That means every bit on the build that recorded, and every decoded level on another one.
-        """
-        report = self.report
-        assert report.levels_agree, (
-            f'{report.verdict}: procedures {report.endings}, recorded {report.recorded_endings}'
-        )
-        assert report.passed, '; '.join([report.verdict, *report.lost])
-        assert report.whole or incomplete, f'{report.verdict}: {"; ".join(report.lost)}'
 
 
 def assert_replays(bag: str | PathLike[str], incomplete: bool = False) -> ReplayedSession:
-    """Fail unless a replay reproduces a session (see `ReplayedSession.assert_agrees`); return it,
-    for further checks. A session that cannot be read or replayed raises `BagError`.
+    """Fail unless a replay reproduces a whole session, or if it is incomplete what there is of it.
+
+    That means every bit on the build that recorded, and every decoded level on another one. A
+    session that cannot be read or replayed raises `BagError`.
+
+    Returns:
+        The session and its replay, for further checks.
     """
     session = load_session(bag, motion=False)
-    replayed = ReplayedSession(session, run_replay(session))
-    replayed.assert_agrees(incomplete)
-    return replayed
+    report = run_replay(session)
+    assert report.levels_agree, (
+        f'{report.verdict}: procedures {report.endings}, recorded {report.recorded_endings}'
+    )
+    assert report.passed, '; '.join([report.verdict, *report.lost])
+    assert report.whole or incomplete, f'{report.verdict}: {"; ".join(report.lost)}'
+    return ReplayedSession(session, report)
 
 
 def assert_written(bag: str | PathLike[str], level: int, incomplete: bool = False) -> None:

@@ -149,10 +149,12 @@ def test_start_without_a_rig_fails(refused, given, word):
 def test_driver_that_hangs_on_a_retry_is_given_up():
     prepared = Future()
     prepared.set_result(None)
-    node, host = MagicMock(unconfigured=True), SimpleNamespace(log=MagicMock(), stopped='')
+    host = SimpleNamespace(log=MagicMock(), stopped='')
+    node = MagicMock(unconfigured=True, host=host)
+    node.get_parameter.return_value.value = 1e-9
     node.prepare.return_value = prepared
     node.start.side_effect = [DriverError('off'), DriverHangs('opening takes too long')]
-    retries = Retries(node, host, lambda: 1e-9)
+    retries = Retries(node)
     assert retries.begin(DriverError('lost'))
     for _ in range(4):
         retries.on_timer()

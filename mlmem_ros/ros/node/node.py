@@ -106,9 +106,7 @@ class MemoryNode(LifecycleNode):
         self._refusal: Exception | None = None
         self._building: Future[Built] | None = None  # the device, in a thread of its own
         self._prepared: Future[None] | None = None  # done, in the executor, when it is built
-        self._retries = Retries(
-            self, self.host, lambda: float(self.get_parameter('device.retry').value)
-        )
+        self._retries = Retries(self)
         callback_guard.every(CHECK_PERIOD_S, 'checking disks and clock', self._on_timer)
         for service in self.services:
             if service.srv_name.endswith('/change_state'):

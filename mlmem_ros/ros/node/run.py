@@ -105,7 +105,9 @@ def start_nodes(
     try:
         for element in elements:
             try:
-                node = _create_node(kind, context, element)
+                given = dict(element)
+                namespace = given.pop('namespace', None)
+                node = kind(context=context, namespace=namespace, parameters=given)
                 executor.add_node(node, node.host.log)
                 nodes.append(node)
                 if node.get_parameter('autostart').value:
@@ -124,14 +126,6 @@ def start_nodes(
             node.destroy_node()
         raise
     return nodes, executor
-
-
-def _create_node(
-    kind: type[MemoryNode], context: Context | None, element: NodeOptions
-) -> MemoryNode:
-    given = dict(element)
-    namespace = given.pop('namespace', None)
-    return kind(context=context, namespace=namespace, parameters=given)
 
 
 def _start_node(node: MemoryNode, executor: GuardedExecutor, stop: Sequence[int]) -> None:

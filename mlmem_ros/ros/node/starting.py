@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
 class Retries:
     """Tries again at intervals, until the element is back or somebody else configures the node."""
 
-    def __init__(self, node: MemoryNode, host: Host, interval: Callable[[], float]) -> None:
-        """Wait for nothing yet; the interval between two attempts is in seconds, 0 to give up."""
-        self._node, self._host, self._interval = node, host, interval
+    def __init__(self, node: MemoryNode) -> None:
+        """Wait for nothing yet."""
+        self._node, self._host = node, node.host
         self.waiting = False
         self._attempts = 0
         self._since = self._next = -math.inf
 
     def begin(self, why: BaseException | None) -> bool:
         """Wait for the element after an error, if that may help; return whether it will."""
-        interval = self._interval()
+        interval = self._node.get_parameter('device.retry').value  # 0: give up
         if not _is_element_lost(why) or not interval:
             return False
         self.waiting, self._attempts, self._since = True, 0, time.monotonic()
@@ -43,7 +43,7 @@ class Retries:
         """Try again if it is time; call it often while the node may change its state."""
         if not self.waiting or time.monotonic() < self._next:
             return
-        interval = self._interval()
+        interval = self._node.get_parameter('device.retry').value  # 0: give up
         if not (interval and self._node.unconfigured):
             self.waiting = False
             return
