@@ -106,7 +106,7 @@ def _twin(given: Parameters, disk: Worker) -> Element | None:
 
     planned = given.settings if given.settings.register.spacing else None
 
-    def opened() -> Element:
+    def read_twin() -> Element:
         try:
             return read_matching_element(
                 given.files.confine_path(given.twin), given.design, planned
@@ -114,7 +114,7 @@ def _twin(given: Parameters, disk: Worker) -> Element | None:
         except (ElementFileError, SettingsError) as error:
             raise SettingsError(f'twin: {error}') from error
 
-    return disk.done(f'reading {given.twin}', opened)
+    return disk.do_and_wait(f'reading {given.twin}', read_twin)
 
 
 def attach_twin(element: MemoryElement, twin: Element, log: ThrottledLog) -> None:

@@ -304,15 +304,15 @@ class Host:
         """
         if wait == 0.0:
             wait = QUEUE_TIMEOUT_S
-        return self._asked(lambda loop: loop.submit(command, wait))
+        return self._send_request(lambda loop: loop.submit(command, wait))
 
     def submit_scaled(self, make: Callable[[Units], Command]) -> Asked:
         """Hand in a command given in SI values, converted to the device's units."""
-        return self._asked(lambda loop: loop.submit(make(loop.element.units)))
+        return self._send_request(lambda loop: loop.submit(make(loop.element.units)))
 
     def cancel(self, request: Asked) -> Asked:
         """Abort the procedure of a request; see `Loop.cancel`."""
-        return self._asked(lambda loop: loop.cancel(request))
+        return self._send_request(lambda loop: loop.cancel(request))
 
     def feedback(self, request: Asked) -> Feedback | None:
         """Return the progress of a request's procedure, if it is running or waits for its turn.
@@ -326,17 +326,17 @@ class Host:
 
     def step(self, steps: TickRequest | None = None) -> Request[int]:
         """Run ticks while paused, by default one; see `Loop.step`."""
-        return self._asked(lambda loop: loop.step(steps))
+        return self._send_request(lambda loop: loop.step(steps))
 
     def pause(self, paused: bool) -> Future[int]:
         """Pause or resume time; see `Loop.pause`."""
-        return self._call_counted(lambda loop: loop.pause(paused))
+        return self._call_loop(lambda loop: loop.pause(paused))
 
     def record(self, plan: SessionPlan | None) -> Future[Path]:
         """Begin a recording, or without a plan end it; see `Sessions`."""
         if plan is None:
-            return self._call_counted(self.sessions.stop)
-        return self._call_counted(lambda loop: self.sessions.start(plan, loop))
+            return self._call_loop(self.sessions.stop)
+        return self._call_loop(lambda loop: self.sessions.start(plan, loop))
 
     def set_faults(self, faults: Faults) -> None:
         """Hand in faults if time runs; otherwise they take effect at the next activation."""
@@ -353,7 +353,7 @@ class Host:
         if self.loop is not None and not self.loop.element.driver.own_clock:
             self.loop.set_speed(speed)
 
-    def _asked(self, ask: Callable[[Loop], Request[T]]) -> Request[T]:
+    def _send_request(self, ask: Callable[[Loop], Request[T]]) -> Request[T]:
         try:
             request = ask(self.open_loop())
         except Refused as refusal:
@@ -361,7 +361,7 @@ class Host:
         request.answer.add_done_callback(self._count_refusal)
         return request
 
-    def _call_counted(self, ask: Callable[[Loop], Future[T]]) -> Future[T]:
+    def _call_loop(self, ask: Callable[[Loop], Future[T]]) -> Future[T]:
         try:
             answer = ask(self.open_loop())
         except Refused as refusal:

@@ -218,7 +218,7 @@ def build_header(plan: SessionPlan, element: MemoryElement, now: Callable[[], in
     return session_topic(plan, records.HEADER_TOPIC), header, now()
 
 
-def buffered(
+def start_buffer(
     plan: SessionPlan,
     log: ThrottledLog,
     now: Callable[[], int],
@@ -251,7 +251,7 @@ def open_bag(plan: SessionPlan) -> BagWriter:
     return writer
 
 
-def begun(
+def start_recording(
     plan: SessionPlan,
     writer: BagWriter,
     log: ThrottledLog,

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
@@ -80,7 +79,7 @@ class Sessions:
             BagError: Packages that are needed to record are missing.
         """
         seconds = plan.settings.last_seconds
-        self._buffered = _import_recorder('recording').buffered(
+        self._buffered = _import_recorder().start_buffer(
             plan, self._log, self._now, element, seconds
         )
         self.buffer = buffer = cast('PreTriggerBuffer', self._buffered.sink)
@@ -95,7 +94,7 @@ class Sessions:
             SettingsError: The path leads out of `files.root`.
             Overdue: The disk does not answer.
         """
-        self._worker.done(STARTING, lambda: self._start_session(plan, element, None))
+        self._worker.do_and_wait(STARTING, lambda: self._start_session(plan, element, None))
 
     def start(self, plan: SessionPlan, loop: Loop) -> Future[Path]:
         """Begin a recording while time runs.
@@ -131,7 +130,7 @@ class Sessions:
             Whether all that was recorded is written.
         """
         try:
-            self._worker.done(CLOSING, lambda: self._close_session(element))
+            self._worker.do_and_wait(CLOSING, lambda: self._close_session(element))
         except Refused:  # nothing is being recorded
             return not self._lost
         except BagError:  # logged when it occurred
@@ -151,7 +150,7 @@ class Sessions:
                 raise Refused(f'busy: recording into {status.path}')
             with suppress(BagError):  # logged when it occurred
                 self._stop(None, loop)
-        recorder = _import_recorder('recording')
+        recorder = _import_recorder()
 
         def require_start() -> None:
             if self.buffer is not None and not self.buffer.is_empty:
@@ -184,8 +183,10 @@ class Sessions:
 
     def _attach(self, plan: SessionPlan, writer: BagWriter, before: list[Message]) -> None:
         """Record into an open bag from now on."""
-        recorder = _import_recorder('recording')
-        self.current, self._bag = recorder.begun(plan, writer, self._log, self._now, before)
+        recorder = _import_recorder()
+        self.current, self._bag = recorder.start_recording(
+            plan, writer, self._log, self._now, before
+        )
         if self.buffer is not None:
             self.buffer.clear()
 
@@ -237,14 +238,15 @@ class Sessions:
             raise BagError(str(error)) from error
 
 
-def _import_recorder(module: str) -> Any:
-    """Import a module that records; only these need the packages for that."""
+def _import_recorder() -> Any:
+    """Import what records, and only that needs the packages for it."""
     try:
-        return importlib.import_module(f'{__package__}.{module}')
+        from . import recording
     except ModuleNotFoundError as error:
         from ..packages import describe_missing
 
         raise BagError(f'Cannot record: {describe_missing(error)}') from error
+    return recording
 
 
 def _call_between_ticks(loop: Loop | None, function: Callable[[], T]) -> T:

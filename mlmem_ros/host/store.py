@@ -91,9 +91,9 @@ class Store:
         """
         if (path := self.path) is None:
             return MemoryElement(design, settings, driver=driver)
-        self._worker.done(f'claiming {path}', lambda: self._take_claim(path))
+        self._worker.do_and_wait(f'claiming {path}', lambda: self._take_claim(path))
         key = calibration_key(design, settings)
-        self._saved = self._worker.done(f'reading {path}', lambda: load_snapshot(path))
+        self._saved = self._worker.do_and_wait(f'reading {path}', lambda: load_snapshot(path))
         known = find_calibration(self._saved, key, design.levels)
         return MemoryElement(design, settings, known, driver)
 

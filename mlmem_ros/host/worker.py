@@ -162,7 +162,7 @@ class Worker:
             threads.Thread(target=self._run, name=self._name, daemon=True).start()
         return job.answer
 
-    def done(self, what: str, work: Callable[[], T]) -> T:
+    def do_and_wait(self, what: str, work: Callable[[], T]) -> T:
         """Do a job in the worker's thread and wait for it, but not for long.
 
         Raises:

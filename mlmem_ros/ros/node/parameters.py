@@ -111,7 +111,7 @@ class ParameterSet:
             self._choices['device.address'] = ('', self._get_value('device.address'))
         check_speed(self._get_value('time.speed'))
         self._limit_content(count_words(self._element.design, self.values().settings))
-        node.add_pre_set_parameters_callback(self._completed)
+        node.add_pre_set_parameters_callback(self._complete_changes)
         node.add_on_set_parameters_callback(self._check_changes)
         node.add_post_set_parameters_callback(self._apply_changes)
 
@@ -177,14 +177,14 @@ class ParameterSet:
         return Parameters(
             design=element.design,
             check=self._get_value('design.check'),
-            settings=self._overridden(element),
+            settings=self._apply_overrides(element),
             specimen=None if ideal else element.timed_specimen,
             initial_content=self._get_value(INITIAL_CONTENT),
             twin=self._get_value(TWIN),
             **{prefix: self._read_group(prefix) for prefix in GROUPS},
         )
 
-    def _overridden(self, element: Element, **changed: Any) -> Settings:
+    def _apply_overrides(self, element: Element, **changed: Any) -> Settings:
         """Return the settings of an element, with the parameters of the node that override some.
 
         Raises:
@@ -266,7 +266,7 @@ class ParameterSet:
             described.type = ParameterType.PARAMETER_INTEGER
             self._node.set_descriptor(name, described)
 
-    def _completed(self, changed: list[Parameter]) -> list[Parameter]:
+    def _complete_changes(self, changed: list[Parameter]) -> list[Parameter]:
         """Return the parameters to set: doubles as doubles, and with a new element its text, and
         as not set the target that does not fit it.
         """
@@ -313,7 +313,7 @@ class ParameterSet:
             if faults and self._host.element is not None:
                 self._host.element.specimen(self._read_group('faults', **faults))
             if METHOD in given and self.locked:
-                self._overridden(self._checked, **{METHOD: given[METHOD]})
+                self._apply_overrides(self._checked, **{METHOD: given[METHOD]})
         except (Refused, SettingsError) as error:
             self._host.log.refused('a parameter', error)
             return SetParametersResult(successful=False, reason=str(error))
