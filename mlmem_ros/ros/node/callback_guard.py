@@ -12,6 +12,7 @@ from __future__ import annotations
 import inspect
 import threading
 import time
+import types
 from collections.abc import Callable, Coroutine, Generator, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
@@ -39,19 +40,12 @@ RESEND_DELAYS_S = 0.2, 1.0, 4.0
 """Seconds before an answer that was dropped is sent once more; clients ignore a second one."""
 
 
-async def await_future(future: Future[T]) -> T:
+@types.coroutine
+def await_future(future: Future[T]) -> Generator[Future[T], None, T]:
     """Wait for a future of any thread; for the coroutines of services."""
-    result: T = await _Outcome(future)
-    return result
-
-
-class _Outcome(NamedTuple):
-    future: Future[Any]
-
-    def __await__(self) -> Generator[Future[Any], None, Any]:
-        if not self.future.done():
-            yield self.future
-        return self.future.result()
+    if not future.done():
+        yield future
+    return future.result()
 
 
 class _Answer(NamedTuple):
@@ -84,25 +78,14 @@ class CallbackGuard:
         self._log = log
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
 
-    def guard_errors(self, where: str, callback: Callable[..., None]) -> Callable[..., None]:
-        """Return a callback that lets no exception out."""
-
-        def call_guarded(*arguments: Any) -> None:
-            with self._log.guard_errors(where):
-                callback(*arguments)
-
-        return call_guarded
-
     def every(self, seconds: float, where: str, callback: Callable[[], None]) -> Timer:
         """Call back periodically by the machine's clock, even while simulated time stands."""
-        guarded = self.guard_errors(where, callback)
 
-        def call_on_timer() -> (
-            None
-        ):  # since Kilted, a callback with arguments gets the timer's times
-            guarded()
+        def call_guarded() -> None:  # since Kilted, one with arguments gets the timer's times
+            with self._log.guard_errors(where):
+                callback()
 
-        return self._node.create_timer(seconds, call_on_timer, clock=self._steady)
+        return self._node.create_timer(seconds, call_guarded, clock=self._steady)
 
     def guard_services(self) -> None:
         """Guard every service of the node, rclpy's own included; answer with the error."""

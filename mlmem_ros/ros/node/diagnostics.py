@@ -226,7 +226,6 @@ class Diagnostics:
         self._name = node.get_fully_qualified_name()
         self._clock = node.get_clock()
         self._host = host
-        self._callback_guard = callback_guard
         self._pace = Pace(host)
         self._seen: dict[str, Status] = {}  # of the device, as last sampled
         self._still: tuple[int, Reading | None] | None = None  # what it rests with as sampled
@@ -246,10 +245,11 @@ class Diagnostics:
             return
 
         def sample_element() -> None:
-            self._sample_components(loop.element)
-            self._publish_all(loop, loop.element.procedure)
+            with self._host.log.guard_errors(DIAGNOSTICS_TOPIC.name):
+                self._sample_components(loop.element)
+                self._publish_all(loop, loop.element.procedure)
 
-        loop.call(self._callback_guard.guard_errors(DIAGNOSTICS_TOPIC.name, sample_element))
+        loop.call(sample_element)
 
     def _sample_components(self, element: MemoryElement) -> None:
         """Sample the components; an element at rest is as it was."""
