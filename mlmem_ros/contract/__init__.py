@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The public ROS interface: topics, messages, requests, answers; for node, clients and sessions.
 
-`topics` and `commands` need no ROS, `services`, `answers` and `calls` no device. Nothing
-here holds state or depends on a node.
+`topics` and `commands` need no ROS; `services`, `requests`, `answers` and `calls` no device.
+Nothing here holds state or depends on a node.
 """
