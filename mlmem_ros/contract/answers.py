@@ -152,8 +152,9 @@ class Calibrated(Decoded):
         absent=math.nan,
     )  # fmt: skip
     kick_factor: float | None = declare_field(
-        'float64', 'mean of the factors found on the speeds of kicks', '1', default=None, absent=math.nan
-    )
+        'float64', 'mean of the factors found on the speeds of kicks', '1', default=None,
+        absent=math.nan,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
