@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
@@ -176,6 +177,7 @@ class Sessions:
                 _call_between_ticks(loop, begin_session)
             except Refused:  # the loop has ended, the device is not idle, or it is too late
                 writer.close()
+                shutil.rmtree(writer.path, ignore_errors=True)
                 raise
         finally:
             self.state = State.IDLE if self.current is None else State.ON

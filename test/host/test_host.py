@@ -18,6 +18,7 @@ from mlmem.loop.timetable import SteadyPacer
 from mlmem.physics import StateError
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import State, store
+from mlmem_ros.host import recording as recording_module
 from mlmem_ros.host import worker as worker_module
 from mlmem_ros.host.settings import (
     RecordSettings,
@@ -223,6 +224,24 @@ def test_session_does_not_begin_while_a_procedure_runs(serve, record):
     host.step().answer.result(SOON)
     with pytest.raises(Refused, match='write is running'):
         host.record(service.plan(record)).result(SOON)
+
+
+def test_session_that_a_procedure_prevents_leaves_no_bag(serve, record, monkeypatch, tmp_path):
+    """The procedure begins while the bag opens."""
+    service = serve()
+    host = service.activate()
+    host.pause(True).result(SOON)
+    made = recording_module.open_bag
+
+    def open_late(plan):
+        host.submit(Write(0))
+        host.step().answer.result(SOON)
+        return made(plan)
+
+    monkeypatch.setattr(recording_module, 'open_bag', open_late)
+    with pytest.raises(Refused, match='write is running'):
+        host.record(service.plan(record)).result(SOON)
+    assert not list(tmp_path.iterdir())
 
 
 def test_stop_of_a_failed_recording_reports_the_failure(serve, record):
