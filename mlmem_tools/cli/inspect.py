@@ -59,11 +59,11 @@ def inspect(arguments: argparse.Namespace) -> int:
 def _repair_bag(console: Console, source: Path, destination: Path) -> dict[str, Any]:
     from .repair import repair_bag
 
-    report = repair_bag(source, destination)
-    lost = list(map(str, report.losses))
+    messages, losses = repair_bag(source, destination)
+    lost, saved = list(map(str, losses)), destination.absolute()
     _print_lines(console, *(f'lost  {each}' for each in lost))
-    console.print(f'{report.messages} messages saved in {report.destination}')
-    return {'saved': report.messages, 'bag': report.destination, 'lost': lost}
+    console.print(f'{messages} messages saved in {saved}')
+    return {'saved': messages, 'bag': saved, 'lost': lost}
 
 
 def _print_lines(console: Console, *lines: str) -> None:

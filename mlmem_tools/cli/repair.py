@@ -4,9 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from os import PathLike
-from pathlib import Path
 
 from mlmem_ros.bag.contents import LOST_KEY, Loss
 from mlmem_ros.bag.errors import BagError
@@ -14,22 +12,11 @@ from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
 
 
-@dataclass(frozen=True)
-class Repaired:
-    """Result of a repair.
-
-    Attributes:
-        losses: What could not be read of the damaged bag.
-    """
-
-    destination: Path
-    messages: int
-    losses: tuple[Loss, ...]
-
-
-def repair_bag(source: str | PathLike[str], destination: str | PathLike[str]) -> Repaired:
+def repair_bag(
+    source: str | PathLike[str], destination: str | PathLike[str]
+) -> tuple[int, tuple[Loss, ...]]:
     """Copy all that can be read of a bag into a new one, whose directory must not exist; return
-    what was saved and what was not.
+    how many messages were saved, and what could not be read.
 
     Messages, times, definitions, QoS and custom data are kept; the new bag has one file, and its
     custom data lists what was lost.
@@ -55,4 +42,4 @@ def repair_bag(source: str | PathLike[str], destination: str | PathLike[str]) ->
             )
         for message in reader.messages():
             writer.write(message.topic, message.cdr, message.log_time, message.publish_time)
-    return Repaired(writer.path, writer.message_count, reader.losses)
+    return writer.message_count, reader.losses

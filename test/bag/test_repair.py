@@ -24,15 +24,15 @@ def damaged(record):
 
 
 def test_repair_saves_what_can_be_read(damaged, messages, tmp_path):
-    report = repair_bag(damaged, tmp_path / 'whole')
-    assert report.messages == 15  # a chunk holds one
-    assert report.losses == BagReader(damaged).losses
+    saved, losses = repair_bag(damaged, tmp_path / 'whole')
+    assert saved == 15  # a chunk holds one
+    assert losses == BagReader(damaged).losses
     whole = BagReader(tmp_path / 'whole')
     assert list(whole) == messages[:15]
     assert whole.losses == ()
-    lost = '\n'.join(map(str, report.losses))
+    lost = '\n'.join(map(str, losses))
     assert whole.custom_data == {'seed': '42', LOST_KEY: lost}
-    assert repair_bag(whole.path, tmp_path / 'again').losses == ()
+    assert repair_bag(whole.path, tmp_path / 'again') == (15, ())
     assert BagReader(tmp_path / 'again').custom_data == whole.custom_data
     assert whole.topics == BagReader(damaged).topics
 
