@@ -12,7 +12,6 @@ import os
 import random
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,28 +35,8 @@ NODE_START_TIMEOUT_S = 60.0
 """Longest wait for the node, in seconds: the first start compiles the kernels."""
 
 
-@dataclass(frozen=True)
-class Written:
-    """A level that was written and read."""
-
-    asked: int
-    answer: Decoded | Reading
-    walls: list[float]
-    duration: float
-
-    def as_row(self) -> dict[str, Any]:
-        """Return it as a row of the table."""
-        answer, walls = self.answer, self.walls
-        return {
-            'asked': self.asked,
-            'decoded': answer.level,
-            'code': answer.code,
-            'echo delay': answer.delay,
-            'threshold margin': answer.threshold_margin,
-            'confidence': answer.confidence,
-            'true wall': walls[0] if len(walls) == 1 else 'none',
-            'duration, s': self.duration,
-        }
+Row = dict[str, Any]
+"""A level that was written and read, for the table."""
 
 
 @declare_command(
@@ -70,7 +49,7 @@ class Written:
 )
 def demo(arguments: argparse.Namespace) -> int:
     """Run the demonstration; return 0 only if every level read is the one written."""
-    console, rows = create_console(aside=arguments.json), list[Written]()
+    console, rows = create_console(aside=arguments.json), list[Row]()
     folder = None
     if find_spec('rclpy') is not None:
         folder = arguments.output / time.strftime('demo-%Y%m%d-%H%M%S')
@@ -80,7 +59,7 @@ def demo(arguments: argparse.Namespace) -> int:
     except (RequestError, RuntimeError) as error:
         console.print(f'the demonstration failed: {error}', style='red')
         return 1
-    print_rows(console, 'written and read back by echo', [row.as_row() for row in rows])
+    print_rows(console, 'written and read back by echo', rows)
     found: dict[str, Any] = {'levels': rows}
     if folder is not None:
         found['session'] = folder / 'session'
@@ -93,10 +72,23 @@ def demo(arguments: argparse.Namespace) -> int:
             console.print(f'{name:8} {found[name]}')
     if arguments.json:
         print_json(found)
-    return 0 if all(row.answer.level == row.asked for row in rows) else 1
+    return 0 if all(row['decoded'] == row['asked'] for row in rows) else 1
 
 
-def _write_directly() -> Iterator[Written]:
+def _build_row(level: int, answer: Decoded | Reading, walls: list[float], duration: float) -> Row:
+    return {
+        'asked': level,
+        'decoded': answer.level,
+        'code': answer.code,
+        'echo delay': answer.delay,
+        'threshold margin': answer.threshold_margin,
+        'confidence': answer.confidence,
+        'true wall': walls[0] if len(walls) == 1 else 'none',
+        'duration, s': duration,
+    }
+
+
+def _write_directly() -> Iterator[Row]:
     """Write and read the levels of an element in this process.
 
     Raises:
@@ -116,10 +108,10 @@ def _write_directly() -> Iterator[Written]:
             raise RuntimeError('no echo could be recorded')
         walls = find_walls(element.design, element.chain.configuration)
         places = [wall.position for wall in walls]
-        yield Written(level, reading, places, time.monotonic() - begun)
+        yield _build_row(level, reading, places, time.monotonic() - begun)
 
 
-def _write_through_ros(folder: Path) -> Iterator[Written]:
+def _write_through_ros(folder: Path) -> Iterator[Row]:
     """Write and read the levels of a node of our own, which records a session in a new folder.
 
     Raises:
@@ -154,4 +146,4 @@ def _write_through_ros(folder: Path) -> Iterator[Written]:
             duration = time.monotonic() - begun
             walls.clear()
             wait_until(lambda: walls, f'{client.name}/wall')
-            yield Written(level, answer, list(walls[-1].data), duration)
+            yield _build_row(level, answer, list(walls[-1].data), duration)

@@ -71,5 +71,5 @@ def test_simulate_without_compiler_gives_compiled_positions():
 
 def test_demo_without_ros_writes_and_reads_every_level(tmp_path):
     rows = json.loads(run_program(DEMO_WITHOUT_ROS))['levels']
-    assert [row['answer']['level'] for row in rows] == [row['asked'] for row in rows]
+    assert [row['decoded'] for row in rows] == [row['asked'] for row in rows]
     assert {row['asked'] for row in rows} == set(range(8))
