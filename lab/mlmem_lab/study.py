@@ -185,6 +185,8 @@ def study(arguments: argparse.Namespace) -> int:
             return 0
         cases = arguments.cases or chosen.list_missing()
         chosen.measure_cases(console, arguments.jobs, cases, arguments.count)
+    except KeyError as error:
+        return print_failure('study', f'{chosen.path} lacks {error}: measure its cases first', 1)
     except (OSError, ValueError) as error:
         return print_failure('study', f'{chosen.path}: {error}', 1)
     console.print(f'{len(cases)} cases: {chosen.path}', highlight=False, soft_wrap=True)

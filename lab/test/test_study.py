@@ -72,3 +72,11 @@ def test_every_study_is_that_of_its_result_file(name):
     kept = results.load_result(found.path)
     assert set(kept['hashes']) <= set(found.cases)
     assert all((results.CHECKOUT_ROOT / module).exists() for module in found.modules)
+
+
+def test_a_figure_of_a_case_that_is_not_measured_is_refused(lengths, monkeypatch, capsys):
+    run_study('byte')
+    drawn = replace(lengths, draw=lambda result: result['cases']['case_2'])
+    monkeypatch.setattr(studies, 'load_study', lambda name: drawn)
+    assert main(['study', 'times', '--figure', 'none.png']) == 1
+    assert "lacks 'case_2'" in capsys.readouterr().err
