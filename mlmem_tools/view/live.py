@@ -128,6 +128,7 @@ class Live:
             KEEP_ALL_QOS,
             'parameters that were set',
         )
+        hand_over: Callable[..., Any] = self._loop.call_soon_threadsafe  # from the client's thread
         for topic, take in (
             (STREAMS['level'], self._on_level),
             (STREAMS['word'], self._on_level),
@@ -137,22 +138,14 @@ class Live:
             (DIAGNOSTICS_TOPIC, self._on_diagnostics),
             (parameter_events, self._on_parameters),
         ):
-            _subscribe_topic(self._client, topic, self._wrap_for_loop(take))
+            _subscribe_topic(self._client, topic, partial(hand_over, take))
         for name, action in load_action_types().items():
             self._client.node.create_subscription(
                 action.Impl.FeedbackMessage,
                 f'{self._client.name}/{name}/_action/feedback',
-                self._wrap_for_loop(partial(self._on_feedback, name)),
+                partial(hand_over, partial(self._on_feedback, name)),
                 RELIABLE_PROFILE,
             )
-
-    def _wrap_for_loop(self, take: Callable[[Any], None]) -> Callable[[Any], None]:
-        """Return a callback for the client's thread that hands messages over to the loop."""
-
-        def hand_over(message: Any) -> None:
-            self._loop.call_soon_threadsafe(take, message)
-
-        return hand_over
 
     def _watch_streams(self, on: bool) -> None:
         if on and not self._streams:
