@@ -39,28 +39,22 @@ if TYPE_CHECKING:
 def replay(arguments: argparse.Namespace) -> int:
     """Replay; return the exit status."""
     from mlmem_ros.bag.errors import BagError
-
-    try:
-        return _replay_bag(arguments)
-    except BagError as error:
-        return print_bag_failure('replay', error, arguments.json)
-
-
-def _replay_bag(arguments: argparse.Namespace) -> int:
     from mlmem_ros.session.data import load_session
     from mlmem_ros.session.replay import run_replay
 
-    session = load_session(arguments.bag, arguments.node, motion=False)
-    with ProgressBar(create_console(aside=True)) as bar:
-
-        def progress(done: int, total: int) -> None:
-            bar('replaying', done / max(1, total))
-
-        report = run_replay(session, progress)
+    try:
+        session = load_session(arguments.bag, arguments.node, motion=False)
+        with ProgressBar(create_console(aside=True)) as bar:
+            report = run_replay(
+                session, lambda done, total: bar('replaying', done / max(1, total))
+            )
+    except BagError as error:
+        return print_bag_failure('replay', error, arguments.json)
     if arguments.json:
         print_json(report.as_dict())
     else:
-        _print_lines(describe_report(report))
+        for line in describe_report(report):
+            print(make_printable(line))
     return 0 if report.passed and (report.whole or arguments.incomplete) else 1
 
 
@@ -110,8 +104,3 @@ def _format_values(values: Sequence[object]) -> str:
     max_listed = 20  # most levels or procedures listed
     more = ', ...' if len(values) > max_listed else ''
     return ', '.join(map(str, values[:max_listed])) + more
-
-
-def _print_lines(lines: Sequence[str]) -> None:
-    for line in lines:
-        print(make_printable(line))
