@@ -85,23 +85,6 @@ def test_calibration_of_one_end_alone_proves_nothing():
     assert {end for end, *_ in found} == {End.RIGHT}
 
 
-@pytest.mark.parametrize(
-    ('name', 'method', 'start', 'level'), [('bits_2', 'kick', 1, 3), ('bits_4', 'strain', 5, 6)]
-)
-def test_swinging_wall_is_read_again_and_not_moved_again(name, method, start, level):
-    """Its first echoes disagree: it is half a cell off, and radiates what the far end hears."""
-    design, settings = load_element(name).design_and_settings
-    element = MemoryElement(design, rig.change(settings, write={'method': method}))
-    element.perform(Write(start))
-    *told, outcome = rig.events(element, Write(level))
-    first, _, second, _ = (event.reading for event in told)
-    assert first.level == UNDECODABLE
-    assert None not in (first.left_delay, first.right_delay)
-    assert second.level == level
-    assert (outcome.success, outcome.attempts) == (True, 1)
-    assert rig.holds(element, level)
-
-
 def bits_1(**changes):
     element = MemoryElement(*load_element('bits_1').design_and_settings)
     element.calibration = dataclasses.replace(element.calibration, **changes)

@@ -30,11 +30,10 @@ from mlmem.instrument.faults import (
     OfMaterial,
     Sensors,
     apply_faults,
-    apply_transducer_faults,
 )
-from mlmem.physics import CASE_II, HeldCell, Specimen, find_walls
+from mlmem.physics import CASE_II, Specimen, find_walls
 from mlmem.rejections import ErrorCode
-from mlmem.rng import Stream, draw_event, draw_normal
+from mlmem.rng import Stream, draw_normal
 from mlmem.schema import find_descriptions
 
 from . import rig
@@ -115,12 +114,6 @@ def test_specimen_that_needs_shorter_step_is_rejected():
     with pytest.raises(Refused) as rejected:
         with_faults(element, disorder_s=0.3)
     assert rejected.value.field == 'faults'
-
-
-def test_random_events_have_their_stated_probability():
-    for probability in (0.0, 0.3, 1.0):
-        seen = np.mean([draw_event(probability, 1, tick, Stream.SLIP) for tick in range(2000)])
-        assert seen == pytest.approx(probability, abs=5 * 0.5 / math.sqrt(2000))
 
 
 def test_random_numbers_of_seed_and_tick_never_change():
@@ -270,20 +263,6 @@ def test_bad_transducer_kicks_no_wall_and_misleads_no_read(faults, read, left):
     assert element.perform(Write(0)).reading.level == 0
 
 
-def test_motion_is_made_in_part_from_where_it_begins():
-    """A kick by half from -1 to 1 ends at 0; its speed is halved, too."""
-    asked = HeldCell(1, np.array(((-1.0, 0.0, 1.0), (0.0, 0.3, 0.0))))
-    start = asked.motion[:, :1]
-    half = apply_transducer_faults(asked, start, Faults(transducer_gain=0.5))
-    assert half.motion == pytest.approx(np.array(((-1.0, -0.5, 0.0), (0.0, 0.15, 0.0))))
-    assert (
-        apply_transducer_faults(asked, start, Faults(transducer_gain=0.5, transducer_end='right'))
-        is asked
-    )
-    assert apply_transducer_faults(asked, start, Faults(transducer_off=True)) is None
-    assert apply_transducer_faults(asked, start, Faults(weak_cell=40)) is asked
-
-
 @pytest.mark.parametrize('after', [0.0, 10.0], ids=['healed', 'sooner'])
 def test_signals_that_are_no_longer_late_are_restored(after):
     """At rest no sample passes that would tell the sensors of it."""
@@ -308,3 +287,16 @@ def test_slow_signal_that_was_healed_begins_at_present_sample():
     sensors.apply_sensor_faults(second, first[:, -1], healthy, 1)
     sensors.change(slow)
     assert (sensors.apply_sensor_faults(second, second[:, -1], slow, 2) == 3.0).all()
+
+
+def test_faults_that_are_active_are_listed_by_name():
+    """A seed is no fault, and the factor of a weak cell is none without the cell."""
+    assert Faults(seed=3, weak_factor=0.1).list_active() == {}
+    weak = {'weak_cell': 7, 'weak_factor': 0.1}
+    assert Faults(**weak).list_active() == weak
+
+
+def test_seed_changes_the_material_only_with_disorder():
+    assert Faults(seed=1).has_same_material(Faults(seed=2))
+    one, other = (Faults(disorder_alpha=0.1, seed=seed) for seed in (1, 2))
+    assert not one.has_same_material(other)

@@ -391,10 +391,3 @@ def test_level_of_strain_alone_needs_an_actuator():
     assert find_names(design, without, BLANK, 3) == ['kick']
     with pytest.raises(ProcedureFailed, match='level 2 is reached only by strain'):
         find_route(design, without, BLANK, 2)
-
-
-def test_move_has_the_margin_of_its_speed():
-    design, settings = by_method('case_2', 'kick')
-    known = rig.change(settings, kick={'speed_margins': '0.5 0.5 0.09'})
-    assert [move.margin for move in find_route(design, known, BLANK, 1)] == [0.5]
-    assert [move.margin for move in find_route(design, known, BLANK, 3)] == [1.0]  # not known

@@ -79,6 +79,7 @@ def test_walls_other_than_one_are_neither_read_nor_located(positions, first_acti
     for end in ('left', 'right', 'both'):
         read = rig.run(element, Read(end))
         assert (read.success, read.reading.level) == (False, UNDECODABLE)
+        assert not positions or read.reading.walls == len(positions)
     outcome = rig.run(element, Locate())
     assert (outcome.success, outcome.found) == (False, {})
     assert outcome.error

@@ -75,15 +75,6 @@ def test_after_abort_at_any_tick_next_write_succeeds(command, content, moment, l
     assert rig.holds(element, level)
 
 
-def test_abort_of_nothing_keeps_reading(written):
-    element = written(2)
-    known = element.reading
-    begun = element.ticks
-    abort(element)
-    assert element.reading is known
-    assert element.ticks == begun + 1
-
-
 @pytest.mark.parametrize('moment', [2, 4, 6, 12, 20])
 @pytest.mark.parametrize('level', [0, 3])
 def test_echo_of_aborted_read_does_not_reach_next(level, moment):
@@ -232,13 +223,6 @@ def lost():
     element.apply(SetStrain(0.001))
     rig.ticks(element, 20)
     return element
-
-
-def test_failure_of_a_lost_element_names_reset(lost):
-    outcome = rig.run(lost, Read())
-    assert not outcome.success
-    assert outcome.error.endswith('reset replaces the element by a blank one')
-    assert 'reset' not in rig.run(rig.device(), Erase()).error
 
 
 def test_reset_element_is_as_new(lost):

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 from mlmem import Abort, Disturb, Loop, SettingsError
+from mlmem.loop.mailbox import Mailbox
 from mlmem.loop.timetable import LoopStatistics, SteadyPacer, Timetable
-from mlmem.settings import ScaleSettings, Settings
+from mlmem.settings import Settings
 
 from . import rig
 from .loops import PATIENCE, PERIOD, Clock, result, until
@@ -67,49 +68,41 @@ def test_lost_time_is_counted_and_skipped(start):
     assert loop.element.ticks == 49
 
 
-def test_steps_of_coarse_clock_are_caught_up(start):
-    """A simulator's clock with steps of five periods: within its slack no tick is lost."""
-    period = 20 * 2.0**-13  # so that all sums are exact
-    clock, begun = Clock(), []
-    clock.slack = 10 * period
-    clock.wait = lambda changed, seconds: setattr(clock, 'time', clock.time + 5 * period)
-    element = rig.device(scale=ScaleSettings(time=2.0**-13))
-    loop = start(element, lambda *_: begun.append(clock.time), pacer=clock, speed=1.0)
-    until(lambda: len(begun) > 50)
-    loop.stop()
-    assert begun[:51] == [0.0] + [5 * period * (1 + n // 5) for n in range(50)]
-    assert loop.statistics.overruns == 0
-
-
-@pytest.mark.parametrize('jump', [-1e9, 1e9])
-def test_clock_that_jumps_neither_stops_nor_hurries_loop(start, jump):
-    clock, begun = Clock(), []
-
-    def listen(commands, events):
-        if len(begun) == 10:
-            clock.time += jump
-        begun.append(clock.time)
-
-    loop = start(rig.device(), listen, pacer=clock, speed=1.0)
-    until(lambda: len(begun) > 60)
-    loop.stop()
-    gaps = [after - before for before, after in itertools.pairwise(begun[12:60])]
-    assert gaps == pytest.approx([PERIOD] * len(gaps), abs=1e-6)  # 1e9 s are rounded to 1e-7
-
-
-def timetable(*, speed, stream_period):
+def timetable(*, speed=1.0, stream_period=10, heard=True, **element):
     """Return the times of an element that moves and decides nothing, with both it reads."""
     settings, statistics = Settings(), LoopStatistics()
-    element = SimpleNamespace(ticks=0, idle_ticks=math.inf, at_rest=False, settings=settings)
+    given = {'ticks': 0, 'idle_ticks': math.inf, 'at_rest': False, **element}
+    element = SimpleNamespace(settings=settings, **given)
     times = Timetable(
         element, SteadyPacer(), statistics, speed=speed, batch=20,
-        has_subscribers=lambda: True, stream_period=lambda: stream_period,
+        has_subscribers=lambda: heard, stream_period=lambda: stream_period,
     )  # fmt: skip
     return times, element, statistics
 
 
+@pytest.mark.parametrize(
+    ('given', 'deferred'),
+    [
+        # A tick that is published comes alone; 40 ms are 20 ticks.
+        ({'ticks': 7}, 12), ({'ticks': 19}, 0),
+        # A procedure decides in the next tick but five, or in the next.
+        ({'idle_ticks': 5}, 5), ({'idle_ticks': 0}, 0),
+        # Nobody listens: a run ends at a tick that is published, or anywhere if none is.
+        ({'heard': False, 'ticks': 3}, 17),
+        ({'heard': False, 'ticks': 200, 'stream_period': 100}, 20),
+        # At rest nothing is computed: 2 s are 1000 ticks.
+        ({'heard': False, 'ticks': 3, 'stream_period': 0, 'at_rest': True}, 1000),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_ticks_are_deferred_until_one_matters(given, deferred):
+    times, *_ = timetable(**given)
+    assert times.deferred(0.0, Mailbox(1.0)) == deferred
+    assert times.can_sleep(deferred) == (deferred > 20)
+
+
 def test_deferred_ticks_may_be_as_late_as_they_may_be_deferred():
-    times, _, statistics = timetable(speed=1.0, stream_period=10)
+    times, _, statistics = timetable()
     assert times.after(1.0, 1.0 + 20.5 * PERIOD) == pytest.approx(1.0 + PERIOD)
     assert statistics.overruns == 0
     times.after(1.0, 1.0 + 22.5 * PERIOD)
@@ -195,3 +188,19 @@ def test_acceleration_that_arrives_at_rest_wakes_loop(start):
     before = element.ticks
     loop.submit(Disturb(1e-6))
     until(lambda: element.ticks > before or not loop._box.asleep)
+
+
+@pytest.mark.parametrize('jump', [-1e9, 1e9])
+def test_clock_that_jumps_neither_stops_nor_hurries_loop(start, jump):
+    clock, begun = Clock(), []
+
+    def listen(commands, events):
+        if len(begun) == 10:
+            clock.time += jump
+        begun.append(clock.time)
+
+    loop = start(rig.device(), listen, pacer=clock, speed=1.0)
+    until(lambda: len(begun) > 60)
+    loop.stop()
+    gaps = [after - before for before, after in itertools.pairwise(begun[12:60])]
+    assert gaps == pytest.approx([PERIOD] * len(gaps), abs=1e-6)  # 1e9 s are rounded to 1e-7

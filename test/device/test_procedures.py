@@ -123,16 +123,6 @@ def test_failing_write_has_bounded_number_of_attempts():
     assert (element.actuator.strain, element.procedure) == (0.0, '')
 
 
-def test_second_attempt_succeeds_after_failed_one(written):
-    """The device wrongly believes to be at level 2, where compression frees the wall."""
-    element = written(1)
-    element.reading = dataclasses.replace(element.reading, level=2)
-    trace, told = rig.strains(element, Write(3))
-    assert (told[-1].success, told[-1].attempts) == (True, 2)
-    assert rig.cycles(trace) == pytest.approx([-0.034, 1.1 * 0.048, 1.1 * -0.034])
-    assert rig.holds(element, 3)
-
-
 @pytest.mark.parametrize('command', [Erase(), Write(0)], ids=str)
 def test_erase_that_frees_no_wall_ends_and_so_does_write(command):
     three_levels = dataclasses.replace(CASE_II, N=100)
@@ -158,15 +148,6 @@ def test_write_first_releases_strain_set_by_hand(written):
 
 
 # --- read -------------------------------------------------------------------------------------
-
-
-def test_blank_element_is_read_from_right():
-    """Whatever is asked for: the left carrier does not pass the inactive phase."""
-    element = rig.device()
-    for end in ('', 'left', 'right', 'both'):
-        reading = rig.succeed(element, Read(end))
-        assert (reading.level, reading.end, reading.code, reading.walls) == (BLANK, 'right', '', 0)
-        assert reading.left_delay is None
 
 
 def test_wall_that_stopped_short_does_not_count_as_written():

@@ -12,7 +12,7 @@ import pytest
 from mlmem import BLANK, UNDECODABLE, Calibration, DelayTable, Reading, Settings
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II
-from mlmem.readers.decoding import decode_echoes, find_phase
+from mlmem.readers.decoding import decode_echoes
 from mlmem.readers.echo import ECHO_TAIL_TIME, Echo, detection_threshold
 from mlmem.settings import ReadSettings
 
@@ -75,15 +75,6 @@ def test_delay_near_level_is_that_level_with_margin(delay, least, level, margin,
     assert reading.level_margin == pytest.approx(margin)
     assert reading.distance == pytest.approx(distance)
     assert ('lies between levels' in reading.reason) == (level == UNDECODABLE)
-
-
-def test_delay_of_a_blank_element_is_decoded_as_blank():
-    reading = decoded(775.0, End.RIGHT, EMPTY)
-    assert (reading.level, reading.code, reading.reason) == (BLANK, '', '')
-    assert reading.level_margin == pytest.approx(
-        1.0 - 2.0 * 5.0 / 220.0
-    )  # level 0 beside it is none
-    assert reading.distance == math.inf
 
 
 def test_phase_of_left_end_distinguishes_equal_echoes():
@@ -286,18 +277,6 @@ def test_confidence_is_loss_that_changes_no_answer(level_margin, threshold_margi
 
 
 # --- phases -----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ('share', 'phase'),
-    [
-        (-1.0, None), (-0.26, None), (-0.24, 0), (0.0, 0), (0.24, 0), (0.26, None),
-        (0.5, None), (0.74, None), (0.76, 1), (1.0, 1), (1.24, 1), (1.26, None), (2.0, None),
-    ],
-)  # fmt: skip
-def test_phase_of_end_follows_from_its_rest(share, phase):
-    """A quarter of the way from a ground state to the next (-0.998 to 1.003) it counts."""
-    assert find_phase(CASE_II, -0.99790 + share * 2.00076) == phase
 
 
 def test_crossing_when_listening_begins_is_only_a_near_level():

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem import ELEMENT_NAMES, Read, Settings, SettingsError, load_element
+from mlmem import Read, Settings, SettingsError
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End, EndMove, Pulse
 from mlmem.instrument.transducer import (
@@ -16,7 +16,6 @@ from mlmem.instrument.transducer import (
     Returns,
     Reverberation,
     Transducer,
-    find_upper_edge,
 )
 from mlmem.physics import CASE_II, INTEGRATORS, NOH_BATHE, Chain, HeldCell
 from mlmem.physics.waves import pass_band
@@ -62,28 +61,6 @@ def test_move_may_end_within_step():
     held_cell = element.transducer.held_cell(40)
     assert held_cell.motion.shape == (2, 101)  # and the first stage of the next, to 10.056
     assert held_cell.motion[0, -1] == pytest.approx(start + 1.0 + 0.05 * STAGES[0], abs=1e-14)
-
-
-def test_newest_samples_are_kept_and_judged():
-    """Eight periods of the slower carrier, 16 pi / 0.7 = 71.8, so 144 steps are kept."""
-    transducer = rig.device().transducer
-    assert transducer.recent.shape == (2, 144)
-    samples = np.random.default_rng(1).normal(size=(2, 700))
-    for piece in np.split(samples, [5, 85, 165, 600], axis=1):  # shorter and longer than 144
-        transducer.record(piece)
-    np.testing.assert_array_equal(transducer.recent, samples[:, -144:])
-    for row, end in enumerate(End):
-        kept = samples[row, -144:]
-        assert transducer.rest(end) == pytest.approx(kept.mean(), abs=1e-15)
-        deviation = np.abs(kept - kept.mean()).mean()
-        assert transducer.unrest(end) == pytest.approx(deviation, rel=1e-14)
-
-
-@pytest.mark.parametrize('preset', ELEMENT_NAMES)
-def test_upper_edge_is_above_bands_of_both_phases(preset):
-    design = load_element(preset).design
-    tops = [pass_band(k * design.alpha.max())[1] for k in (design.k_s1, design.k_s2)]
-    assert max(tops) <= find_upper_edge(design) < max(tops) + 0.1
 
 
 @pytest.mark.parametrize('method', INTEGRATORS.values(), ids=INTEGRATORS)

@@ -286,3 +286,17 @@ def test_initial_content_of_a_simulated_element_is_read(serve):
     service.activate()
     assert service.host.element.reading is None
     assert service.host.submit(Read()).answer.result(60.0).reading.level == 5
+
+
+def test_one_of_many_record_requests_succeeds(serve, record):
+    service = serve()
+    host = service.activate()
+    started = [host.record(service.plan(record)) for _ in range(20)]
+    paths = [future.result(SOON) for future in started if future.exception(SOON) is None]
+    assert [str(path) for path in paths] == [record.path]
+    assert host.submit(Read()).answer.result(SOON).success
+    stopped = [host.record(None) for _ in range(20)]
+    assert sum(future.exception(SOON) is None for future in stopped) == 1
+    assert host.refused == 38
+    assert run_replay(load_session(record.path)).exact
+    assert host.sessions.state is State.IDLE
