@@ -77,7 +77,7 @@ def describe_preset(name: str) -> dict[str, Any]:
     shipped = load_element(name)
     design, settings = shipped.design_and_settings
     element = MemoryElement(shipped)
-    about = About.of(design, settings, name).json | {'faults': {}}
+    about = About(design, settings, name).json | {'faults': {}}
     about['procedures'] = {key: {'changes': True} for key in ('write', 'erase')}
     many = settings.register.spacing > 0
     found: dict[str, Any] = {

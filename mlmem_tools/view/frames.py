@@ -15,6 +15,7 @@ import struct
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -24,9 +25,6 @@ from mlmem_ros.contract import calls
 
 from ..json_values import to_json_value
 from .about import About
-
-ACTIVE_PHASE_COUNT = 8000
-"""The active phase in a picture of integers; the inactive phase is 0."""
 
 
 def pack_frame(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:
@@ -43,17 +41,6 @@ def pack_frame(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:
     return struct.pack('<I', len(text)) + text + data
 
 
-def scale_configuration(field: NDArray[Any], phases: tuple[float, float]) -> NDArray[np.int16]:
-    """Return a configuration Delta_j as integers: 0 inactive, `ACTIVE_PHASE_COUNT` active;
-    `phases` has that of either.
-    """
-    inactive, active = phases
-    scaled = (np.asarray(field, dtype=np.float32) - inactive) * (
-        ACTIVE_PHASE_COUNT / (active - inactive)
-    )
-    return np.asarray(np.clip(np.nan_to_num(scaled), -32768, 32767), dtype=np.int16)
-
-
 def thin_echo(message: Any) -> NDArray[np.float32]:
     """Return times and v_c of an echo, thinned out, of shape (2, n).
 
@@ -65,6 +52,11 @@ def thin_echo(message: Any) -> NDArray[np.float32]:
     whole = len(t) // group * group
     t, v_c = t[:whole].reshape(-1, group)[:, -1], v_c[:whole].reshape(-1, group).max(axis=1)
     return np.stack((t, v_c)).astype(np.float32)
+
+
+def read_walls(message: Any) -> list[float]:
+    """Return the sites of the walls."""
+    return [round(float(site), 3) for site in message.data]
 
 
 PICTURED_STREAMS = ('field', 'wall', 'joint_states')
@@ -102,11 +94,11 @@ class Pictures:
 
     def make_picture(self, about: About, doing: dict[str, Any]) -> bytes | None:
         """Return a picture of the newest messages; None if it is like that of a moment ago."""
-        field, joints = self._newest.get('field'), self._newest.get('joint_states')
-        strain = 0.0 if joints is None else calls.parse_displacement(joints) / about.length
-        column = None  # a real element publishes none
-        if field is not None and len(field.data) == about.design.N:
-            column = scale_configuration(np.asarray(field.data)[:: about.stride], about.phases)
+        joints, column = self._newest.get('joint_states'), None
+        strain = 0.0 if joints is None else about.read_strain(joints)
+        # a real element publishes no field, and another element's may still come
+        with suppress(KeyError, ValueError):
+            column = about.scale_field(self._newest['field'])
         shown = {'strain': strain, 'walls': self._list_walls(), **doing}
         bits = b'' if column is None else column.tobytes()
         # longest time in seconds for which a picture that is like the last one is not sent
@@ -136,7 +128,7 @@ class Pictures:
 
     def _list_walls(self) -> list[float]:
         walls = self._newest.get('wall')
-        return [] if walls is None else list(walls.data)
+        return [] if walls is None else read_walls(walls)
 
     def _schedule_picture(self) -> None:
         """Schedule a picture, no sooner than a period after the last."""

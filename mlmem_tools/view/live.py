@@ -229,7 +229,7 @@ class Live:
         try:
             parameters = await self._client.parameters(*PAGE_PARAMETERS, timeout=3.0)
             element = element_file.parse(parameters[DESCRIPTION], DESCRIPTION)
-            about = About.of(element.design, element.settings, self._client.name, parameters)
+            about = About(element.design, element.settings, self._client.name, parameters)
         except (RequestError, ValueError) as error:
             self._announce_link(str(error))
             self._present = False

@@ -195,7 +195,7 @@ class PageRequests:
         """
         if self.about is None:
             raise ValueError('the element is not known yet')
-        actuator, scale = self.about.actuator, self.about.scale
+        actuator, scale = self.about.settings.actuator, self.about.settings.scale
         seconds = (
             # a smooth move needs at least 1.5
             1.65 * 2.0 * actuator.max_strain / actuator.hand_rate_limit * scale.time

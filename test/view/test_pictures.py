@@ -12,11 +12,12 @@ import pytest
 
 from mlmem import Settings
 from mlmem.physics import CASE_II
-from mlmem_tools.view.about import About
-from mlmem_tools.view.frames import ACTIVE_PHASE_COUNT, Pictures
+from mlmem_tools.view.about import ACTIVE_PHASE_COUNT, About
+from mlmem_tools.view.frames import Pictures
 
-ABOUT = About.of(CASE_II, Settings(), '/mlmem')
-STRAINED = SimpleNamespace(name=['substrate'], position=[0.02 * ABOUT.length])
+ABOUT = About(CASE_II, Settings(), '/mlmem')
+LENGTH = CASE_II.N * Settings().scale.length
+STRAINED = SimpleNamespace(name=['substrate'], position=[0.02 * LENGTH])
 ACTIVE = SimpleNamespace(data=array('f', [CASE_II.D_s2] * CASE_II.N))
 
 
@@ -55,7 +56,7 @@ def test_real_element_shows_its_strain_alone():
 
 def test_idle_element_is_shown_rarely_a_change_at_once():
     """What held still meanwhile is told by its end, or a line would lead to the change."""
-    strained = SimpleNamespace(name=['substrate'], position=[0.03 * ABOUT.length])
+    strained = SimpleNamespace(name=['substrate'], position=[0.03 * LENGTH])
 
     async def run():
         pictures, seen = Pictures(asyncio.get_running_loop(), lambda: None), []

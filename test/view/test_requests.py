@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from mlmem.settings import ActuatorSettings, ScaleSettings
+from mlmem.settings import ActuatorSettings, ScaleSettings, Settings
 from mlmem_ros.contract.answers import SelfTested
 from mlmem_tools.view.requests import Activity, PageRequests
 
@@ -33,7 +33,7 @@ def client():
 @pytest.fixture
 def requests(client):
     requests = PageRequests(client, Activity())
-    requests.about = SimpleNamespace(actuator=ACTUATOR, scale=SCALE)
+    requests.about = SimpleNamespace(settings=Settings(actuator=ACTUATOR, scale=SCALE))
     return requests
 
 

@@ -4,13 +4,16 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from mlmem import Settings
+from mlmem.physics import CASE_II
 from mlmem_ros.bag.errors import BagError
 from mlmem_tools.view import session_frame
-from mlmem_tools.view.frames import ACTIVE_PHASE_COUNT, scale_configuration
+from mlmem_tools.view.about import ACTIVE_PHASE_COUNT, About
 from mlmem_tools.view.session_frame import Columns, load_frame
 
 DATA = Path(__file__).parent.parent / 'data'
@@ -63,5 +66,7 @@ def test_path_without_a_session_is_rejected(tmp_path):
 
 
 def test_cells_beyond_the_scale_are_clipped():
-    values = scale_configuration(np.array([-1.0, 1.0, 100.0, np.nan]), (-1.0, 1.0))
-    assert values.tolist() == [0, ACTIVE_PHASE_COUNT, 32767, 0]
+    field = np.full(CASE_II.N, CASE_II.D_s1)
+    field[:3] = CASE_II.D_s2, 100.0, np.nan
+    values = About(CASE_II, Settings(), '/mlmem').scale_field(SimpleNamespace(data=field))
+    assert values[:4].tolist() == [ACTIVE_PHASE_COUNT, 32767, 0, 0]
