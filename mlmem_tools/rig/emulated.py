@@ -87,8 +87,6 @@ class Sensors:
 MAX_BUFFER_SAMPLES = 1 << 18
 """Samples of set-points that it can hold."""
 
-_Tick = tuple[Array, HeldCell | None]  # displacements of the substrate's end, and a held end
-
 
 class EmulatedRig:
     """An element with a rig around it; the caller supplies the line and the clock."""
@@ -141,7 +139,7 @@ class EmulatedRig:
             numbers,
             (STRAIN_CAPABILITY, *REQUIRED_CAPABILITIES) if actuator else REQUIRED_CAPABILITIES,
         )
-        self._begin_client(lambda data: None)
+        self.begin(lambda data: None)
 
     @property
     def chain(self) -> Chain:
@@ -154,19 +152,17 @@ class EmulatedRig:
         previous one are dropped.
         """
         self.release_strain()
-        self._begin_client(send)
-
-    def _begin_client(self, send: Callable[[bytes], object]) -> None:
         self._link = FrameLink(send, answers=True)
         self._reset_playback(0.0)
 
     def _reset_playback(self, ahead: float) -> None:
         self._ahead = ahead
-        self._ticks: deque[_Tick] = deque()
+        # displacements of the substrate's end, and a held end
+        self._ticks: deque[tuple[Array, HeldCell | None]] = deque()
         self._due = self._waited = 0.0
         self._next = self._played = self._missed = 0
         self._playing = self._stopped = False
-        self._held: tuple[int, float] | None = None  # the held end and its position
+        self._held: HeldCell | None = None  # the end that is still held after the last tick
 
     def release_strain(self) -> None:
         """Ramp the strain to zero and let the element come to rest, unless it is beyond that."""
@@ -230,18 +226,16 @@ class EmulatedRig:
             raise ValueError(f'set-points of more than {MAX_BUFFER_SAMPLES} samples are waiting')
         if driven > count:
             raise ValueError(f'an end must be held for at most {count} set-points; got {driven}')
-        numbers = np.frombuffer(payload, self._hello.numbers, offset=PLAY_LAYOUT.size).astype(
-            np.float64
-        )
+        numbers = np.frombuffer(payload, self._hello.numbers, offset=PLAY_LAYOUT.size)
+        numbers = numbers.astype(np.float64)
         V_N, motion = numbers[:count], numbers[count:].reshape(2, driven)
         if site:
             motion = self.sensors.held(site, motion)
         self._next += samples
         for number in range(ticks):
             part = slice(number * nodes * self._samples, (number + 1) * nodes * self._samples)
-            held = motion[:, part]
-            held_cell = HeldCell(site, held) if site and held.shape[1] else None
-            self._ticks.append((V_N[part] * self._strained, held_cell))
+            held = HeldCell(site, motion[:, part]) if site and motion[:, part].size else None
+            self._ticks.append((V_N[part] * self._strained, held))
 
     def pass_time(self, seconds: float) -> None:
         """Advance by the time of an exact clock: play what is due and send the samples."""
@@ -271,9 +265,12 @@ class EmulatedRig:
     def _play_ticks(self, ticks: int) -> None:
         if not ticks:
             return
-        ends = np.concatenate(
-            [self._advance_tick(self._ticks.popleft()) for _ in range(ticks)], axis=1
-        )
+        played = []
+        for _ in range(ticks):
+            V_N, held = self._ticks.popleft()
+            played.append(self.element.advance(V_N, held))
+            self._held = held if held and held.motion.shape[1] == len(V_N) else None
+        ends = np.concatenate(played, axis=1)
         readings, force = self.sensors.measure_ends(ends), self.element.force()
         head = SAMPLES_LAYOUT.pack(
             self._played, ends.shape[1], min(self._missed, 2**32 - 1),
@@ -283,26 +280,15 @@ class EmulatedRig:
         self._played += ends.shape[1]
         self._missed = 0
 
-    def _advance_tick(self, tick: _Tick) -> Array:
-        V_N, held_cell = tick
-        whole = held_cell is not None and held_cell.motion.shape[1] == len(V_N)
-        ends = self.element.advance(V_N, held_cell)
-        self._held = (
-            (held_cell.site, float(held_cell.motion[0, -1])) if held_cell and whole else None
-        )
-        return ends
-
     def _hold_set_points(self, ticks: int) -> None:
         """Hold the set-points while there is nothing to play; the element moves on."""
         if self._missed * self.element.dt < 50_000.0:  # by then the element has come to rest
             V_N = np.full(ticks * self._samples * len(self._hello.nodes), self.element.V_N)
-            held_cell = None
-            if self._held is not None:
-                site, position = self._held
-                held_cell = HeldCell(
-                    site, np.stack((np.full_like(V_N, position), np.zeros_like(V_N)))
-                )
-            self.element.advance(V_N, held_cell)
+            held = self._held
+            if held is not None:
+                place = np.full_like(V_N, held.motion[0, -1])
+                held = HeldCell(held.site, np.stack((place, np.zeros_like(V_N))))
+            self.element.advance(V_N, held)
         self._missed += ticks * self._samples
 
 
