@@ -27,8 +27,6 @@ from .command import (
 from .output import create_console, print_failure, print_json, print_rows
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from ..checks import Report
 
 
@@ -55,12 +53,19 @@ def check(arguments: argparse.Namespace) -> int:
 
     element, individual = load_judged_element(arguments.source)
     report = checks.check(element.design, element.settings, individual)
-    failed = report.verdict is checks.Verdict.FAIL
     if arguments.json:
         print_json({'verdict': report.verdict, 'findings': report.findings})
     else:
-        print_report(create_console(), arguments.source, report, arguments.brief)
-    return 1 if failed else 0
+        console = create_console()
+        shown = [
+            row for row in _list_rows(report) if not arguments.brief or row['verdict'] != 'pass'
+        ]
+        print_rows(console, f'{arguments.source}: {report.verdict.value}', shown)
+        console.print(
+            f'{len(report.findings)} quantities: {len(report.of(checks.Verdict.FAIL))} failed, '
+            f'{len(report.of(checks.Verdict.WARN))} with a warning'
+        )
+    return 1 if report.verdict is checks.Verdict.FAIL else 0
 
 
 @declare_command(
@@ -147,19 +152,6 @@ def _reject_request(arguments: argparse.Namespace) -> str:
     aside = arguments.json or arguments.output is None  # the element may be piped
     print_rows(create_console(aside=aside), f'budget of {title}', _list_rows(report))
     return '; '.join(finding.text for finding in report.of(Verdict.FAIL))
-
-
-def print_report(console: Console, source: str, report: Report, brief: bool) -> None:
-    """Print the findings of a check in a table, without passes if `brief`."""
-    from ..checks import Verdict
-
-    shown = [row for row in _list_rows(report) if not (brief and row['verdict'] == 'pass')]
-    print_rows(console, f'{source}: {report.verdict.value}', shown)
-    counts = {verdict: len(report.of(verdict)) for verdict in Verdict}
-    console.print(
-        f'{len(report.findings)} quantities: {counts[Verdict.FAIL]} failed, '
-        f'{counts[Verdict.WARN]} with a warning'
-    )
 
 
 def _list_rows(report: Report) -> list[dict[str, str]]:

@@ -21,8 +21,8 @@ from .output import create_console, print_bag_failure, print_json, print_rows
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from mlmem_ros.bag.contents import Loss
     from mlmem_ros.bag.reader import BagReader
-    from mlmem_ros.session.data import SessionData
 
 
 @declare_command(
@@ -56,9 +56,43 @@ def inspect(arguments: argparse.Namespace) -> int:
     return 0 if whole else 1
 
 
-def _repair_bag(console: Console, source: Path, destination: Path) -> dict[str, Any]:
-    from .repair import repair_bag
+def repair_bag(source: Path, destination: Path) -> tuple[int, tuple[Loss, ...]]:
+    """Copy all that can be read of a bag into a new one, whose directory must not exist; return
+    how many messages were saved, and what could not be read.
 
+    Messages, times, definitions, QoS and custom data are kept; the new bag has one file, and its
+    custom data lists what was lost.
+
+    Raises:
+        BagError: Nothing can be read, or the destination exists or cannot be written.
+    """
+    from mlmem_ros.bag.contents import LOST_KEY
+    from mlmem_ros.bag.errors import BagError
+    from mlmem_ros.bag.reader import BagReader
+    from mlmem_ros.bag.writer import BagWriter
+
+    reader = BagReader(source)
+    if not reader.message_count:
+        reasons = '; '.join(map(str, reader.losses)) or 'the bag is empty'
+        raise BagError(f'{source} must hold at least one readable message; {reasons}.')
+    custom_data = dict(reader.custom_data)
+    if lost := [*custom_data.get(LOST_KEY, '').splitlines(), *map(str, reader.losses)]:
+        custom_data[LOST_KEY] = '\n'.join(lost)
+    with BagWriter(destination, custom_data=custom_data) as writer:
+        for info in reader.topics.values():
+            writer.add_topic(
+                info.name,
+                info.type,
+                info.offered_qos,
+                definition=reader.definition(info.name),
+                serialization_format=info.serialization_format,
+            )
+        for message in reader.messages():
+            writer.write(message.topic, message.cdr, message.log_time, message.publish_time)
+    return writer.message_count, reader.losses
+
+
+def _repair_bag(console: Console, source: Path, destination: Path) -> dict[str, Any]:
     messages, losses = repair_bag(source, destination)
     lost, saved = list(map(str, losses)), destination.absolute()
     _print_lines(console, *(f'lost  {each}' for each in lost))
@@ -99,8 +133,11 @@ def _inspect_session(
     console: Console, reader: BagReader, arguments: argparse.Namespace
 ) -> dict[str, Any]:
     """Print what a session holds; return it."""
+    from mlmem import Disturb
     from mlmem_ros.session.data import load_session
     from mlmem_ros.session.records import command_to_dict
+
+    from ..describe_command import describe_command
 
     session = load_session(reader, arguments.node, motion=bool(arguments.plot))
     design = session.header.design
@@ -118,28 +155,20 @@ def _inspect_session(
         ],
         'picture': None,
     }
-    _print_session(console, session, found)
+    commands = [
+        {'tick': tick, 'command': describe_command(given, session.content_name)}
+        for tick, given in session.stamped
+        if not isinstance(given, Disturb)  # there are too many
+    ]
+    columns = (
+        'time', 'procedure', session.content_name, 'code', 'delay', 'confidence', 'attempts',
+        'ticks', 'error',
+    )  # fmt: skip
+    print_rows(console, 'commands', commands)
+    print_rows(console, 'procedures', found['procedures'], columns)
+    print_rows(console, 'no longer known', found['unknown'])
     if arguments.plot:
         picture = laboratory.load_part(laboratory.PICTURE_PART)(session, arguments.plot)
         found['picture'] = picture
         console.print(f'picture  {picture}')
     return found
-
-
-def _print_session(console: Console, session: SessionData, found: dict[str, Any]) -> None:
-    from mlmem import Disturb
-
-    from ..describe_command import describe_command
-
-    name = session.content_name
-    commands = [
-        {'tick': tick, 'command': describe_command(given, name)}
-        for tick, given in session.stamped
-        if not isinstance(given, Disturb)  # there are too many
-    ]
-    print_rows(console, 'commands', commands)
-    columns = (
-        'time', 'procedure', name, 'code', 'delay', 'confidence', 'attempts', 'ticks', 'error',
-    )  # fmt: skip
-    print_rows(console, 'procedures', found['procedures'], columns)
-    print_rows(console, 'no longer known', found['unknown'])

@@ -46,24 +46,12 @@ def law(arguments: argparse.Namespace) -> int:
         print_json(told)
     else:
         console = create_console()
-        places = [
-            {
-                'at, mm': _format_quantity(well, 'displacement', 1e3),
-                'stiffness, N/m': _format_quantity(well, 'stiffness'),
-                'energy, mJ': _format_quantity(well, 'energy', 1e3),
-            }
-            for well in told['wells']
-        ]
-        print_rows(console, 'Wells', places)
-        ways = [
-            {
-                'peak, N': _format_quantity(step, 'force'),
-                'barrier, mJ': _format_quantity(step, 'barrier', 1e3),
-                'set free, mJ': _format_quantity(step, 'set_free', 1e3),
-            }
-            for step in told['barriers']
-        ]
-        print_rows(console, 'On the way to the next', ways)
+        for key, (title, columns) in TABLES.items():
+            rows = [
+                {heading: _format_quantity(each, *columns[heading]) for heading in columns}
+                for each in told[key]
+            ]
+            print_rows(console, title, rows)
         for number, step in enumerate(told['barriers']):
             if (depth := step['depth_std']) is not None:
                 console.print(
@@ -95,7 +83,20 @@ def _count_wells(count: int) -> str:
     return f'{count} well' if count == 1 else f'{count} wells'
 
 
-def _format_quantity(values: dict[str, float | None], name: str, scale: float = 1.0) -> str:
+TABLES = {
+    'wells': ('Wells', {
+        'at, mm': ('displacement', 1e3), 'stiffness, N/m': ('stiffness', 1.0),
+        'energy, mJ': ('energy', 1e3),
+    }),
+    'barriers': ('On the way to the next', {
+        'peak, N': ('force', 1.0), 'barrier, mJ': ('barrier', 1e3),
+        'set free, mJ': ('set_free', 1e3),
+    }),
+}  # fmt: skip
+"""Title and columns of a table of quantities: the name of each, and its unit in SI units."""
+
+
+def _format_quantity(values: dict[str, float | None], name: str, scale: float) -> str:
     value, spread = values[name], values[f'{name}_std']
     text = f'{scale * (value or 0.0):.4g}'
     return text if spread is None else f'{text} +- {scale * spread:.2g}'

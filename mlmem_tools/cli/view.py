@@ -17,13 +17,10 @@ import socket
 import webbrowser
 from contextlib import ExitStack
 from subprocess import Popen
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .command import JSON_OPTION, NODE_OPTION, declare_command, declare_option
 from .output import print_failure, print_json
-
-if TYPE_CHECKING:
-    from ..view.live import Live
 
 
 @declare_command(
@@ -70,9 +67,11 @@ async def _serve_page(arguments: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C, or the end of the node that we started; return its status."""
     from mlmem.element_file import element_path
     from mlmem_ros.contract.streams import STREAMS
+    from mlmem_ros.ros.client.client import standalone
     from mlmem_ros.ros.node_process import build_node_arguments, run_node_process
 
     from ..view.frames import PICTURED_STREAMS
+    from ..view.live import Live
     from ..view.server import LOOPBACK_HOSTS, Guard, Server, run_server
 
     over = asyncio.Event()
@@ -106,7 +105,10 @@ async def _serve_page(arguments: argparse.Namespace) -> int:
                 given['element'] = element_path(arguments.start)
             started = run_node_process(build_node_arguments(arguments.node, given))
             node = loop.create_task(wait_for_node(stack.enter_context(started)))
-        live = None if arguments.session else _open_live(arguments.node, stack)
+        live = None
+        if not arguments.session:
+            live = Live(stack.enter_context(standalone(arguments.node)))
+            stack.callback(live.end)
         server = Server(Guard(token), live, arguments.session)
         await server.check()
         await run_server(server, arguments.host, arguments.port, announce_address, over)
@@ -119,13 +121,3 @@ def _format_address(host: str, port: int, token: str) -> str:
         host = socket.gethostname()
     host = f'[{host}]' if ':' in host else host
     return f'http://{host}:{port}/' + (f'?token={token}' if token else '')
-
-
-def _open_live(node: str, stack: ExitStack) -> Live:
-    from mlmem_ros.ros.client.client import standalone
-
-    from ..view.live import Live
-
-    live = Live(stack.enter_context(standalone(node)))
-    stack.callback(live.end)
-    return live

@@ -8,7 +8,7 @@ from mcap.reader import make_reader
 from mlmem_ros.bag.contents import LOST_KEY
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
-from mlmem_tools.cli.repair import repair_bag
+from mlmem_tools.cli.inspect import repair_bag
 
 
 @pytest.fixture
