@@ -41,32 +41,32 @@ class MeasuredCurve:
 
     Attributes:
         name: Its file.
-        out, back: Displacement and force on the way out, and on the way back, shape (2, m) each;
-            both with rising displacements. Without a way back the second has no columns.
+        ways: Displacement and force on the way out, and on the way back if there is one, shape
+            (2, m) each; both with rising displacements.
     """
 
     name: str
-    out: Array
-    back: Array
+    ways: Sequence[Array]
 
     @property
     def range(self) -> tuple[float, float]:
         """First and last displacement that both ways have."""
-        ways = [self.out, *([self.back] if self.back.size else [])]
-        return max(float(way[0, 0]) for way in ways), min(float(way[0, -1]) for way in ways)
+        return (
+            max(float(way[0, 0]) for way in self.ways),
+            min(float(way[0, -1]) for way in self.ways),
+        )
 
     def force(self, knots: Array) -> Array:
         """Return the mean force of both ways about each of equally spaced knots."""
-        ways = [self.out, *([self.back] if self.back.size else [])]
-        return np.asarray(np.mean([_average_force(way, knots) for way in ways], axis=0))
+        return np.asarray(np.mean([_average_force(way, knots) for way in self.ways], axis=0))
 
     @property
     def lost(self) -> float | None:
         """Work lost between the two ways, J; None without a way back."""
-        if not self.back.size:
+        if len(self.ways) == 1:
             return None
         knots = np.linspace(*self.range, 512)
-        out, back = (np.interp(knots, *way) for way in (self.out, self.back))
+        out, back = (np.interp(knots, *way) for way in self.ways)
         return float(np.sum((out - back)[1:] + (out - back)[:-1]) * (knots[1] - knots[0]) / 2.0)
 
 
@@ -87,12 +87,10 @@ def load_run(path: Path) -> MeasuredCurve:
         raise DecodeError(f'{path}: it must have at least {min_rows} rows; got {len(values)}')
     D, force = values.T
     turn = int(np.argmax(D))
-    ways = _sort_rising(D[: turn + 1], force[: turn + 1]), _sort_rising(D[turn:], force[turn:])
-    if ways[0].shape[1] < min_rows:
+    out, back = (_sort_rising(D[way], force[way]) for way in (slice(turn + 1), slice(turn, None)))
+    if out.shape[1] < min_rows:
         raise DecodeError(f'{path}: its displacement must rise over at least {min_rows} rows')
-    return MeasuredCurve(
-        str(path), ways[0], ways[1] if ways[1].shape[1] >= min_rows else np.empty((2, 0))
-    )
+    return MeasuredCurve(str(path), (out, back) if back.shape[1] >= min_rows else (out,))
 
 
 def find_column(place: str, names: Sequence[str], known: Mapping[str, float]) -> tuple[int, float]:
