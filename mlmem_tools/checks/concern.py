@@ -123,11 +123,6 @@ class Subject:
         """Sampled levels from which a wall has to step on."""
         return sample_levels(self.design.levels - 1)
 
-    @property
-    def open_levels(self) -> list[int]:
-        """Levels from which a wall rolls on; `LAUNCH_LEVEL` alone if there is a single level."""
-        return self.steps or [LAUNCH_LEVEL]
-
     @cached_property
     def wall_energy(self) -> float:
         """Continuum energy of a wall at alpha = 1."""
@@ -142,13 +137,6 @@ class Subject:
         gamma = self.design.gamma
         return -0.5 * gamma * self.wall_energy / math.sqrt(1.0 + gamma * site)
 
-    def drift_speed_at(self, site: float) -> float:
-        """Return the speed at which the gradient moves a wall against the damping at a site:
-        -gamma / (2 alpha eta).
-        """
-        gamma, eta = self.design.gamma, self.design.eta
-        return -gamma / (2.0 * eta * (1.0 + gamma * site)) if eta > 0.0 else math.inf
-
     def release_site(self, level: int) -> float:
         """Return the site from which a wall rolls on to the next level once the strain is zero.
 
@@ -161,13 +149,14 @@ class Subject:
 
     @cached_property
     def landscapes(self) -> dict[int, Landscape]:
-        """Landscapes without strain from release to the next defect, by the level.
+        """Landscapes without strain from release to the next defect, by the level from which a
+        wall rolls on; by `LAUNCH_LEVEL` alone if there is a single level.
 
         Raises:
             StateError: A wall cannot be held there.
         """
         found = {}
-        for level in self.open_levels:
+        for level in self.steps or [LAUNCH_LEVEL]:
             goal = self.design.defect_site(level + 1) - 1.0
             start = min(max(self.release_site(level), 2.0), goal - 1.0)
             found[level] = compute_held_landscape(self.made, start, goal)
@@ -178,14 +167,11 @@ class Subject:
 
         They are NaN where no strain frees it, or the level pins none.
         """
-        design = self.design
-        signs = {
-            n: -1.0 if design.is_freed_by_compression(n) is not kink else 1.0 for n in self.steps
-        }
-        return {
-            level: _find_freeing_strain(self.element or design, level, sign, kink)
-            for level, sign in signs.items()
-        }
+        made, found = self.element or self.design, {}
+        for level in self.steps:
+            by_compression = self.design.is_freed_by_compression(level) is not kink
+            found[level] = _find_freeing_strain(made, level, -1.0 if by_compression else 1.0, kink)
+        return found
 
 
 @lru_cache(maxsize=256)  # whatever the instrument is set to

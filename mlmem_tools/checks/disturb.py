@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import lru_cache
 
 from mlmem.instrument.drivers import Simulation
@@ -41,7 +41,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         return
     made, probes = subject.element or subject.design, {end: end.probe(settings) for end in End}
     loudest = {
-        end: _find_loudest(made, settings.time, end, probe) for end, probe in probes.items()
+        end: find_safe_limit(made, settings.time, end, probe) for end, probe in probes.items()
     }
     ratios = {end: loudest[end] / probe.A for end, probe in probes.items()}
     worst = min(ratios, key=lambda end: ratios[end])
@@ -56,21 +56,6 @@ def check(subject: Subject) -> Iterator[Finding]:
     )
 
 
-@lru_cache(maxsize=32)  # whatever else is set
-def _find_loudest(
-    made: Design | Specimen, time: TimeSettings, end: End, probe: ProbeSettings
-) -> float:
-    chain = build_bare_chain(Specimen.of(made), time)
-    levels = range(chain.design.levels)
-    nearest_levels = 2  # levels that are tried at either end
-    near = (
-        levels[:nearest_levels]
-        if end is End.LEFT
-        else (*levels[: -nearest_levels - 1 : -1], BLANK)
-    )
-    return find_safe_limit(chain, near, end, probe)
-
-
 def build_bare_chain(made: Specimen, time: TimeSettings) -> Chain:
     """Return the chain of an element as the device steps it: how a loud pulse fades depends on
     that. Its substrate is rigid, as a soft one takes a hundred times as long.
@@ -79,33 +64,28 @@ def build_bare_chain(made: Specimen, time: TimeSettings) -> Chain:
     return Simulation.of(dataclasses.replace(made, design=design), time).chain
 
 
+@lru_cache(maxsize=32)  # whatever else is set
 def find_safe_limit(
-    chain: Chain,
-    levels: Sequence[int],
-    end: End,
-    probe: ProbeSettings,
-    steps: Sequence[float] = AMPLITUDE_STEPS,
+    made: Design | Specimen, time: TimeSettings, end: End, probe: ProbeSettings
 ) -> float:
-    """Return the largest amplitude up to which pulses of an end leave the wall of every one of
-    some levels, or none (`BLANK`), where it is.
+    """Return the largest amplitude up to which pulses of an end leave the wall of both levels
+    nearest to it where it is, and from the right a blank element blank.
 
-    `steps` are the amplitudes to try, over that of the probe, from 1 on; if that moves the wall,
-    fainter ones are tried. A blank element is probed from the right alone.
+    If the probe's own amplitude moves something, fainter ones are tried.
     """
+    chain = build_bare_chain(Specimen.of(made), time)
+    levels = range(chain.design.levels)
     least = 0.5  # cells; no read may be set to more
-    for level in levels:
-        if level == BLANK and end is End.LEFT:
-            continue
+    for level in levels[:2] if end is End.LEFT else (*levels[:-3:-1], BLANK):
 
         def leaves_wall(amplitude: float, level: int = level) -> bool:
-            return (
-                find_level_after(chain, level, end, dataclasses.replace(probe, A=amplitude))
-                == level
-            )
+            pulse = dataclasses.replace(probe, A=amplitude)
+            return find_level_after(chain, level, end, pulse) == level
 
-        louder = (step * probe.A for step in steps if step * probe.A <= max(least, probe.A))
-        found = [*itertools.takewhile(leaves_wall, louder)]
-        fainter = (probe.A / step for step in steps)
+        louder = (step * probe.A for step in AMPLITUDE_STEPS)
+        most = max(least, probe.A)
+        found = [*itertools.takewhile(leaves_wall, (A for A in louder if most >= A))]
+        fainter = (probe.A / step for step in AMPLITUDE_STEPS)
         least = min(least, found[-1] if found else next(filter(leaves_wall, fainter), 0.0))
     return least
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 
 import numpy as np
 
@@ -25,11 +26,7 @@ from mlmem.physics.methods.integrator import Complex
 from mlmem.physics.potential import Array
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.readers.decoding import find_exchanged_levels, primary_end
-from mlmem.readers.echo import (
-    Echo,
-    EchoDetector,
-    listening_time,
-)
+from mlmem.readers.echo import Echo, EchoDetector, listening_time
 from mlmem.settings import ProbeSettings, ReadSettings
 from mlmem_ros.host.design_check import Verdict, find_worst_verdict
 
@@ -130,10 +127,8 @@ def check(subject: Subject) -> Iterator[Finding]:
     integrator = INTEGRATORS[settings.time.integrator]
     walls = {}
     for level in subject.levels:
-        try:
+        with suppress(StateError):  # `pin_depth` and `echo_...` report it
             walls[level] = find_pinned_wall(subject.made, level)
-        except StateError:
-            continue  # `pin_depth` and `echo_...` report it
     loudest, latest, apart = 0.0, 0.0, {}
     for end in End:
         probe = end.probe(settings)
@@ -147,18 +142,14 @@ def check(subject: Subject) -> Iterator[Finding]:
         latest = max(latest, *delays, 0.0)
         apart[end] = _find_least_spacing(probe, echoes)
     work = len(End) * subject.design.levels * subject.design.N * latest / dt
-    yield _judge_separation(
-        subject, _try_calibration(subject) if work <= MAX_CALIBRATION_CELL_STEPS else None, apart
-    )
+    calibration = None
+    if work <= MAX_CALIBRATION_CELL_STEPS:
+        with suppress(SettingsError, StateError):  # `echo_...` reports why it has none
+            calibration = compute_calibration(subject.made, subject.design, settings)
+    yield _judge_separation(subject, calibration, apart)
     yield _judge_reverberation(subject.made.eta, settings.read, loudest)
-    empty = forecast_echo(
-        subject.made,
-        make_blank(subject.made),
-        End.RIGHT.probe(settings),
-        End.RIGHT,
-        dt,
-        integrator,
-    )
+    blank, probe = make_blank(subject.made), End.RIGHT.probe(settings)
+    empty = forecast_echo(subject.made, blank, probe, End.RIGHT, dt, integrator)
     yield grade_finding(
         'echo_blank',
         {'over threshold': empty.threshold_margin},
@@ -181,14 +172,6 @@ def _find_least_spacing(probe: ProbeSettings, echoes: Mapping[int, Echo]) -> tup
             pair = DelayTable((echo.delay, above.delay), shapes=(echo.shape, above.shape))
             least = min(least, (pair.find_closest_levels(probe)[0], level))
     return least
-
-
-def _try_calibration(subject: Subject) -> Calibration | None:
-    """Return the element's calibration; None if it has none: `echo_...` reports why."""
-    try:
-        return compute_calibration(subject.made, subject.design, subject.settings)
-    except (SettingsError, StateError):
-        return None
 
 
 def _judge_separation(

@@ -64,7 +64,11 @@ def simulate_launch(subject: Subject, name: str) -> float | None:
         Calibration(unknown, unknown),
         Simulation.of(few, settings.time),
     )  # fmt: skip
-    if _estimate_work(element, group) > MAX_CELL_STEPS:
+    # including the overhead of ticks
+    tick_cost = element.steps_per_tick * max(part.N, MIN_STEP_CELLS) + TICK_CELL_STEPS
+    cycle = Cycle.plan_cycle(group, group.start_strain, settings.actuator.max_rate)
+    move = (part.D_s2 - part.D_s1) / group.launch_speed
+    if (cycle.duration + move) / element.tick * tick_cost > MAX_CELL_STEPS:
         return None
     phases = part.D_s1, part.D_s2
     start, target = phases if name == 'write' else phases[::-1]
@@ -76,14 +80,6 @@ def simulate_launch(subject: Subject, name: str) -> float | None:
         return math.nan
     found = find_walls(part, element.chain.configuration)
     return found[0].position if len(found) == 1 else math.nan
-
-
-def _estimate_work(element: MemoryElement, times: WriteSettings | EraseSettings) -> float:
-    """Return the cell steps that a launch takes, including the overhead of its ticks."""
-    cycle = Cycle.plan_cycle(times, times.start_strain, element.settings.actuator.max_rate)
-    move = (element.design.D_s2 - element.design.D_s1) / times.launch_speed
-    cells = element.steps_per_tick * max(element.design.N, MIN_STEP_CELLS)
-    return (cycle.duration + move) / element.tick * (cells + TICK_CELL_STEPS)
 
 
 def _judge_launch(subject: Subject, name: str, position: float | None) -> Finding:

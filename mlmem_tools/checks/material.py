@@ -23,14 +23,7 @@ from .concern import Finding, Subject, grade_finding, judge_value
 
 
 def check(subject: Subject) -> Iterator[Finding]:
-    """Yield the findings on the material, on its waves, and on the wall."""
-    yield from _check_material(subject)
-    yield from _check_waves(subject)
-    yield from _check_wall(subject)
-
-
-def _check_material(subject: Subject) -> Iterator[Finding]:
-    """Yield the findings on ground states, stiffnesses, gradient, levels and step."""
+    """Yield the findings on stiffnesses, gradient, levels, step, both carriers and the wall."""
     design = subject.design
     stiffer = max(design.k_s1, design.k_s2) / min(design.k_s1, design.k_s2)
     yield grade_finding(
@@ -77,6 +70,8 @@ def _check_material(subject: Subject) -> Iterator[Finding]:
         'moves a wall from all of them: choose J_s = 2 J',
     )
     yield _judge_step(subject)
+    yield from _judge_carriers(subject)
+    yield _judge_wall(subject)
 
 
 def _judge_step(subject: Subject) -> Finding:
@@ -103,8 +98,7 @@ Window = tuple[float, float]
 """Lowest and highest angular frequency."""
 
 
-def _check_waves(subject: Subject) -> Iterator[Finding]:
-    """Yield the findings on the bands and on the carrier of either end."""
+def _judge_carriers(subject: Subject) -> Iterator[Finding]:
     design, settings = subject.design, subject.settings
     low, high = float(subject.made.alpha.min()), float(subject.made.alpha.max())
     # A carrier must propagate in its own phase all along the way, wherever the wall is.
@@ -134,8 +128,9 @@ def _judge_carrier(
             text = f'hardly any of the pulse is within {where}: choose a larger sigma'
     elif not inside:
         text = f'{omega:g} is outside {where}: only the edge of the pulse propagates'
-    # enough for a clear echo, even if the carrier is just within the other band
-    elif not (_is_near(omega, sigma, alone) and clear >= 0.2):
+    # enough for a clear echo, even if the carrier is just within the other band, by a quarter of
+    # its bandwidth
+    elif not (_is_inside(omega, alone, 0.25 / sigma) and clear >= 0.2):
         text = f'{omega:g} also propagates in {other}, so the wall reflects only part of it'
     else:
         verdict = Verdict.PASS
@@ -149,13 +144,8 @@ def _judge_carrier(
     )
 
 
-def _is_inside(omega: float, window: Window) -> bool:
-    return window[0] < omega < window[1]
-
-
-def _is_near(omega: float, sigma: float, window: Window) -> bool:
-    """Whether a carrier is in a window, or beside it by a quarter of its bandwidth 1 / sigma."""
-    return _is_inside(omega, (window[0] - 0.25 / sigma, window[1] + 0.25 / sigma))
+def _is_inside(omega: float, window: Window, tolerance: float = 0.0) -> bool:
+    return window[0] - tolerance < omega < window[1] + tolerance
 
 
 def _energy_share(omega: float, sigma: float, window: Window) -> float:
@@ -164,11 +154,10 @@ def _energy_share(omega: float, sigma: float, window: Window) -> float:
     return max(0.0, 0.5 * (high - low))
 
 
-def _check_wall(subject: Subject) -> Iterator[Finding]:
-    """Yield the findings on width and energy."""
+def _judge_wall(subject: Subject) -> Finding:
     width, J = wall_width(subject.design), subject.design.J
     min_wall_width = 2.0  # width in cells below which the lattice itself pins a wall
-    yield grade_finding(
+    return grade_finding(
         'wall_width',
         {'width': width, 'J': J},
         'cells',

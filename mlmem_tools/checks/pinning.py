@@ -23,14 +23,21 @@ def check(subject: Subject) -> Iterator[Finding]:
     yield _judge_depth(subject)
     if not subject.settings.actuator.present:
         return
-    yield from _check_drift(subject)
+    try:
+        yield _judge_lattice(subject)
+        yield _judge_rigidity(subject)
+    except StateError as error:
+        text = f'no wall can be held on its way between two defects: {error}'
+        yield Finding('peierls_nabarro', {}, '', Verdict.FAIL, text)
 
 
 def _judge_depth(subject: Subject) -> Finding:
-    last = subject.design.levels - 1
+    design, last = subject.design, subject.design.levels - 1
     depths = {f'level {level}': _pin_depth(subject, level) for level in sorted({0, last})}
-    speed = abs(subject.drift_speed_at(subject.design.defect_site(last)))
-    speed = min(speed, 1.0)  # a wall is never faster than waves
+    speed = 1.0  # a wall is never faster than waves
+    if design.eta > 0.0:  # nor than the gradient moves it against the damping
+        alpha = 1.0 + design.gamma * design.defect_site(last)
+        speed = min(abs(-design.gamma / (2.0 * design.eta * alpha)), speed)
     incoming = 0.5 * subject.wall_energy * speed**2
     least = float(np.min(list(depths.values())))  # NaN if a level holds no wall
     spare = least / incoming if incoming > 0.0 else math.inf
@@ -56,16 +63,6 @@ def _pin_depth(subject: Subject, level: int) -> float:
         return float(np.ptp(compute_held_landscape(subject.made, defect - 1.0, end).energy))
     except StateError:
         return math.nan
-
-
-def _check_drift(subject: Subject) -> Iterator[Finding]:
-    """Yield the findings on the lattice's barrier and on the stiffness of the substrate."""
-    try:
-        yield _judge_lattice(subject)
-        yield _judge_rigidity(subject)
-    except StateError as error:
-        text = f'no wall can be held on its way between two defects: {error}'
-        yield Finding('peierls_nabarro', {}, '', Verdict.FAIL, text)
 
 
 def _judge_lattice(subject: Subject) -> Finding:

@@ -15,7 +15,7 @@ from mlmem.move_settings import EraseSettings, WriteSettings
 from mlmem.moves.planner import find_reachable_levels, find_route
 from mlmem.readers.echo import listening_time
 from mlmem.readers.reading import BLANK
-from mlmem.settings import RegisterSettings, Settings
+from mlmem.settings import RegisterSettings
 from mlmem_ros.host.design_check import Verdict
 
 from .concern import Finding, Subject, grade_finding, judge_value
@@ -32,11 +32,6 @@ def check(subject: Subject) -> Iterator[Finding]:
         yield _judge_peaks(subject, 'erase', subject.forward(kink=True))
         yield _judge_wall_hold(subject, walls)
     yield _judge_durations(subject)
-
-
-def _settings_of_one_wall(subject: Subject) -> Settings:
-    """Return settings in which a register holds one wall at its levels."""
-    return replace(subject.settings, register=RegisterSettings())
 
 
 def _judge_peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
@@ -90,12 +85,15 @@ def _judge_durations(subject: Subject) -> Finding:
     """Report how long a step, a read, the longest write upward and the longest erase take; fail
     where without an actuator a level is out of reach.
     """
-    design, settings = subject.design, _settings_of_one_wall(subject)
+    design = subject.design
+    # in which a register holds one wall at its levels
+    settings = replace(subject.settings, register=RegisterSettings())
     unit, top = settings.scale.time, design.levels - 1
     read = listening_time(design, settings.probe, End.LEFT)
     look = listening_time(design, settings.probe_right, End.RIGHT)
-
-    values = {'step': compute_cycle_time(subject, settings.write), 'read': read}
+    peak = max(-settings.write.compression, settings.write.tension)
+    step = Cycle.plan_cycle(settings.write, peak, settings.actuator.max_rate).duration
+    values = {'step': step, 'read': read}
     try:
         for level in set(range(design.levels)) - find_reachable_levels(design, settings):
             find_route(design, settings, BLANK, level)  # says why there is none
@@ -111,9 +109,3 @@ def _judge_durations(subject: Subject) -> Finding:
     return Finding(
         'durations', values, 'time', Verdict.PASS, f'in robot time: {seconds}',
     )  # fmt: skip
-
-
-def compute_cycle_time(subject: Subject, times: WriteSettings | EraseSettings) -> float:
-    """Return how long a strain cycle takes, at the larger peak and with the rate limit."""
-    peak = max(-times.compression, times.tension)
-    return Cycle.plan_cycle(times, peak, subject.settings.actuator.max_rate).duration

@@ -11,11 +11,11 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import WriteSettings, select_peak
-from mlmem.moves.corrections import PulseCorrection, correct_write
+from mlmem.moves.corrections import correct_write
 from mlmem.physics import (
     NOH_BATHE,
     Chain,
@@ -87,81 +87,52 @@ def _estimate_work(subject: Subject) -> float:
 
 def _find_lost_levels(subject: Subject, compression: float, tension: float) -> list[int]:
     """Return the levels from which a step fails with the peaks multiplied by factors."""
-    # `rigidity` covers a soft substrate; here it would take a hundred times as long.
-    design = dataclasses.replace(subject.design, substrate='rigid')
-    made = dataclasses.replace(subject.made, design=design)
     write = subject.settings.write
     write = dataclasses.replace(
         write, compression=compression * write.compression, tension=tension * write.tension
     )
-    rate = subject.settings.actuator.max_rate
-    lost = []
-    steps_in_row = 2  # steps in a row
-    for start in subject.steps[::steps_in_row]:
-        goal = min(start + steps_in_row, design.levels - 1)
-        try:
-            away = list(
-                measure_departures(
-                    made,
-                    write,
-                    start,
-                    goal,
-                    max_rate=rate,
-                    corrections=subject.corrections,
-                )
-            )
-        except StateError:  # the level pins no wall
-            away = [math.inf]
-        lost += [start + step for step, cells in enumerate(away) if cells >= 1.0]
-    return lost
+    # every other one, as two steps in a row are simulated
+    return [
+        lost for start in subject.steps[::2] for lost in _simulate_steps(subject, write, start)
+    ]
 
 
-def measure_departures(
-    made: Specimen,
-    write: WriteSettings,
-    start: int,
-    goal: int,
-    *,
-    max_rate: float = math.inf,
-    corrections: Sequence[PulseCorrection] = (),
-) -> Iterator[float]:
-    """Yield, for every step up from one level to another, how far the wall is from its defect.
+def _simulate_steps(subject: Subject, write: WriteSettings, start: int) -> Iterator[int]:
+    """Simulate two steps up in a row, and yield the levels from which one fails.
 
     The cycles follow each other as in a write of the device, which rests `write.final_settle`
-    longer after the last; then the true wall is measured. Each step starts from the state after
-    the previous cycle, before that rest. A write may end where the wall is within a cell.
-
-    Args:
-        write: Its cycles.
-        start: The level at which the wall starts.
-        goal: The level of the last step.
-        max_rate: Of the actuator, in strain per time unit.
-        corrections: Factors on its cycles, by the level to which they go; none: 1.
-
-    Yields:
-        The distance in cells; infinity unless exactly one wall is at rest in the element.
-
-    Raises:
-        StateError: The level to start from pins no wall.
+    longer after the last; then exactly one wall must be at rest, within a cell of its defect,
+    where a write may end. Each step starts from the state after the previous cycle, before that
+    rest.
     """
-    design = made.design
+    # `rigidity` covers a soft substrate; here it would take a hundred times as long.
+    design = dataclasses.replace(subject.design, substrate='rigid')
+    made = dataclasses.replace(subject.made, design=design)
+    rate = subject.settings.actuator.max_rate
     chain = Chain(design, min(MAX_TIME_STEP, stable_step(made, NOH_BATHE)), NOH_BATHE)
     chain.set_specimen(made)
-    chain.place(find_pinned_wall(made, start))
-    for level in range(start, goal):
-        own = correct_write(write, corrections[level + 1]) if corrections else write
-        cycle = Cycle.plan_cycle(
-            own, select_peak(own, design.is_freed_by_compression(level)), max_rate
-        )
+    try:
+        chain.place(find_pinned_wall(made, start))
+    except StateError:  # the level pins no wall
+        yield start
+        return
+    levels = range(start, min(start + 2, design.levels - 1))
+    for level in levels:
+        own = write
+        if subject.corrections:
+            own = correct_write(write, subject.corrections[level + 1])
+        peak = select_peak(own, design.is_freed_by_compression(level))
+        cycle = Cycle.plan_cycle(own, peak, rate)
         times = substep_times(round(cycle.duration / chain.dt), chain.dt, chain.integrator)
         try:
             chain.advance(cycle.strain(times) * design.end_displacement(1.0))
             state = chain.state()
             chain.rest(round(write.final_settle / chain.dt))
         except StateError:  # driven so hard that the chain diverges
-            yield from [math.inf] * (goal - level)
+            yield from levels[level - start :]
             return
         found = find_walls(design, chain.configuration)
         alone = find_level(design, chain.configuration, math.inf) >= 0
-        yield abs(found[0].position - design.defect_site(level + 1)) if alone else math.inf
+        if not alone or abs(found[0].position - design.defect_site(level + 1)) >= 1.0:
+            yield level
         chain.restore(state, V_N=0.0, steps_done=0)

@@ -9,27 +9,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import suppress
-from typing import NamedTuple
 
 import numpy as np
 
-from mlmem.instrument.end import BoundaryMotion, Kick
+from mlmem.instrument.end import Kick
 from mlmem.instrument.instrument import Units
 from mlmem.physics import Chain, HeldCell, StateError, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank, metamaterial_force
+from mlmem.physics.potential import Array
 from mlmem_ros.host.design_check import Verdict
 
 from .concern import Finding, Subject
 from .disturb import build_bare_chain
-
-
-class Demand(NamedTuple):
-    """What a motion asks of its transducer, at most: in cells, k_r and time units."""
-
-    stroke: float
-    speed: float
-    force: float
-    power: float
 
 
 def check(subject: Subject) -> Iterator[Finding]:
@@ -58,7 +49,7 @@ def check(subject: Subject) -> Iterator[Finding]:
                 fine = Chain(chain.design, step, chain.integrator)
                 fine.set_specimen(chain.specimen)
                 fine.place(v)
-                asked[name] = measure_demand(fine, 1, motion)
+                asked[name] = simulate_kick(fine, motion)
     if not asked:
         return
     units = Units(design, settings.scale)
@@ -69,7 +60,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         'power': (units.force * units.speed, 'W', math.inf),
     }
     for name, (unit, symbol, most) in able.items():
-        found = {each: getattr(one, name) for each, one in asked.items()}
+        found = {each: float(np.abs(motion[name]).max()) for each, motion in asked.items()}
         beyond = [each for each in found if found[each] > most * (1 + 1e-9)]
         text = 'the most that kicks ask of the left end'
         if beyond:
@@ -79,34 +70,25 @@ def check(subject: Subject) -> Iterator[Finding]:
         yield Finding(f'transducer_{name}', values, symbol, verdict, text)
 
 
-def measure_demand(
-    chain: Chain, site: int, motion: BoundaryMotion, powers: list[float] | None = None
-) -> Demand:
-    """Return what a motion of an end asks, from the present state of a chain.
+def simulate_kick(chain: Chain, kick: Kick) -> dict[str, Array]:
+    """Return stroke, speed, force and power of the left end at every step of a kick, in cells, k_r
+    and time units, from the present state of a chain.
 
     The force moves the end cell, its spring to the next cell and its own against the substrate.
-    The power of every step is added to `powers`.
     """
     made = chain.specimen
     still = np.zeros(chain.integrator.substeps)
-    steps = math.floor(motion.duration / chain.dt)
+    steps = math.floor(kick.duration / chain.dt)
     at = np.linspace(0.0, steps * chain.dt, steps + 1)
-    place, speed = motion.at(at)
+    place, speed = kick.at(at)
     short = 1e-4 * chain.dt
-    acceleration = (speed - motion.at(np.maximum(at - short, 0.0))[1]) / short
+    acceleration = (speed - kick.at(np.maximum(at - short, 0.0))[1]) / short
     force = np.zeros(steps + 1)
     for k in range(steps + 1):
-        pull = metamaterial_force(made, chain.v, chain.V)[site - 1]
-        force[k] = made.masses[site - 1] * acceleration[k] + made.eta * speed[k] - pull
+        pull = metamaterial_force(made, chain.v, chain.V)[0]
+        force[k] = made.masses[0] * acceleration[k] + made.eta * speed[k] - pull
         force[k] += made.design.friction * np.sign(speed[k])
         if k < steps:
             times = substep_times(1, chain.dt, chain.integrator, k)
-            chain.advance(still, HeldCell(site, motion.at(times)))
-    if powers is not None:
-        powers.extend((force * speed).tolist())
-    return Demand(
-        float(np.abs(place - place[0]).max()),
-        float(np.abs(speed).max()),
-        float(np.abs(force).max()),
-        float(np.abs(force * speed).max()),
-    )
+            chain.advance(still, HeldCell(1, kick.at(times)))
+    return {'stroke': place - place[0], 'speed': speed, 'force': force, 'power': force * speed}
