@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from mlmem.instrument.end import Shot
-from mlmem.physics import Design, Integrator, StateError
+from mlmem.physics import Design, Integrator
 from mlmem.physics.potential import Array
 
 from .descent import (
@@ -36,7 +36,7 @@ from .fitted import (
     widen_unknowns,
     with_term,
 )
-from .forward import MAX_WALL_OFFSET_CELLS, find_equilibria
+from .forward import find_equilibria
 from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, Misfit, Prior, Slopes
 from .trusted import held_out, list_doubts, needs_term
 from .unknowns import Unknowns
@@ -70,8 +70,8 @@ def locate_walls(misfit: Misfit, x: Array) -> tuple[Misfit, Array]:
 
 
 def relocate_walls(misfit: Misfit, x: Array) -> Misfit:
-    """Return a misfit with the walls where they were, at most `MAX_WALL_OFFSET_CELLS` from where
-    they are.
+    """Return a misfit with the walls where they were, at most `forward.MAX_WALL_OFFSET_CELLS` from
+    where they are.
     """
     found = {0.0: 0.0}
     for known in _list_walls(misfit):
@@ -95,25 +95,18 @@ def rank_places(
     """Return where the wall of some shots can have rested, the most probable place first.
 
     The shots have the same wall; 0 if a survey lost it. `near` takes only places at most
-    `MAX_WALL_OFFSET_CELLS` from there.
+    `forward.MAX_WALL_OFFSET_CELLS` from there.
     """
-    sites, lost = np.arange(2.0, misfit.unknowns.design.N), [0.0]
-    if near is not None:
-        sites, lost = sites[np.abs(sites - near) <= MAX_WALL_OFFSET_CELLS], []
-    scores = {}
     waveform_window = 300.0  # time after a pulse in which its waveforms are compared
     # least standard deviation of a sample: the element is not yet known well
     min_sample_deviation = 3e-4
-    for place in (*lost, *find_equilibria(misfit.forward(x), shots[0], sites)):
-        try:
-            each = (
-                misfit.compute_residuals(x, shot, waveform_window, min_sample_deviation)[0]
-                for shot in _move_walls(shots, place)
-            )
-            scores[place] = sum(float(np.sum(values**2)) for values in each)
-        except StateError:  # held so weakly there that it is not found again
-            continue
-    return sorted(scores, key=lambda place: scores[place])
+    lost = [0.0] if near is None else []
+    scores = {
+        place: misfit.cost(x, waveform_window, min_sample_deviation, _move_walls(shots, place))
+        for place in (*lost, *find_equilibria(misfit.forward(x), shots[0], near))
+    }
+    # infinite: held so weakly there that it is not found again
+    return sorted((each for each in scores if scores[each] < np.inf), key=scores.__getitem__)
 
 
 def _move_walls(shots: Sequence[Shot], place: float) -> list[Shot]:
@@ -214,10 +207,10 @@ def _without_worst(found: Fit, x: Array, told: Report) -> Fit:
     The others are fitted without it, and tell where it was.
     """
     misfit = found.misfit
-    parts = {
-        wall: misfit.select_shots(_shots_with_wall(misfit, wall)) for wall in _list_walls(misfit)
+    costs = {
+        wall: misfit.cost(found.x, WHOLE_WINDOW, shots=_shots_with_wall(misfit, wall))
+        for wall in _list_walls(misfit)
     }
-    costs = {wall: part.cost(found.x, WHOLE_WINDOW) for wall, part in parts.items()}
     if len(costs) < 2:
         return found
     worst = max(costs, key=lambda wall: costs[wall])
@@ -298,7 +291,7 @@ def _describe_misfit_place(found: Fit) -> str:
     """Return in words where most of a misfit is, if it is with one wall."""
     misfit, x, total = found.misfit, found.x, found.chi2 * found.data
     for wall in _list_walls(misfit):
-        if misfit.select_shots(_shots_with_wall(misfit, wall)).cost(x, WHOLE_WINDOW) > 0.8 * total:
+        if misfit.cost(x, WHOLE_WINDOW, shots=_shots_with_wall(misfit, wall)) > 0.8 * total:
             return f', nearly all of it in the shots with the wall near {wall:.0f}'
     return ''
 

@@ -7,7 +7,6 @@ and what a model lacks that does not describe it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -19,6 +18,7 @@ from mlmem.physics import Specimen
 from mlmem.physics.potential import Array
 
 from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, ZERO_DRIFT_CELLS, Misfit, Normal, Slopes
+from .noise import estimate_noise
 from .unknowns import CELL_TERMS, SHARED_UNKNOWNS, Unknowns
 
 MIN_DIVISOR = 1e-300
@@ -64,7 +64,7 @@ class Fit:
     @property
     def noise(self) -> float:
         """Root mean square noise of a sample in cells."""
-        noise = [self.misfit.noise(shot) for shot in self.misfit.shots]
+        noise = [estimate_noise(shot) for shot in self.misfit.shots]
         return float(np.sqrt(np.mean(np.square(noise))))
 
     @cached_property
@@ -146,12 +146,12 @@ def _band_misfit(misfit: Misfit, x: Array, slopes: Slopes, H: Array) -> tuple[fl
     root = np.linalg.inv(np.linalg.cholesky(scale[:, None] * H * scale))
     spread = (scale[:, None] * root.T).astype(np.float32)
     every = misfit.linearise_shots(x, WHOLE_WINDOW, slopes=slopes)
-    for shot, (residual, own, *_) in zip(misfit.shots, every, strict=True):
-        _, weights = misfit.compute_residuals(x, shot, WHOLE_WINDOW)
-        heard = misfit.whiten_residuals(shot, misfit.predict_shot(x, shot, WHOLE_WINDOW), weights)
+    for shot, (found, own) in zip(misfit.shots, every, strict=True):
+        predicted = misfit.predict_shot(x, shot, WHOLE_WINDOW)
+        heard = misfit.whiten_residuals(shot, predicted, found.weights)
         left, echo, taken = (
             np.abs(np.fft.rfft(each[:, 1:], axis=1)) ** 2 / each.shape[1]
-            for each in (residual, heard, own @ spread)
+            for each in (found.values, heard, own @ spread)
         )
         free = echo * (1.0 - taken.sum(axis=-1))
         both += float(np.sum(left * echo))
@@ -254,29 +254,24 @@ def missing_term(own: Fit) -> Missing:
     lowers the misfit, less what it costs to have more unknowns. Drift is tried first, which takes
     no more derivatives.
     """
-    lacking = [term for term in TERM_DESCRIPTIONS if not has_term(own.misfit, term)]
+    gain = {} if has_term(own.misfit, 'drift') else {'drift': own.drift_evidence}
     # up to the largest misfit that is allowed, noise may be that much louder than it was measured
     explained = own.chi2 <= MAX_MISFIT_PER_DATUM
-    beyond, gain = 0.0 if explained else (own.chi2 - 1.0) * own.data, dict[str, float]()
+    beyond = 0.0 if explained else (own.chi2 - 1.0) * own.data
     fuller, slopes = own.misfit, own.slopes
     # part of the misfit beyond noise from which a term explains it, so that no other is tried
     fully_explained_part = 0.9
-    for terms in ([term for term in lacking if term == 'drift'], lacking):
-        if explained or max(gain.values(), default=0.0) <= fully_explained_part * beyond:
-            untried = [term for term in terms if term not in gain]
-            gains, fuller, slopes = _evidence_gains(own, untried)
-            gain |= gains
-    term = max(gain, key=lambda each: gain[each], default='')
+    if explained or max(gain.values(), default=0.0) <= fully_explained_part * beyond:
+        gains, fuller, slopes = _evidence_gains(own)
+        gain |= gains
+    term = max(gain, key=gain.__getitem__)
     min_explained_part = 0.2  # least part of the misfit beyond noise that a missing term explains
-    helps = term and gain[term] > max(MIN_EVIDENCE_GAIN, min_explained_part * beyond)
-    if not helps:
+    if not gain[term] > max(MIN_EVIDENCE_GAIN, min_explained_part * beyond):
         return Missing(
             '',
-            (
-                f'nothing that was tried explains it ({", ".join(TERM_DESCRIPTIONS)}): were '
-                'levels, strains and sample times as recorded, and was the element at rest before '
-                'every shot?'
-            ),
+            f'nothing that was tried explains it ({", ".join(TERM_DESCRIPTIONS)}): were '
+            'levels, strains and sample times as recorded, and was the element at rest before '
+            'every shot?',
         )
     share = min(1.0, gain[term] / beyond) if beyond else 1.0
     sought = with_term(own.misfit, term).unknowns
@@ -286,20 +281,15 @@ def missing_term(own: Fit) -> Missing:
     )  # fmt: skip
 
 
-def _evidence_gains(
-    own: Fit, terms: Sequence[str]
-) -> tuple[dict[str, float], Misfit, Slopes | None]:
-    """Return by how much each of some terms raises twice the logarithm of the evidence, a misfit
-    that has them all, and its derivatives.
+def _evidence_gains(own: Fit) -> tuple[dict[str, float], Misfit, Slopes]:
+    """Return by how much each term that a fit lacks, other than drift, raises twice the logarithm
+    of the evidence; a misfit that has them all, and its derivatives.
     """
-    misfit, gain = own.misfit, dict[str, float]()
-    if 'drift' in terms:
-        gain['drift'] = own.drift_evidence
-    others = [term for term in terms if term != 'drift']
-    if not others:
-        return gain, misfit, own.slopes
-    fuller = misfit
-    for term in others:
+    fuller = own.misfit
+    lacking = [
+        term for term in TERM_DESCRIPTIONS if term != 'drift' and not has_term(fuller, term)
+    ]
+    for term in lacking:
         fuller = with_term(fuller, term)
     full = fuller.unknowns
     places = {
@@ -307,13 +297,13 @@ def _evidence_gains(
         'latency': slice(full.shared('late_left'), full.shared('lag_right') + 1),
     }  # fmt: skip
     known = np.ones(full.size, bool)
-    for term in others:
+    for term in lacking:
         known[places[term]] = False
     at = widen_unknowns(own, full)
     slopes = fuller.slopes(at, WHOLE_WINDOW)
     normal = fuller.normal(at, WHOLE_WINDOW, slopes=slopes)
-    before = _log_evidence(fuller, normal, at, known)
-    for term in others:
+    before, gain = _log_evidence(fuller, normal, at, known), dict[str, float]()
+    for term in lacking:
         free = known.copy()
         free[places[term]] = True
         gain[term] = _log_evidence(fuller, normal, at, free) - before

@@ -93,7 +93,7 @@ class Forward:
         self._integrator = integrator
         self._rest: dict[tuple[float, float], Array] = {}
         self._chains: dict[float, Chain] = {}
-        self._predicted: dict[tuple[int, float, float], tuple[Shot, Array]] = {}
+        self._predicted: dict[tuple[Shot, float, float], Array] = {}
 
     def rest(self, shot: Shot) -> Array:
         """Return the displacements before a shot, shape (N,).
@@ -115,10 +115,10 @@ class Forward:
             StateError: There is no such equilibrium, or the motion becomes unstable.
             DesignError: The step is beyond the stability limit.
         """
-        known = self._predicted.get(key := (id(shot), duration, held_off))
-        if known is None or known[0] is not shot:  # an address of before it was pickled
-            known = self._predicted[key] = shot, self.predict_exchange([shot], duration, held_off)
-        return known[1]
+        key = shot, duration, held_off
+        if key not in self._predicted:
+            self._predicted[key] = self.predict_exchange([shot], duration, held_off)
+        return self._predicted[key]
 
     def predict_exchange(
         self, shots: Sequence[Shot], duration: float, held_off: float = 0.0
@@ -178,25 +178,24 @@ class Forward:
         """
         predicted = self.predict_exchange(shots, duration)
         compared = np.arange(predicted.shape[1])
-        total: tangent.Single | None = None
-        for shot in shots:
+        total = self.linearise_shot(shots[0], duration)
+        for shot in shots[1:]:
             begin = self.begin(shots[0], shot)
-            J = self.linearise_shot(shot, duration - begin * shot.dt)[1]
-            J = J[:, np.clip(compared - begin, 0, J.shape[1] - 1)]
-            total = J if total is None else total + J - J[:, :1]
-        assert total is not None
+            J = self.linearise_shot(shot, duration - begin * shot.dt)
+            total = total + J[:, np.clip(compared - begin, 0, J.shape[1] - 1)] - J[:, :1]
         return predicted, total
 
     def linearise_shot(
-        self, shot: Shot, duration: float, patterns: Array | None = None
-    ) -> tuple[Array, tangent.Single]:
-        """Return `predict`, and its derivatives by all unknowns, shape (2, m + 1, size).
+        self, shot: Shot, duration: float, patterns: Array = tangent.NO_PATTERNS
+    ) -> tangent.Single:
+        """Return the derivatives of `predict` by all unknowns, shape (2, m + 1, size).
 
         Args:
             shot: The pulse.
             duration: How long after it began.
-            patterns: Of alpha, shape (k, N). Derivatives by these and by what all cells share are
-                all that is returned then, shape (2, m + 1, k + shared), and take less time.
+            patterns: Of alpha, shape (k, N). If there are any, derivatives by these and by what
+                all cells share are all that is returned, shape (2, m + 1, k + shared), and take
+                less time.
 
         Raises:
             StateError, DesignError: As in `predict`.
@@ -214,12 +213,9 @@ class Forward:
             made.offsets + V_N * made.strain_shape + design.potential.origin,
             made.masses + 0.0, made.k_r + 0.0, origins, self._build_law(), unit * unit,
             unit * eta * self._damping_ratios,
+            frozenset() if len(patterns) else unknowns.terms, patterns,
         )  # fmt: skip
-        if patterns is None:
-            material = material._replace(terms=unknowns.terms)
-        else:
-            material = material._replace(patterns=patterns)
-        before = design.N if patterns is None else len(patterns)
+        before = len(patterns) or design.N
 
         def find_column(name: str) -> int:
             return before + SHARED_UNKNOWNS.index(name)
@@ -260,7 +256,7 @@ class Forward:
             J[..., find_column(f'lag_{shot.end}')] = later
             for end in End:
                 J[end.row, :, find_column(f'late_{end}')] = later[end.row]
-        return predicted, J
+        return J
 
     def _derive_by_unknowns(
         self, shot: Shot, raw: tangent.Single, material: tangent.Material,
@@ -385,9 +381,14 @@ MAX_WALL_OFFSET_CELLS = 6.0
 """How far from where it is taken to be a wall may be, in cells."""
 
 
-def find_equilibria(forward: Forward, shot: Shot, sites: Array) -> list[float]:
-    """Return the positions at which a wall rests that is let go at any of some sites."""
+def find_equilibria(forward: Forward, shot: Shot, near: float | None = None) -> list[float]:
+    """Return the positions at which a wall rests that is let go at any site; if `near` is a site,
+    at any that is at most `MAX_WALL_OFFSET_CELLS` from there.
+    """
     made = forward.specimen
+    sites = np.arange(2.0, made.design.N)
+    if near is not None:
+        sites = sites[np.abs(sites - near) <= MAX_WALL_OFFSET_CELLS]
     V = made.design.end_displacement(shot.strain) * made.strain_shape
     places: set[float] = set()
     for site in sites:

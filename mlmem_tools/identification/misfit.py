@@ -23,7 +23,7 @@ from mlmem.physics.potential import Array
 
 from .forward import Clock, Forward
 from .noise import estimate_noise, remove_lines, whiten_waveforms
-from .tangent import Single
+from .tangent import NO_PATTERNS, Single
 from .unknowns import CELL_TERMS, SHARED_UNKNOWNS, Unknowns
 
 EQUILIBRIUM_UNKNOWNS = ('D_s1', 'D_s2', 'zero_left', 'zero_right', 'gain_left', 'gain_right')
@@ -159,6 +159,22 @@ class Normal(NamedTuple):
     loosened: float = 0.0
 
 
+class ShotResiduals(NamedTuple):
+    """A shot beside its prediction.
+
+    Attributes:
+        values: Residuals in standard deviations, shape (2, m).
+        weights: Of every sample, the inverse of its standard deviation, shape (2, m).
+        drifts: See `Misfit._drift_changes`.
+        loosened: See `Normal`.
+    """
+
+    values: Array
+    weights: Array
+    drifts: Array
+    loosened: float
+
+
 class Slopes(NamedTuple):
     """Derivatives of every shot by all unknowns: they hold near where they were taken.
 
@@ -197,11 +213,7 @@ class Misfit:
     scatter: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
-    def _noise_deviations(self) -> dict[int, tuple[Array, Array]]:
-        return {}
-
-    @cached_property
-    def _latest_samples(self) -> list[Forward]:
+    def _latest_forward(self) -> list[Forward]:
         return []
 
     @cached_property
@@ -209,20 +221,13 @@ class Misfit:
         """The inverse of the prior's covariance, shape (size, size)."""
         return replace(self.prior, **self.scatter).precision(self.unknowns)
 
-    def noise(self, shot: Shot) -> Array:
-        """Return the standard deviation of a sample of either end, shape (2,), measured once."""
-        known = self._noise_deviations.get(key := id(shot.samples))
-        if known is None or known[0] is not shot.samples:  # an address of before it was pickled
-            known = self._noise_deviations[key] = shot.samples, estimate_noise(shot)
-        return known[1]
-
     def forward(self, x: Array) -> Forward:
         """Return the forward model with these values, the same one as long as they are asked for;
         raises as `Forward` does.
         """
-        if not (self._latest_samples and self._latest_samples[0].x is x):
-            self._latest_samples[:] = [Forward(self.unknowns, x, self.integrator)]
-        return self._latest_samples[0]
+        if not (self._latest_forward and self._latest_forward[0].x is x):
+            self._latest_forward[:] = [Forward(self.unknowns, x, self.integrator)]
+        return self._latest_forward[0]
 
     def predict_shot(self, x: Array, shot: Shot, window: float) -> Array:
         """Return what both ends read at rest, then until a window after the pulse has passed,
@@ -230,36 +235,29 @@ class Misfit:
         """
         return self.forward(x).predict(shot, shot.pulse.duration + window)
 
-    def compute_residuals(
+    def compare_shot(
         self, x: Array, shot: Shot, window: float, blur: float = 0.0
-    ) -> tuple[Array, Array]:
-        """Return residuals of `predict_shot` in standard deviations, and their weights, (2, m).
+    ) -> ShotResiduals:
+        """Return residuals of `predict_shot`.
 
         Args:
             blur: Standard deviation of a sample if it is larger than the noise: residuals of a
                 model that is still far off are smoothed so.
         """
-        values, weights, drifts = self._compare_shot(x, shot, window, blur)
-        return self._loosen_gains(values, drifts)[0], weights
-
-    def _compare_shot(
-        self, x: Array, shot: Shot, window: float, blur: float
-    ) -> tuple[Array, Array, Array]:
-        """Return whitened residuals before gains may drift, their weights, and
-        `_drift_changes`.
-        """
-        predicted, stride = self.predict_shot(x, shot, window), self._sample_stride(shot)
+        predicted, stride = self.predict_shot(x, shot, window), self._clock(shot).stride
         measured = shot.samples[:, stride - 1 :: stride][:, : predicted.shape[1] - 1]
         measured = np.concatenate((shot.rest[:, None], measured), axis=1)
-        spread = np.maximum(self.noise(shot), blur)[:, None] * np.ones_like(measured)
+        spread = np.maximum(estimate_noise(shot), blur)[:, None] * np.ones_like(measured)
         spread[:, 0] = max(self.drift, blur)
         weights = np.where(np.isfinite(measured), 1.0 / spread, 0.0)
         misfit = np.where(weights > 0.0, predicted - measured, 0.0)
         drifts = self._drift_changes(x, shot, window, weights)
-        return self.whiten_residuals(shot, misfit, weights), weights, drifts
+        values, loosened = _loosen_gains(self.whiten_residuals(shot, misfit, weights), drifts)
+        loosened = 4.0 * math.log(self.drift / LEAST_DRIFT) + loosened
+        return ShotResiduals(values, weights, drifts, loosened)
 
-    def _sample_stride(self, shot: Shot) -> int:
-        return Clock.of(shot.dt, self.integrator).stride
+    def _clock(self, shot: Shot) -> Clock:
+        return Clock.of(shot.dt, self.integrator)
 
     def whiten_residuals(self, shot: Shot, waveforms: Array | Single, weights: Array) -> Array:
         """Return what a shot tells of waveforms, (2, m, ...), in standard deviations."""
@@ -267,7 +265,7 @@ class Misfit:
 
     def _count_held_samples(self, shot: Shot) -> int:
         """Return for how many compared samples an end is held."""
-        return math.ceil(shot.pulse.duration / (shot.dt * self._sample_stride(shot)))
+        return math.ceil(shot.pulse.duration / (shot.dt * self._clock(shot).stride))
 
     def _drift_changes(self, x: Array, shot: Shot, window: float, weights: Array) -> Array:
         """Return what gains that drift change by a standard deviation each, shape (k, 2, m).
@@ -297,22 +295,6 @@ class Misfit:
         changes[5] = self.whiten_residuals(shot, moved, weights)
         return changes
 
-    def _loosen_gains(self, values: Array, drifts: Array) -> tuple[Array, float]:
-        """Return whitened values, (2, m, ...), where gains may be others than before.
-
-        To integrate over `_drift_changes` takes most of their directions out of the values. The
-        second number is twice what that and a zero that drifts cost in the logarithm of the
-        evidence.
-        """
-        cost = 4.0 * math.log(self.drift / LEAST_DRIFT)
-        if not len(drifts):
-            return values, cost
-        way, size, _ = np.linalg.svd(drifts.reshape(len(drifts), -1).T, full_matrices=False)
-        wide = 1.0 + size**2
-        flat = values.reshape(drifts[0].size, -1)
-        flat -= (way * (1.0 - wide**-0.5)) @ (way.T @ flat)
-        return flat.reshape(values.shape), cost + float(np.sum(np.log(wide)))
-
     def with_drift(self, x: Array) -> Misfit:
         """Return this misfit with the drift that the displacements at rest show.
 
@@ -329,49 +311,51 @@ class Misfit:
         """Return the misfit of other shots."""
         return replace(self, shots=tuple(shots))
 
-    def cost(self, x: Array, window: float, blur: float = 0.0) -> float:
-        """Return r^T r over a window after the pulses; infinite where there is no such element."""
+    def cost(
+        self, x: Array, window: float, blur: float = 0.0, shots: Sequence[Shot] | None = None
+    ) -> float:
+        """Return r^T r over a window after the pulses of some shots, by default of all; infinite
+        where there is no such element.
+        """
+        shots = self.shots if shots is None else shots
         try:
-            each = (self.compute_residuals(x, shot, window, blur)[0] for shot in self.shots)
+            each = (self.compare_shot(x, shot, window, blur).values for shot in shots)
             return float(sum(np.sum(values**2) for values in each))
         except (DesignError, StateError):
             return np.inf
 
     def slopes(self, x: Array, window: float, shared: bool = False) -> Slopes:
         """Return the derivatives of every shot; raises as `Forward.linearise_shot` does."""
-        forward, along = self.forward(x), alpha_patterns(self.unknowns.design) if shared else None
+        along = alpha_patterns(self.unknowns.design) if shared else NO_PATTERNS
         each = (
-            forward.linearise_shot(shot, shot.pulse.duration + window, along)
+            self.forward(x).linearise_shot(shot, shot.pulse.duration + window, along)
             for shot in self.shots
         )
-        return Slopes(window, shared, tuple(J for _, J in each))
+        return Slopes(window, shared, tuple(each))
 
     def linearise_shots(
         self, x: Array, window: float, blur: float = 0.0, slopes: Slopes | None = None
-    ) -> Iterator[tuple[Array, Array, int, float]]:
-        """Yield of every shot its residuals and their derivatives in standard deviations, shapes
-        (2, m) and (2, m, size), how many data they are, and `Normal.loosened`; raises as
-        `Forward.linearise_shot` does.
+    ) -> Iterator[tuple[ShotResiduals, Array]]:
+        """Yield of every shot its residuals and their derivatives in standard deviations, shape
+        (2, m, size); raises as `Forward.linearise_shot` does.
 
         Args:
             window: How long after its pulse each shot is compared.
             blur: Least standard deviation of a sample.
         """
         for shot, J in zip(self.shots, (slopes or self.slopes(x, window)).each, strict=True):
-            values, weights, drifts = self._compare_shot(x, shot, window, blur)
-            residual, loose = self._loosen_gains(values, drifts)
-            of_unknowns = self.whiten_residuals(shot, J[:, : values.shape[1]], weights)
-            own, _ = self._loosen_gains(of_unknowns, drifts)
-            yield residual, own, int(np.count_nonzero(weights)), loose
+            found = self.compare_shot(x, shot, window, blur)
+            own = self.whiten_residuals(shot, J[:, : found.values.shape[1]], found.weights)
+            yield found, _loosen_gains(own, found.drifts)[0]
 
     def iterate_normals(
         self, x: Array, window: float, blur: float = 0.0, slopes: Slopes | None = None
     ) -> Iterator[Normal]:
         """Yield the normal equations of every shot; see `linearise_shots`."""
-        for residual, own, data, loose in self.linearise_shots(x, window, blur, slopes):
-            flat = own.reshape(-1, own.shape[-1])
-            cost = float(np.sum(residual**2))
-            yield Normal(flat.T @ flat, flat.T @ residual.ravel(), cost, data, loose)
+        for found, own in self.linearise_shots(x, window, blur, slopes):
+            flat, cost = own.reshape(-1, own.shape[-1]), float(np.sum(found.values**2))
+            data = int(np.count_nonzero(found.weights))
+            yield Normal(flat.T @ flat, flat.T @ found.values.ravel(), cost, data, found.loosened)
 
     def normal(
         self, x: Array, window: float, blur: float = 0.0, slopes: Slopes | None = None,
@@ -382,10 +366,8 @@ class Misfit:
         """
         if near is not None and slopes is not None:
             return self._shift_normals(x, window, blur, slopes, near)
-        H, g, cost, data, loosened = zip(
-            *self.iterate_normals(x, window, blur, slopes), strict=True
-        )
-        return Normal(np.sum(H, axis=0), np.sum(g, axis=0), sum(cost), sum(data), sum(loosened))
+        each = zip(*self.iterate_normals(x, window, blur, slopes), strict=True)
+        return Normal._make(map(sum, each))
 
     def _shift_normals(
         self, x: Array, window: float, blur: float, slopes: Slopes, near: Normal
@@ -395,11 +377,25 @@ class Misfit:
         """
         g, cost = np.zeros(len(near.g)), 0.0
         for shot, J in zip(self.shots, slopes.each, strict=True):
-            values, weights, drifts = self._compare_shot(x, shot, window, blur)
-            residual, _ = self._loosen_gains(values, drifts)
+            residual, weights, drifts, _ = self.compare_shot(x, shot, window, blur)
             cost += float(np.sum(residual**2))
-            twice = self._loosen_gains(residual, drifts)[0][..., None]
+            twice = _loosen_gains(residual, drifts)[0][..., None]
             twice = weights * remove_lines(twice, weights, self._count_held_samples(shot))[..., 0]
             for of_end, J_of_end in zip(twice.astype(np.float32), J, strict=True):
                 g += of_end @ J_of_end[: len(of_end)]
         return near._replace(g=g, cost=cost)
+
+
+def _loosen_gains(values: Array, drifts: Array) -> tuple[Array, float]:
+    """Return whitened values, (2, m, ...), where gains may be others than before.
+
+    To integrate over `Misfit._drift_changes` takes most of their directions out of the values,
+    in place. The second number is twice what that costs in the logarithm of the evidence.
+    """
+    if not len(drifts):
+        return values, 0.0
+    way, size, _ = np.linalg.svd(drifts.reshape(len(drifts), -1).T, full_matrices=False)
+    wide = 1.0 + size**2
+    flat = values.reshape(drifts[0].size, -1)
+    flat -= (way * (1.0 - wide**-0.5)) @ (way.T @ flat)
+    return flat.reshape(values.shape), float(np.sum(np.log(wide)))

@@ -32,6 +32,10 @@ a factor on all forces, damping, dry friction (the motion itself has none), and 
 the driven end."""
 
 
+NO_PATTERNS = np.empty((0, 0))
+"""`Material.patterns` where every height changes by itself."""
+
+
 class Phases(NamedTuple):
     """The paper's potential; its two derivatives are those by a and b."""
 
@@ -123,7 +127,7 @@ class Material(NamedTuple):
     forces: float
     eta: Array
     terms: frozenset[str] = frozenset()
-    patterns: Array = np.empty((0, 0))
+    patterns: Array = NO_PATTERNS
 
     @property
     def height_count(self) -> int:

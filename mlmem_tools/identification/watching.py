@@ -291,20 +291,11 @@ class Residuals:
             StateError, DesignError: There is no forecast: the twin holds no such wall.
         """
         read = self._fit_read(shots, self._places.get(wall, wall))
-        if (
-            read.excess > MAX_UNEXPLAINED_RESIDUAL
-        ):  # a defect may hold the wall at one of several places
-            first = replace(shots[0], wall=wall)
-            near = (
-                np.arange(wall - MAX_WALL_OFFSET_CELLS, wall + MAX_WALL_OFFSET_CELLS + 1.0)
-                if wall
-                else np.empty(0)
-            )
-            near = near[(near >= 2.0) & (near < self._N)]
-            places = find_equilibria(self._forecasts.forward, first, near)
+        # a defect may hold the wall at one of several places
+        if wall and read.excess > MAX_UNEXPLAINED_RESIDUAL:
             others = (
                 self._fit_read(shots, place)
-                for place in places
+                for place in find_equilibria(self._forecasts.forward, shots[0], wall)
                 if abs(place - wall) <= MAX_WALL_OFFSET_CELLS
             )
             read = min((read, *others), key=lambda each: each.excess)

@@ -54,7 +54,7 @@ def test_vector_describes_its_element():
 @cache
 def derivatives():
     """Return those by all that is unknown."""
-    return element().linearise_shot(SHOT, 120.0)[1]
+    return element().linearise_shot(SHOT, 120.0)
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ def test_derivatives_are_difference_quotients(what, sites):
 def test_derivatives_by_patterns_are_sums_of_those_by_cells():
     """To single precision, which is that of a sum over 60 cells."""
     model, patterns = element(), np.stack((np.ones(SMALL.N), SMALL.sites / SMALL.N))
-    every, few = derivatives(), model.linearise_shot(SHOT, 120.0, patterns)[1]
+    every, few = derivatives(), model.linearise_shot(SHOT, 120.0, patterns)
     shared = slice(SMALL.N, model.unknowns.shared_end)
     summed = every[..., model.unknowns.alpha] @ patterns.T
     for found, expected in ((few[..., :2], summed), (few[..., 2:], every[..., shared])):
@@ -98,7 +98,7 @@ def test_shared_derivatives_are_difference_quotients(design):
     x[unknowns.shared('D_s1')] -= 0.01
     x[unknowns.shared('D_s2')] += 0.02
     x[unknowns.shared('c')] += 0.03
-    J = Forward(unknowns, x).linearise_shot(SHOT, 120.0)[1]
+    J = Forward(unknowns, x).linearise_shot(SHOT, 120.0)
     for name in ('D_s1', 'D_s2', 'c', 'eta', 'time_unit', 'j_0'):
         at = unknowns.shared(name)
         up, down = (
