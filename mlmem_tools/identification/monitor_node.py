@@ -34,8 +34,7 @@ from mlmem_ros.ros.client.client import MemoryClient
 from mlmem_ros.ros.middleware import RELIABLE_PROFILE, build_qos_profile, write_log_line
 from mlmem_ros.ros.node.diagnostics import REPORT_PERIOD_S
 
-from .residual_monitor import ResidualMonitor
-from .watching import MAX_WATCHED_CELLS
+from .watching import MAX_WATCHED_CELLS, ResidualMonitor
 
 DRIVER = 'device.driver'
 
@@ -104,8 +103,24 @@ class MonitorNode:
 
 
 def report_twin(monitor: ResidualMonitor) -> Status:
-    """Report the residual of reads against a twin's forecast, in cells; warn of what changed."""
-    values = monitor.values()
+    """Report the residual of reads against a twin's forecast, in cells; warn of what changed.
+
+    Alpha and its deviation are over the design's.
+    """
+    made, nominal = monitor.twin.specimen, monitor.twin.design.alpha
+    values: dict[str, Any] = {
+        'compared': monitor.compared, 'skipped': monitor.skipped,
+        'alpha': (made.alpha / nominal).tolist(),
+        'alpha_std': (monitor.twin.alpha_std / nominal).tolist(),
+    }  # fmt: skip
+    if (last := monitor.last) is not None:
+        left, right = map(float, last.residual)
+        values |= {'chi2': last.chi2, 'residual_left': left, 'residual_right': right}
+        if (change := last.change) is not None:
+            values |= {
+                'changed': change.name, 'site': change.site, 'amount': change.amount,
+                'deviation': change.deviation,
+            }  # fmt: skip
     if monitor.text:
         return Status(WARN, monitor.text, values)
     return Status(OK, 'as forecast' if monitor.compared else 'no read compared yet', values)

@@ -11,7 +11,8 @@ prior; of the rest, the change that explains most is told once reads agree on it
 from __future__ import annotations
 
 import math
-from collections import OrderedDict, deque
+import threading
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -20,55 +21,36 @@ import numpy as np
 
 from mlmem.element_file import Element
 from mlmem.instrument.end import End, Shot
-from mlmem.physics import Design, Integrator
+from mlmem.physics import Design, DesignError, Integrator, StateError
 from mlmem.physics.potential import Array
+from mlmem.procedure_table import PROCEDURES
 from mlmem.readers.reading import UNDECODABLE
+from mlmem_ros.contract.streams import ReadShot
 
 from .forward import MAX_WALL_OFFSET_CELLS, Clock, Forward, find_equilibria
 from .noise import estimate_noise, whiten_waveforms
 from .unknowns import Unknowns
 
-
-@dataclass(frozen=True)
-class ChangeKind:
-    """Something that may change.
-
-    Attributes:
-        words: What has happened, with gaps for its place and its size in per cent.
-        least: Least change that matters, relative, or of the strain: a fit leaves smaller ones
-            open.
-    """
-
-    words: tuple[str, str]
-    least: float
-
-
-CELL_KIND = ChangeKind(
-    ('cell {} has become {:.2g} % weaker', 'cell {} has become {:.2g} % stiffer'), 0.01
-)
-
-SHARED_KINDS = {
-    'eta': ChangeKind(('damping has fallen by {1:.2g} %', 'damping has risen by {1:.2g} %'), 0.05),
-    'strain': ChangeKind(
-        ('the strain is {1:.2g} % below what it should be', 'the strain is {1:.2g} % too high'),
-        5e-4,
+CHANGE_KINDS: dict[str, tuple[str, str, float]] = {
+    'cell': ('cell {} has become {:.2g} % weaker', 'cell {} has become {:.2g} % stiffer', 0.01),
+    'eta': ('damping has fallen by {1:.2g} %', 'damping has risen by {1:.2g} %', 0.05),
+    'strain': (
+        'the strain is {1:.2g} % below what it should be', 'the strain is {1:.2g} % too high', 5e-4
     ),
-    'time_unit': ChangeKind(
-        ('the clock is {1:.2g} % faster', 'the clock is {1:.2g} % slower'), 0.001
-    ),
+    'time_unit': ('the clock is {1:.2g} % faster', 'the clock is {1:.2g} % slower', 0.001),
     **{
-        f'{name}_{end}': ChangeKind(
-            (
-                f'the {end} {part} has fallen by {{1:.2g}} %',
-                f'the {end} {part} has risen by {{1:.2g}} %',
-            ),
+        f'{name}_{end}': (
+            f'the {end} {part} has fallen by {{1:.2g}} %',
+            f'the {end} {part} has risen by {{1:.2g}} %',
             0.01,
         )
         for name, part in (('gain', 'gain'), ('drive', 'pulse'))
         for end in End
     },
-}
-"""By the name of the unknown. A gain is that of a transducer, which moves its end by what it
+}  # fmt: skip
+"""What may change, by the name of the unknown: words for a decrease and an increase, with gaps for
+its place and its size in per cent; and the least change that matters, relative, or of the strain:
+a fit leaves smaller ones open. A gain is that of a transducer, which moves its end by what it
 measures; a pulse may be smaller than that."""
 
 
@@ -77,7 +59,7 @@ class Change:
     """What has changed since the survey.
 
     Attributes:
-        name: 'cell', or a name of `SHARED_KINDS`.
+        name: Of `CHANGE_KINDS`.
         site: Site of the cell; 0 for what all cells share.
         amount: Relative change, or that of the strain.
         deviation: Its standard deviation.
@@ -91,8 +73,8 @@ class Change:
     def __str__(self) -> str:
         if self.site and abs(self.amount) > 0.3:  # the residual is proportional to smaller changes
             return f'cell {self.site} is not what it was at the survey: stuck, or broken'
-        kind = SHARED_KINDS.get(self.name, CELL_KIND)
-        words = kind.words[int(self.amount > 0.0)]
+        falls, rises, _ = CHANGE_KINDS[self.name]
+        words = rises if self.amount > 0.0 else falls
         return f'{words.format(self.site, 100.0 * abs(self.amount))} since the survey'
 
 
@@ -107,60 +89,6 @@ class Forecast:
     waveforms: Array
     J: Array
     stride: int
-
-
-class Forecasts:
-    """Makes the forecasts of an element, and keeps the latest."""
-
-    def __init__(self, element: Element, integrator: Integrator | None) -> None:
-        self.forward = build_forward(element, integrator)
-        self._element = element
-        self._integrator = integrator
-        self._kept: OrderedDict[tuple[object, ...], Forecast] = OrderedDict()
-
-    def find_forecast(self, shots: Sequence[Shot]) -> Forecast:
-        """Return the forecast of a read, of the longest so far."""
-        first = shots[0]
-        begins = tuple(first.samples.shape[1] - shot.samples.shape[1] for shot in shots)
-        pulses = tuple((shot.end, shot.omega_c, shot.A, shot.sigma) for shot in shots)
-        key = pulses, begins, first.wall, first.strain
-        every = max(1, math.floor(MIN_SAMPLE_SPACING / first.dt))
-        known = self._kept.pop(key, None)
-        if known is None or known.waveforms.shape[1] < 1 + first.samples.shape[1] // every:
-            known = self._compute_forecast(shots, every)
-        self._kept[key] = known
-        while len(self._kept) > 32:  # each of a megabyte or two
-            self._kept.popitem(last=False)
-        return known
-
-    def _compute_forecast(self, shots: Sequence[Shot], every: int) -> Forecast:
-        unknowns = self.forward.unknowns
-        # later reads may last a quarter longer
-        room = np.empty((2, shots[0].samples.shape[1] // 4))
-        shots = [replace(s, samples=np.concatenate((s.samples, room), axis=1)) for s in shots]
-        first = shots[0]
-        duration = first.samples.shape[1] * first.dt
-        predicted, J = self.forward.linearise_exchange(shots, duration)
-        clock = Clock.of(first.dt, self._integrator)
-        sparse = max(1, every // clock.stride)
-        columns = [J[:, ::sparse, unknowns.alpha] * self._element.specimen.alpha]
-        strain_step = 1e-5  # strain for a difference quotient
-        for name in SHARED_KINDS:
-            if name == 'strain':
-                strained = [replace(shot, strain=shot.strain + strain_step) for shot in shots]
-                moved = self.forward.predict_exchange(strained, duration) - predicted
-                columns.append(moved[:, ::sparse, None] / strain_step)
-                continue
-            column = J[:, ::sparse, unknowns.shared(name)] * self.forward.x[unknowns.shared(name)]
-            if name.startswith('gain_'):  # less motion is driven where more is read
-                drive = unknowns.shared(name.replace('gain', 'drive'))
-                column = column - J[:, ::sparse, drive] * self.forward.x[drive]
-            columns.append(column[..., None])
-        return Forecast(
-            predicted[:, ::sparse],
-            np.concatenate(columns, axis=2).astype(np.float32),
-            sparse * clock.stride,
-        )
 
 
 def build_forward(element: Element, integrator: Integrator | None) -> Forward:
@@ -269,7 +197,9 @@ class Residuals:
                 one.
         """
         self.element = element
-        self._forecasts = Forecasts(element, integrator)
+        self._forward = build_forward(element, integrator)
+        self._integrator = integrator
+        self._forecasts = dict[tuple[object, ...], Forecast]()
         self._reads: deque[_Read] = deque(maxlen=MIN_AGREEING_READS)
         self._N = element.specimen.design.N
         self._places: dict[float, float] = {}
@@ -295,7 +225,7 @@ class Residuals:
         if wall and read.excess > MAX_UNEXPLAINED_RESIDUAL:
             others = (
                 self._fit_read(shots, place)
-                for place in find_equilibria(self._forecasts.forward, shots[0], wall)
+                for place in find_equilibria(self._forward, shots[0], wall)
                 if abs(place - wall) <= MAX_WALL_OFFSET_CELLS
             )
             read = min((read, *others), key=lambda each: each.excess)
@@ -306,12 +236,12 @@ class Residuals:
     def _fit_read(self, shots: Sequence[Shot], wall: float) -> _Read:
         """Return what a read says if its wall rests near a site."""
         shots = [replace(shot, wall=wall) for shot in shots]
-        forecast, first = self._forecasts.find_forecast(shots), shots[0]
+        forecast, first = self._find_forecast(shots), shots[0]
         every = forecast.stride
         measured = np.concatenate((first.rest[:, None], first.samples[:, every - 1 :: every]), 1)
         m = min(measured.shape[1], forecast.waveforms.shape[1])
         residual = measured[:, :m] - forecast.waveforms[:, :m]
-        eta = self._forecasts.forward.specimen.eta
+        eta = self._forward.specimen.eta
         fades = np.exp(-0.5 * eta * first.dt * every * np.arange(m))
         white = estimate_noise(first)
         # waves from before the pulse lie in the echo's band, a twentieth of what is sampled
@@ -336,6 +266,54 @@ class Residuals:
             cost_then / data, cost / data, rms, wall,
         )  # fmt: skip
 
+    def _find_forecast(self, shots: Sequence[Shot]) -> Forecast:
+        """Return the forecast of a read, of the longest so far; the latest are kept."""
+        first = shots[0]
+        begins = tuple(first.samples.shape[1] - shot.samples.shape[1] for shot in shots)
+        pulses = tuple((shot.end, shot.omega_c, shot.A, shot.sigma) for shot in shots)
+        key = pulses, begins, first.wall, first.strain
+        every = max(1, math.floor(MIN_SAMPLE_SPACING / first.dt))
+        known = self._forecasts.pop(key, None)
+        if known is None or known.waveforms.shape[1] < 1 + first.samples.shape[1] // every:
+            known = self._compute_forecast(shots, every)
+        self._forecasts[key] = known
+        while len(self._forecasts) > 32:  # each of a megabyte or two
+            del self._forecasts[next(iter(self._forecasts))]
+        return known
+
+    def _compute_forecast(self, shots: Sequence[Shot], every: int) -> Forecast:
+        forward = self._forward
+        # later reads may last a quarter longer
+        room = np.empty((2, shots[0].samples.shape[1] // 4))
+        shots = [replace(s, samples=np.concatenate((s.samples, room), axis=1)) for s in shots]
+        first = shots[0]
+        duration = first.samples.shape[1] * first.dt
+        predicted, J = forward.linearise_exchange(shots, duration)
+        strain_step = 1e-5  # strain for a difference quotient
+        strained = [replace(shot, strain=shot.strain + strain_step) for shot in shots]
+        moved = forward.predict_exchange(strained, duration) - predicted
+        clock = Clock.of(first.dt, self._integrator)
+        sparse = max(1, every // clock.stride)
+
+        def scale_derivatives(name: str) -> Array:
+            place = forward.unknowns.shared(name)
+            return np.asarray(J[:, ::sparse, place] * forward.x[place])
+
+        columns = [J[:, ::sparse, forward.unknowns.alpha] * self.element.specimen.alpha]
+        for name in list(CHANGE_KINDS)[1:]:
+            if name == 'strain':
+                column = moved[:, ::sparse] / strain_step
+            elif name.startswith('gain_'):  # less motion is driven where more is read
+                column = scale_derivatives(name) - scale_derivatives(name.replace('gain', 'drive'))
+            else:
+                column = scale_derivatives(name)
+            columns.append(column[..., None])
+        return Forecast(
+            predicted[:, ::sparse],
+            np.concatenate(columns, axis=2).astype(np.float32),
+            sparse * clock.stride,
+        )
+
     def _judge_reads(self) -> tuple[Change | None, str]:
         """Return what has changed, as the last reads agree, and in words."""
         if len(self._reads) < MIN_AGREEING_READS:
@@ -344,10 +322,10 @@ class Residuals:
         g, alone, _ = project_out_prior(g, H, self._open)
         alone = np.maximum(alone, MIN_DIVISOR)
         best = int(np.argmax(g**2 / alone))
-        of_cell = best < self._N
-        name, site = ('cell', best + 1) if of_cell else (list(SHARED_KINDS)[best - self._N], 0)
+        site = best + 1 if best < self._N else 0
+        name = 'cell' if site else list(CHANGE_KINDS)[best - self._N + 1]
         change = Change(name, site, float(g[best] / alone[best]), float(alone[best] ** -0.5))
-        least = (CELL_KIND if of_cell else SHARED_KINDS[name]).least
+        *_, least = CHANGE_KINDS[name]
         # standard deviations from which a change is believed, half of it by either read: residuals
         # that are left by a fit, and by its linearisation, reach 7
         min_significance = 10.0
@@ -376,3 +354,54 @@ def locate_wall(design: Design, level: int, known: float | None, moved: bool) ->
     if level == UNDECODABLE:
         return None if moved else known
     return float(design.defect_site(level)) if level >= 0 else 0.0
+
+
+class ResidualMonitor:
+    """Takes the waveforms of reads as they come, and compares them once their procedure has ended;
+    one thread takes pulses while another compares.
+
+    Attributes:
+        text: What has changed, in words; empty as long as all is as forecast.
+        compared: Number of reads that were compared.
+        skipped: Number of those that were not: disturbed, or too soon after something else.
+        last: The last comparison, or None.
+    """
+
+    def __init__(self, twin: Element, integrator: Integrator | None) -> None:
+        """Monitor an element; the arguments are those of `Residuals`."""
+        self.twin, self.text = twin, ''
+        self.compared = self.skipped = 0
+        self.last: Comparison | None = None
+        self._residuals = Residuals(twin, integrator)
+        self._read: list[ReadShot] = []  # the pulses of one read, which end at the same tick
+        self._lock = threading.Lock()
+        self._wall: float | None = None
+
+    def take_shot(self, taken: ReadShot) -> None:
+        """Take a pulse of a read; one of a later tick begins another read."""
+        with self._lock:
+            if self._read and self._read[0].tick != taken.tick:
+                self.skipped += 1
+                self._read = []
+            self._read.append(taken)
+
+    def end_procedure(self, name: str) -> None:
+        """Compare the last read of a procedure, if it had one."""
+        with self._lock:
+            read, self._read = self._read, []
+        if not read:
+            return
+        moved = name in PROCEDURES and PROCEDURES[name].changes
+        self._wall = locate_wall(self.twin.design, read[-1].level, self._wall, moved)
+        shots = sorted((each.shot for each in read), key=lambda shot: -shot.samples.shape[1])
+        disturbed = any(each.disturbed for each in read)
+        if self._wall is None or disturbed or not self._residuals.was_at_rest(shots):
+            self.skipped += 1
+            return
+        try:
+            self.last = self._residuals.compare(shots, self._wall)
+        except (StateError, DesignError) as error:
+            self.text = f'the twin has no forecast for a wall at {self._wall:.0f}: {error}'
+        else:
+            self.text = self.last.text
+            self.compared += 1

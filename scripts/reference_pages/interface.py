@@ -25,8 +25,7 @@ from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, Topic
 from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.diagnostics import Pace
 from mlmem_tools.identification.monitor_node import report_twin
-from mlmem_tools.identification.residual_monitor import ResidualMonitor
-from mlmem_tools.identification.watching import Change, Comparison
+from mlmem_tools.identification.watching import Change, Comparison, ResidualMonitor
 
 from .table import listing, table
 

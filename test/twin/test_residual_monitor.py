@@ -11,7 +11,7 @@ from mlmem.element_file import Element
 from mlmem.physics import INTEGRATORS, Specimen
 from mlmem.readers.reading import UNDECODABLE
 from mlmem_ros.contract.streams import decode_read_shot, encode_read_shot
-from mlmem_tools.identification.residual_monitor import ResidualMonitor
+from mlmem_tools.identification.watching import ResidualMonitor
 
 DAMPING_TIMES = 10.0
 """After these, waves are gone."""
