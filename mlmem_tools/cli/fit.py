@@ -31,7 +31,6 @@ from ..identification.fitted import (
     Fit,
     has_term,
 )
-from ..identification.misfit import Prior
 from ..identification.unknowns import CELL_TERMS, SHARED_UNKNOWNS
 from .command import JSON_OPTION, declare_command, declare_option
 from .output import ProgressBar, create_console, print_failure, print_json
@@ -60,8 +59,7 @@ def fit(arguments: argparse.Namespace) -> int:
     try:
         with ProgressBar(console) as report:
             found = fit_element(
-                design, shots, prior=Prior(scatter=arguments.scatter), integrator=integrator,
-                report=report,
+                design, shots, scatter=arguments.scatter, integrator=integrator, report=report
             )  # fmt: skip
         element = dataclasses.replace(build_element(found), settings=settings)
         if arguments.output:
@@ -136,7 +134,7 @@ def _as_dict(found: Fit) -> dict[str, Any]:
         'data': found.data,
         'held_out': list(found.held_out),
         'added': _added_terms(found),
-        'scatter': dict(found.misfit.scatter),
+        'scatter': {CELL_TERMS[term]: value for term, value in found.misfit.scatter.items()},
         'untold': list(found.untold),
     }
     for term, where in unknowns.cells.items():

@@ -37,7 +37,7 @@ from .fitted import (
     with_term,
 )
 from .forward import find_equilibria
-from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, Misfit, Prior, Slopes
+from .misfit import MAX_MISFIT_PER_DATUM, PRIOR_DEVIATIONS, WHOLE_WINDOW, Misfit, Slopes
 from .trusted import held_out, list_doubts, needs_term
 from .unknowns import Unknowns
 
@@ -151,7 +151,7 @@ def fit_element(
     design: Design,
     shots: Sequence[Shot],
     *,
-    prior: Prior | None = None,
+    scatter: float = PRIOR_DEVIATIONS['scatter'],
     integrator: Integrator | None = None,
     report: Report | None = None,
 ) -> Fit:
@@ -161,6 +161,7 @@ def fit_element(
 
     Args:
         shots: Pulses and what both ends did, with every state at rest before.
+        scatter: Standard deviation of alpha from cell to cell that is expected, relative.
         integrator: That of a simulated element, whose errors are repeated; None for a real one.
 
     Raises:
@@ -168,7 +169,7 @@ def fit_element(
     """
     _check_shots(design, shots)
     told = report or (lambda what, share: None)
-    misfit = Misfit(Unknowns(design), shots, prior or Prior(), integrator)
+    misfit = Misfit(Unknowns(design), shots, PRIOR_DEVIATIONS | {'scatter': scatter}, integrator)
     first = _fit_blank(misfit, told)
     told('where the wall was', 0.0)
     misfit, x = locate_walls(first.misfit.select_shots(shots), first.x)

@@ -17,9 +17,17 @@ from numpy.typing import NDArray
 from mlmem.physics import Specimen
 from mlmem.physics.potential import Array
 
-from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, ZERO_DRIFT_CELLS, Misfit, Normal, Slopes
+from .misfit import (
+    MAX_MISFIT_PER_DATUM,
+    WHOLE_WINDOW,
+    ZERO_DRIFT_CELLS,
+    Misfit,
+    Normal,
+    Slopes,
+    prior_precision,
+)
 from .noise import estimate_noise
-from .unknowns import CELL_TERMS, SHARED_UNKNOWNS, Unknowns
+from .unknowns import SHARED_UNKNOWNS, Unknowns
 
 MIN_DIVISOR = 1e-300
 """Keeps quotients finite."""
@@ -113,21 +121,19 @@ def rescale_scatter(misfit: Misfit, x: Array, slopes: Slopes | None) -> Misfit:
     itself; at most what is expected, as if they tell few.
     """
     unknowns, prior = misfit.unknowns, misfit.prior
-    own = {
-        CELL_TERMS[term]: where for term, where in unknowns.cells.items() if term in unknowns.terms
-    }
+    own = {term: where for term, where in unknowns.cells.items() if term in unknowns.terms}
     if not own:
         return misfit
     normal, off = misfit.normal(x, WHOLE_WINDOW, slopes=slopes), x - unknowns.mean
-    scatter = {name: getattr(prior, name) for name in own}
+    scatter = {name: prior[name] for name in own}
     scatter_rounds = 10  # in which such a deviation settles: each leaves an eighth of its error
     least_scatter = 0.01  # least one that is believed, over what was expected
     for _ in range(scatter_rounds):
-        precision = replace(prior, **scatter).precision(unknowns)
+        precision = prior_precision(unknowns, {**prior, **scatter})
         covariance = invert_matrix(normal.H + precision)
         best = off - covariance @ (normal.g + precision @ off)
         for name, where in own.items():
-            most, left = getattr(prior, name), np.trace(covariance[where, where])
+            most, left = prior[name], np.trace(covariance[where, where])
             told = where.stop - where.start - left / scatter[name] ** 2 - 2.0
             shown = float(best[where] @ best[where]) / told if told > 0.0 else most**2
             scatter[name] = min(max(math.sqrt(shown), least_scatter * most), most)

@@ -24,83 +24,64 @@ from mlmem.physics.potential import Array
 from .forward import Clock, Forward
 from .noise import estimate_noise, remove_lines, whiten_waveforms
 from .tangent import NO_PATTERNS, Single
-from .unknowns import CELL_TERMS, SHARED_UNKNOWNS, Unknowns
+from .unknowns import SHARED_UNKNOWNS, Unknowns
 
 EQUILIBRIUM_UNKNOWNS = ('D_s1', 'D_s2', 'zero_left', 'zero_right', 'gain_left', 'gain_right')
 """Unknowns that the displacements at rest show."""
 
 
-@dataclass(frozen=True)
-class Prior:
-    """Standard deviations of the unknowns about the design, before anything was heard.
+PRIOR_DEVIATIONS = {
+    'scatter': 0.02,  # alpha from cell to cell, relative
+    'stiffness': 0.05,  # overall stiffness of the cells, relative
+    'gamma': 0.05,  # gradient, relative to the design's
+    'beta': 0.05,  # anomaly of the defects, relative to the design's
+    'ground_state': 0.05,  # either ground state, in lattice constants
+    'c': 0.7,  # offset of the potential, which decides k_s2 / k_s1, in lattice constants
+    'skew': 0.1,  # force of a law of its own about its second ground state, relative
+    'eta': 0.2,  # damping, relative
+    'time_unit': 0.05,  # relative
+    'substrate_ratio': 0.05,  # s_max / s_min, relative
+    'j_0': 0.5,  # site of least substrate stiffness, in cells
+    'zero': 0.02,  # zero of a transducer, in lattice constants
+    'gain': 0.02,  # gain of a transducer, as sensor and as driver, relative
+    'late': 0.3,  # by which a transducer is late, where that is sought, in time units
+    'masses': 0.005,  # mass of a cell, relative
+    'offsets': 0.01,  # ground states of a cell, in lattice constants
+    'springs': 0.005,  # spring between cells, relative
+    'damping': 0.3,  # damping of a cell, relative to eta
+    'friction': 1e-5,  # dry friction on every cell, in k_r cells
+}
+"""Standard deviations of the unknowns about the design, before anything was heard."""
 
-    Attributes:
-        scatter: Of alpha from cell to cell, relative.
-        stiffness: Of the overall stiffness of the cells, relative.
-        gamma: Of the gradient, relative to the design's.
-        beta: Of the anomaly of the defects, relative to the design's.
-        ground_state: Of either ground state, in lattice constants.
-        c: Of the offset of the potential, which decides k_s2 / k_s1, in lattice constants.
-        skew: Of the force of a law of its own about its second ground state, relative.
-        eta: Of the damping, relative.
-        time_unit: Of the time unit, relative.
-        substrate_ratio: Of s_max / s_min, relative.
-        j_0: Of the site of least substrate stiffness, in cells.
-        zero: Of a transducer's zero, in lattice constants.
-        gain: Of a transducer's gain, relative, as sensor and as driver.
-        late: By which a transducer is late, where that is sought, in time units.
-        mass: Of a cell's mass, relative.
-        offset: Of a cell's ground states, in lattice constants.
-        k_r: Of a spring between cells, relative.
-        damping: Of a cell's damping, relative to eta.
-        friction: Of a dry friction on every cell, in k_r cells.
+
+def prior_precision(unknowns: Unknowns, known: Mapping[str, float]) -> Array:
+    """Return the inverse of the prior's covariance, shape (size, size).
+
+    Cells scatter independently about the patterns of stiffness, gamma and beta.
+
+    Args:
+        unknowns: The unknowns.
+        known: Standard deviations by the names of `PRIOR_DEVIATIONS`.
     """
-
-    scatter: float = 0.02
-    stiffness: float = 0.05
-    gamma: float = 0.05
-    beta: float = 0.05
-    ground_state: float = 0.05
-    c: float = 0.7
-    skew: float = 0.1
-    eta: float = 0.2
-    time_unit: float = 0.05
-    substrate_ratio: float = 0.05
-    j_0: float = 0.5
-    zero: float = 0.02
-    gain: float = 0.02
-    late: float = 0.3
-    mass: float = 0.005
-    offset: float = 0.01
-    k_r: float = 0.005
-    damping: float = 0.3
-    friction: float = 1e-5
-
-    def precision(self, unknowns: Unknowns) -> Array:
-        """Return the inverse of the prior's covariance, shape (size, size).
-
-        Cells scatter independently about the patterns of stiffness, gamma and beta.
-        """
-        design, alpha = unknowns.design, unknowns.design.alpha
-        relative = np.array((self.stiffness, self.gamma, self.beta))
-        shared = relative[:, None] * alpha_patterns(design)
-        spread = np.diag((self.scatter * alpha) ** 2) + shared.T @ shared
-        deviations = np.zeros(unknowns.size)
-        known_deviation = 1e-9  # standard deviation of what is known
-        deviations[design.N : unknowns.shared_end] = (
-            self.ground_state, self.ground_state, self.skew if design.law else self.c,
-            self.eta * max(design.eta, 1e-4), self.time_unit,
-            self.substrate_ratio * design.s_max / design.s_min, self.j_0,
-            *(self.zero,) * 2, *(self.gain,) * 4,
-            *(self.late if 'latency' in unknowns.terms else known_deviation,) * 4,
-        )  # fmt: skip
-        for term, scatter in CELL_TERMS.items():
-            deviations[unknowns.cells[term]] = getattr(self, scatter)
-        if 'friction' in unknowns.terms:
-            deviations[-1] = self.friction
-        full = np.diag(np.append(np.zeros(design.N), deviations[design.N :] ** -2))
-        full[unknowns.alpha, unknowns.alpha] = np.linalg.inv(spread)
-        return full
+    design, alpha = unknowns.design, unknowns.design.alpha
+    relative = np.array([known[name] for name in ('stiffness', 'gamma', 'beta')])
+    shared = relative[:, None] * alpha_patterns(design)
+    spread = np.diag((known['scatter'] * alpha) ** 2) + shared.T @ shared
+    deviations = np.zeros(unknowns.size)
+    late = known['late'] if 'latency' in unknowns.terms else 1e-9  # it is known to be on time
+    deviations[design.N : unknowns.shared_end] = (
+        *(known['ground_state'],) * 2, known['skew' if design.law else 'c'],
+        known['eta'] * max(design.eta, 1e-4), known['time_unit'],
+        known['substrate_ratio'] * design.s_max / design.s_min, known['j_0'],
+        *(known['zero'],) * 2, *(known['gain'],) * 4, *(late,) * 4,
+    )  # fmt: skip
+    for term, where in unknowns.cells.items():
+        deviations[where] = known[term]
+    if 'friction' in unknowns.terms:
+        deviations[-1] = known['friction']
+    full = np.diag(np.append(np.zeros(design.N), deviations[design.N :] ** -2))
+    full[unknowns.alpha, unknowns.alpha] = np.linalg.inv(spread)
+    return full
 
 
 def alpha_patterns(design: Design) -> Array:
@@ -198,6 +179,7 @@ class Misfit:
     """Shots, and what is to be found from them.
 
     Attributes:
+        prior: See `PRIOR_DEVIATIONS`.
         integrator: That of a simulated element, whose errors are repeated; None for a real one.
         drift: Standard deviation of a transducer's zero from shot to shot.
         gain_drift: Standard deviation of its gain from shot to shot, relative.
@@ -206,7 +188,7 @@ class Misfit:
 
     unknowns: Unknowns
     shots: Sequence[Shot]
-    prior: Prior = field(default_factory=Prior)
+    prior: Mapping[str, float] = field(default_factory=lambda: PRIOR_DEVIATIONS)
     integrator: Integrator | None = None
     drift: float = ZERO_DRIFT_CELLS
     gain_drift: float = 0.0
@@ -219,7 +201,7 @@ class Misfit:
     @cached_property
     def precision(self) -> Array:
         """The inverse of the prior's covariance, shape (size, size)."""
-        return replace(self.prior, **self.scatter).precision(self.unknowns)
+        return prior_precision(self.unknowns, {**self.prior, **self.scatter})
 
     def forward(self, x: Array) -> Forward:
         """Return the forward model with these values, the same one as long as they are asked for;

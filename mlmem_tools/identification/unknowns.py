@@ -34,7 +34,7 @@ as a sensor and as a driver."""
 
 CELL_TERMS = {'masses': 'mass', 'offsets': 'offset', 'springs': 'k_r', 'damping': 'damping'}
 """Terms of a model that have a value for every cell, or spring between two, in the order of the
-vector; and the field of `Prior` with their standard deviation."""
+vector; and the name of its values in reports."""
 
 
 def lay_out_cells(terms: Collection[str], cells: int, start: int) -> dict[str, slice]:
