@@ -9,7 +9,7 @@ from mlmem import MemoryElement, Write
 from mlmem.element_file import Element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, scattered
-from mlmem_tools.identification import register_plan
+from mlmem_tools.identification import plan
 from mlmem_tools.identification.plan import plan_pulses
 
 
@@ -17,7 +17,7 @@ def test_a_register_is_kicked_as_planned_for_its_cells(monkeypatch):
     """Alpha scattered by 1 %. With its twin's forecasts, but kicks as shipped, it writes 2 of 8
     words. The plan tries every third speed.
     """
-    monkeypatch.setattr(register_plan, 'KICK_SPEEDS', register_plan.KICK_SPEEDS[::3])
+    monkeypatch.setattr(plan, 'KICK_SPEEDS', plan.KICK_SPEEDS[::3])
     chosen = first_levels(3)
     design, settings = chosen.design_and_settings
     specimen = scattered(design, Scatter(alpha=0.01), 0)

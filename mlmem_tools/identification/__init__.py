@@ -4,6 +4,6 @@
 
 - `forward`, `tangent`, `noise`, `unknowns`: what both ends do after a pulse, and its derivatives.
 - `misfit`, `descent`, `fit`, `fitted`, `trusted`: from the shots of a survey to every cell.
-- `kick_search`, `plan`, `register_plan`: pulses that write the fitted element.
+- `kick_search`, `plan`: pulses that write the fitted element.
 - `watching`, `monitor_node`: reads of a running element beside their forecast.
 """

@@ -38,9 +38,6 @@ from mlmem.settings import Settings
 KICK_SPEEDS = np.geomspace(0.002, 1.2, 321)
 """Mean speeds of kicks: 2 % apart."""
 
-DAMPING_TIMES = 10.0
-"""Of rest after a motion."""
-
 
 def build_chain(made: Specimen, settings: Settings) -> Chain:
     """Return the chain of an element as the device steps it."""
@@ -55,14 +52,15 @@ def drive_end(
     tolerance: float | None = None,
 ) -> int:
     """Drive an end of an unstrained chain, by default the left one, and let it come to rest in so
-    much time. A wall is at a level if it is near enough, by default `arrival_tolerance`.
+    much time, by default ten damping times. A wall is at a level if it is near enough, by default
+    `arrival_tolerance`.
 
     Returns:
         The level where the wall is: `BLANK` for none, `UNDECODABLE` for a wall at no level, or
         several.
     """
     if rest_time is None:
-        rest_time = DAMPING_TIMES / chain.design.eta
+        rest_time = 10.0 / chain.design.eta
     steps = math.ceil((motion.duration + rest_time) / chain.dt)
     times = substep_times(steps, chain.dt, chain.integrator)
     held = HeldCell(site, motion.at(times[times <= motion.duration]))

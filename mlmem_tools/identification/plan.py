@@ -8,6 +8,7 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -22,10 +23,22 @@ from mlmem.physics.potential import Array
 from mlmem.procedures.driving import go_to_level
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.readers.reading import BLANK
+from mlmem.readers.register import find_wall_levels, pin_walls
 from mlmem.settings import Settings
 
-from .kick_search import Found, build_chain, least_erase_margin, search_kicks
-from .register_plan import search_words
+from .kick_search import (
+    KICK_SPEEDS,
+    Found,
+    build_chain,
+    build_kick,
+    drive_end,
+    least_erase_margin,
+    middle_speed,
+    search_kicks,
+)
+
+Report = Callable[[str, float], object]
+"""Is told what is being planned, and the fraction done."""
 
 MAX_ARRIVAL_ERROR_CELLS = 1.0
 """Cells from its defect within which a wall has arrived."""
@@ -69,9 +82,7 @@ class Plan:
         return all(step.margin >= 0.0 for step in (*self.steps, *self.kinks))
 
 
-def plan_pulses(
-    specimen: Specimen, intended: Element, report: Callable[[str, float], object] | None = None
-) -> Plan:
+def plan_pulses(specimen: Specimen, intended: Element, report: Report | None = None) -> Plan:
     """Return the pulses for an element.
 
     Each is simulated on the element, also with a peak that is a little off, and starts where the
@@ -80,50 +91,83 @@ def plan_pulses(
 
     The intended element has the design and the settings of its instrument.
     """
-    if intended.settings.register.spacing:
-        return _plan_register(specimen, intended.settings, report)
+    report, settings = report or (lambda what, share: None), intended.settings
+    chain, levels = build_chain(specimen, settings), intended.design.levels
+    if settings.register.spacing:
+        return _plan_register(chain, settings, report)
     tried = _Trial(specimen, intended)
     state, steps, erase = tried.place_blank(), [], math.nan
-    by_kicks, chain = [Found()] * intended.design.levels, build_chain(specimen, intended.settings)
-    if is_kicked(intended.settings, 0):
-        most = intended.settings.transducer.max_speed
-        by_kicks = search_kicks(chain, intended.settings.kick, most)
-        erase = least_erase_margin(chain, intended.settings.kick)
-    for level in range(intended.design.levels):
-        if report is not None:
-            report(f'level {level}', level / intended.design.levels)
-        if is_kicked(intended.settings, level):
-            speed = intended.settings.kick.wall_speeds[level]
+    by_kicks = [Found()] * levels
+    if is_kicked(settings, 0):
+        by_kicks = search_kicks(chain, settings.kick, settings.transducer.max_speed)
+        erase = least_erase_margin(chain, settings.kick)
+    for level in range(levels):
+        report(f'level {level}', level / levels)
+        if is_kicked(settings, level):
+            speed = settings.kick.wall_speeds[level]
             step, state = _correct_kick(level, speed, by_kicks[level]), tried.place_wall(level)
         else:
             step, state = _choose_best(tried, state, level)
         steps.append(step)
-    settings = intended.settings
     corrections = PulseCorrections(
         tuple(step.correction for step in steps), hash_schedule(settings)
     )
     return Plan(tuple(steps), corrections, erase)
 
 
-def _plan_register(
-    specimen: Specimen, settings: Settings, report: Callable[[str, float], object] | None
-) -> Plan:
-    """Return the kicks of walls and kinks for an element that holds many."""
-    kick = settings.kick
-    walls, kinks = (
-        tuple(_correct_kick(level, speeds[level], each) for level, each in enumerate(found))
-        for speeds, found in zip(
-            (kick.wall_speeds, kick.kink_speeds),
-            search_words(specimen, settings, report),
-            strict=True,
-        )
-    )
+def _plan_register(chain: Chain, settings: Settings, report: Report) -> Plan:
+    """Return the kicks of walls and kinks for an element that holds many.
+
+    Each is the middle of the slowest range of speeds that is wide enough, or else of the widest,
+    whatever rests ahead: see `_list_cases_ahead`. Kinks come to no level behind which no wall may
+    rest.
+    """
+    design, kick = chain.design, settings.kick
+    levels = design.levels
+
+    @cache
+    def kick_behind(walls: tuple[int, ...], speed: float) -> tuple[int, ...] | None:
+        """Return the levels of all walls after a kick behind some at rest; None if a wall is at
+        none, or these do not rest.
+        """
+        try:
+            chain.place(pin_walls(chain.specimen, walls))
+        except StateError:
+            return None
+        drive_end(chain, build_kick(chain, speed, kick))
+        return find_wall_levels(design, chain.configuration)
+
+    speeds = KICK_SPEEDS[kick.peak_speed_ratio * KICK_SPEEDS <= settings.transducer.max_speed]
+    max_speed_factor = 2.5  # most by which a speed may differ from that in the settings
+    found: tuple[list[Step], list[Step]] = [], []
+    for kind, shipped in enumerate((kick.wall_speeds, kick.kink_speeds)):
+        for level in range(levels):
+            report(f'{("wall", "kink")[kind]} to level {level}', (kind + level / levels) / 2.0)
+            cases = _list_cases_ahead(levels, settings.register.spacing, level, kind)
+            if not cases:
+                break
+            cases.sort(key=lambda each: (len(each), *(-wall for wall in each)))  # common ones
+            good = [
+                abs(math.log(speed / shipped[level])) <= math.log(max_speed_factor)
+                and all(kick_behind(each, speed) == (level, *each) for each in cases)
+                for speed in map(float, speeds)
+            ]
+            best = middle_speed(np.flatnonzero(good), lambda at, _: float(speeds[at]))
+            found[kind].append(_correct_kick(level, shipped[level], best))
+    walls, kinks = map(tuple, found)
     unused = (1.0,) * (len(walls) - len(kinks))
     corrections = PulseCorrections(
         tuple(step.correction for step in walls), hash_schedule(settings),
         kinks=(*(step.correction.speed for step in kinks), *unused),
     )  # fmt: skip
     return Plan(walls, corrections, kinks=kinks)
+
+
+def _list_cases_ahead(levels: int, spacing: int, level: int, kind: int) -> list[tuple[int, ...]]:
+    """Return what may rest to the right of a wall (kind 0) or kink (1) at a level."""
+    near = [tuple(range(level + spacing, levels, spacing)[:count]) for count in range(4)]
+    far = [(levels - 1,)] if level + spacing < levels else []
+    return sorted({each for each in (*near, *far) if len(each) % 2 == kind})
 
 
 def _correct_kick(level: int, speed: float, found: Found) -> Step:
