@@ -9,7 +9,7 @@ be off.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -20,16 +20,12 @@ from mlmem.instrument.end import BoundaryMotion, Kick
 from mlmem.move_settings import KickSettings
 from mlmem.physics import (
     Chain,
-    Design,
     HeldCell,
-    Scatter,
     Specimen,
     StateError,
     find_level,
-    scattered,
     substep_times,
 )
-from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.physics.wall import arrival_tolerance
 from mlmem.readers.reading import BLANK, UNDECODABLE
@@ -88,47 +84,6 @@ def after_erase(chain: Chain, level: int, speed: float, shape: KickSettings) -> 
     """Return where a kick that erases leaves the wall of a level, as `drive_end`."""
     chain.place(find_pinned_wall(chain.specimen, level))
     return drive_end(chain, build_kick(chain, speed, shape))
-
-
-def find_scattered_ends(
-    design: Design,
-    settings: Settings,
-    scatter: float,
-    speeds: Mapping[int, Sequence[float]],
-    rest_time: float,
-) -> list[list[int]]:
-    """Return where kicks from blank leave the wall of elements whose parts scatter, as
-    `drive_end`, a row for each element.
-
-    Args:
-        design: The design.
-        settings: Its settings, which shape the kicks.
-        scatter: Relative standard deviation of on-site stiffness, springs and masses.
-        speeds: Mean speeds by the seed of the element.
-        rest_time: Time after a kick in which the wall comes to rest.
-    """
-    chain = build_chain(Specimen(design), settings)
-    deviations = Scatter(alpha=scatter, k_r=scatter, mass=scatter)
-    found = []
-    for seed, own in speeds.items():
-        chain.set_specimen(scattered(design, deviations, seed))
-        ends = []
-        for speed in own:
-            chain.place(make_blank(chain.specimen))
-            ends.append(
-                drive_end(chain, build_kick(chain, float(speed), settings.kick), rest_time)
-            )
-        found.append(ends)
-    return found
-
-
-def measure_kick_energy(design: Design, settings: Settings, speed: float) -> float:
-    """Return the energy that a kick gives a blank element, in k_r a^2: kinetic and potential."""
-    chain = build_chain(Specimen(design), settings)
-    chain.place(make_blank(chain.specimen))
-    before = energy(chain).total
-    drive_end(chain, build_kick(chain, speed, settings.kick), 0.0)
-    return energy(chain).total - before
 
 
 def find_speed_edge(

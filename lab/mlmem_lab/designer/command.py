@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 from mlmem.element_file import as_designed, text_of
 from mlmem.errors import SettingsError
 from mlmem.physics import Specimen
+from mlmem.physics.energy import energy
+from mlmem.physics.equilibrium import make_blank
 from mlmem.readers.one_wall import forecast_levels
 from mlmem.readers.reading import BLANK
 from mlmem_tools.checks.budget import Budget
@@ -23,7 +25,12 @@ from mlmem_tools.cli.output import (
     print_json,
     show_progress,
 )
-from mlmem_tools.identification.kick_search import after_erase, build_chain, measure_kick_energy
+from mlmem_tools.identification.kick_search import (
+    after_erase,
+    build_chain,
+    build_kick,
+    drive_end,
+)
 
 from ..studies.proof import Proof, Tally, describe_proof, evaluate_run
 from ..study import count_cores, map_calls, provide_workers
@@ -166,3 +173,12 @@ def _show_proofs(
     if arguments.json:
         print_json({'passed': passed, 'proofs': proofs})
     return 0 if passed else 1
+
+
+def measure_kick_energy(design: Design, settings: Settings, speed: float) -> float:
+    """Return the energy that a kick gives a blank element, in k_r a^2: kinetic and potential."""
+    chain = build_chain(Specimen(design), settings)
+    chain.place(make_blank(chain.specimen))
+    before = energy(chain).total
+    drive_end(chain, build_kick(chain, speed, settings.kick), 0.0)
+    return energy(chain).total - before

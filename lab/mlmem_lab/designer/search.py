@@ -26,7 +26,8 @@ from mlmem.physics import Design, DesignError
 from mlmem.physics.potential import Array
 from mlmem.settings import ActuatorSettings, ReadSettings, RegisterSettings, TransducerSettings
 from mlmem_tools.checks.budget import USUAL_SHARE, most_levels_with_friction, width_for_scatter
-from mlmem_tools.identification.kick_search import find_scattered_ends
+
+from ..windows.astray import find_scattered_ends
 
 TRIAL_SCATTER = 2.5
 """Scatter of a trial over the requested scatter."""

@@ -10,14 +10,15 @@ and design: that of its file, which was not chosen on any of these elements. No 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from mlmem import Settings, load_element
-from mlmem.physics import Design
-from mlmem_tools.identification.kick_search import find_scattered_ends
+from mlmem.physics import Design, Scatter, Specimen, scattered
+from mlmem.physics.equilibrium import make_blank
+from mlmem_tools.identification.kick_search import build_chain, build_kick, drive_end
 
 from ..studies import style
 from ..studies.tolerance.estimate import pool_failures
@@ -38,6 +39,38 @@ STUDIED_CASES = {
     'robust_3': 'robust, 8 levels',
 }
 """Counted elements, and their names in the figure."""
+
+
+def find_scattered_ends(
+    design: Design,
+    settings: Settings,
+    scatter: float,
+    speeds: Mapping[int, Sequence[float]],
+    rest_time: float,
+) -> list[list[int]]:
+    """Return where kicks from blank leave the wall of elements whose parts scatter, as
+    `drive_end`, a row for each element.
+
+    Args:
+        design: The design.
+        settings: Its settings, which shape the kicks.
+        scatter: Relative standard deviation of on-site stiffness, springs and masses.
+        speeds: Mean speeds by the seed of the element.
+        rest_time: Time after a kick in which the wall comes to rest.
+    """
+    chain = build_chain(Specimen(design), settings)
+    deviations = Scatter(alpha=scatter, k_r=scatter, mass=scatter)
+    found = []
+    for seed, own in speeds.items():
+        chain.set_specimen(scattered(design, deviations, seed))
+        ends = []
+        for speed in own:
+            chain.place(make_blank(chain.specimen))
+            ends.append(
+                drive_end(chain, build_kick(chain, float(speed), settings.kick), rest_time)
+            )
+        found.append(ends)
+    return found
 
 
 def count_astray(

@@ -7,6 +7,7 @@ import pytest
 
 from mlmem import load_element
 from mlmem.readers.reading import UNDECODABLE
+from mlmem_lab.designer.command import measure_kick_energy
 from mlmem_lab.designer.search import (
     DesignNotFound,
     Request,
@@ -18,7 +19,6 @@ from mlmem_lab.designer.search import (
 )
 from mlmem_lab.windows.astray import count_astray
 from mlmem_tools.checks.budget import Budget
-from mlmem_tools.identification.kick_search import measure_kick_energy
 
 REQUEST = Request(8, 0.03)
 
