@@ -18,26 +18,18 @@ MIN_NOISE_CELLS = 1e-6
 
 
 def estimate_noise(shot: Shot) -> Array:
-    """Return the standard deviation of a sample of either end after the pulse, shape (2,)."""
-    after = math.ceil(shot.pulse.duration / shot.dt)
-    return np.array([estimate_sample_noise(samples[after:]) for samples in shot.samples])
+    """Return the standard deviation of white noise on the samples of either end after the pulse,
+    at least `MIN_NOISE_CELLS`, shape (2,).
 
-
-def estimate_sample_noise(samples: Array) -> float:
-    """Return the standard deviation of white noise on a band-limited signal, at least
-    `MIN_NOISE_CELLS`.
-
-    A difference of high order removes motion that is slow beside the samples. Its median size is
-    that of noise alone, even if some samples are missing.
-
-    Args:
-        samples: Shape (n,), equally spaced, at most 0.5 time units apart; NaN where missing.
+    A difference of high order removes motion that is slow beside the samples, which are at most
+    0.5 time units apart. Its median size is that of noise alone, even if some samples are missing.
     """
     difference_order = 12  # order of the difference of samples that measures noise
-    differences = np.abs(np.diff(samples, difference_order))
+    after = shot.samples[:, math.ceil(shot.pulse.duration / shot.dt) :]
+    differences = np.abs(np.diff(after, difference_order))
     gain = math.sqrt(math.comb(2 * difference_order, difference_order))
-    middle = float(np.nanmedian(differences)) if np.isfinite(differences).any() else 0.0
-    return max(MIN_NOISE_CELLS, middle / (0.674489750196 * gain))
+    middle = [np.nanmedian(each) if np.isfinite(each).any() else 0.0 for each in differences]
+    return np.maximum(MIN_NOISE_CELLS, np.array(middle) / (0.674489750196 * gain))
 
 
 def whiten_waveforms(waveforms: Array | Single, weights: Array, held: int = 0) -> Array:
