@@ -105,11 +105,9 @@ def compute_posterior(misfit: Misfit, x: Array, slopes: Slopes | None = None) ->
     normal, precision = misfit.normal(x, WHOLE_WINDOW, slopes=slopes), misfit.precision
     in_band, sound = _band_misfit(misfit, x, slopes, normal.H + precision)
     covariance = invert_matrix(normal.H + precision) * max(1.0, in_band)
+    untold = _describe_undetermined(misfit, x, np.diag(covariance))
     chi2 = normal.cost / normal.data
-    found = Fit(misfit, x, covariance, chi2, normal.data, in_band, sound, slopes=slopes)
-    return replace(
-        found, untold=tuple(_describe_undetermined(found, normal, invert_matrix(precision)))
-    )
+    return Fit(misfit, x, covariance, chi2, normal.data, in_band, sound, untold, slopes=slopes)
 
 
 def rescale_scatter(misfit: Misfit, x: Array, slopes: Slopes | None) -> Misfit:
@@ -176,10 +174,10 @@ def invert_matrix(matrix: Array) -> Array:
     return np.asarray(scale[:, None] * np.linalg.inv(scale[:, None] * matrix * scale) * scale)
 
 
-def _describe_undetermined(found: Fit, normal: Normal, before: Array) -> list[str]:
-    """Return what the data cannot tell."""
-    unknowns = found.unknowns
-    remaining = found.deviations / np.sqrt(np.diag(before))
+def _describe_undetermined(misfit: Misfit, x: Array, variance: Array) -> tuple[str, ...]:
+    """Return what the data cannot tell, from the variance of the unknowns in the posterior."""
+    unknowns, before = misfit.unknowns, np.diag(invert_matrix(misfit.precision))
+    remaining = np.sqrt(variance) / np.sqrt(before)
     words = [
         'gamma, beta and the overall stiffness from alpha: only alpha_j d acts; '
         "they are held at the design's values"
@@ -192,11 +190,11 @@ def _describe_undetermined(found: Fit, normal: Normal, before: Array) -> list[st
         words.append(f'alpha of cells {", ".join(silent)}')
     max_known_variance = 1e-12  # variance below which a value is known beforehand
     words += [
-        f'{name}: {found.x[place]:.4g} is mostly the prior'
+        f'{name}: {x[place]:.4g} is mostly the prior'
         for name, place in ((name, unknowns.shared(name)) for name in SHARED_UNKNOWNS)
-        if remaining[place] > max_deviation_ratio and before[place, place] > max_known_variance
+        if remaining[place] > max_deviation_ratio and before[place] > max_known_variance
     ]
-    return words
+    return tuple(words)
 
 
 TERM_DESCRIPTIONS = {

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -216,10 +216,7 @@ class Forward:
             frozenset() if len(patterns) else unknowns.terms, patterns,
         )  # fmt: skip
         before = len(patterns) or design.N
-
-        def find_column(name: str) -> int:
-            return before + SHARED_UNKNOWNS.index(name)
-
+        column = {name: before + k for k, name in enumerate(SHARED_UNKNOWNS)}
         samples, interval = steps // clock.parts, shot.dt * clock.stride
         # steps of a sample, or samples of a step
         # largest step of the derivatives: they are a hundredth of their size off then, and a fit
@@ -241,26 +238,26 @@ class Forward:
         )
         raw = tangent.run_tangent(material, self.rest(shot), source, dt, steps)
         raw = sample_waveforms(raw, parts * np.arange(samples + 1) - late[:, None])
-        J = self._derive_by_unknowns(shot, raw, material, find_column)
+        J = self._derive_by_unknowns(shot, raw, material, column)
         for end, zero, gain in zip(
             End,
             unknowns.end_values(self.x, 'zero'),
             unknowns.end_values(self.x, 'gain'),
             strict=True,
         ):
-            J[end.row, :, find_column(f'gain_{end}')] = (predicted[end.row] - zero) / gain
+            J[end.row, :, column[f'gain_{end}']] = (predicted[end.row] - zero) / gain
         if 'latency' in unknowns.terms:
             half, at = np.array(((0.5,), (0.5,))), np.arange(samples + 1)
             later = sample_waveforms(predicted, at - half) - sample_waveforms(predicted, at + half)
             later /= interval
-            J[..., find_column(f'lag_{shot.end}')] = later
+            J[..., column[f'lag_{shot.end}']] = later
             for end in End:
-                J[end.row, :, find_column(f'late_{end}')] = later[end.row]
+                J[end.row, :, column[f'late_{end}']] = later[end.row]
         return J
 
     def _derive_by_unknowns(
         self, shot: Shot, raw: tangent.Single, material: tangent.Material,
-        place: Callable[[str], int],
+        column: Mapping[str, int],
     ) -> tangent.Single:  # fmt: skip
         """Return derivatives by the unknowns, from those by the quantities of a run."""
         unknowns, d = self.unknowns, np.float32(self.specimen.design.d)
@@ -287,19 +284,19 @@ class Forward:
         of_law.append(raw[..., first])
         rates = unknowns.law_rates(self.x)
         for k, name in enumerate(('D_s1', 'D_s2', 'c')):
-            J[..., place(name)] = sum(
+            J[..., column[name]] = sum(
                 rate * by for rate, by in zip(rates[:, k], of_law, strict=True)
             )
-        J[..., place('eta')] = unit * damping
-        J[..., place('time_unit')] = 2.0 * unit * forces + eta * damping
+        J[..., column['eta']] = unit * damping
+        J[..., column['time_unit']] = 2.0 * unit * forces + eta * damping
         for k, name in enumerate(('substrate_ratio', 'j_0')[: q - 1]):
-            J[..., place(name)] = raw[..., first + 1 + k]
-        J[..., place(f'drive_{shot.end}')] = drive
+            J[..., column[name]] = raw[..., first + 1 + k]
+        J[..., column[f'drive_{shot.end}']] = drive
         if 'friction' in unknowns.terms and not patterns:
             J[..., -1] = friction
         J *= unknowns.end_values(self.x, 'gain').astype(np.float32)[:, None, None]
         for end in End:
-            J[end.row, :, place(f'zero_{end}')] = 1.0
+            J[end.row, :, column[f'zero_{end}']] = 1.0
         return J
 
     def _build_law(self) -> tangent.Phases | tangent.Spline:

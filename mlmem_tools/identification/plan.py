@@ -96,7 +96,7 @@ def plan_pulses(specimen: Specimen, intended: Element, report: Report | None = N
     if settings.register.spacing:
         return _plan_register(chain, settings, report)
     tried = _Trial(specimen, intended)
-    state, steps, erase = tried.place_blank(), [], math.nan
+    state, steps, erase = tried.place_wall(BLANK), [], math.nan
     by_kicks = [Found()] * levels
     if is_kicked(settings, 0):
         by_kicks = search_kicks(chain, settings.kick, settings.transducer.max_speed)
@@ -222,17 +222,13 @@ class _Trial:
             design, intended.settings, Calibration(None, delays), Simulation(self._chain)
         )
 
-    def place_blank(self) -> Array:
-        """Return the blank element at rest."""
-        self._chain.place(make_blank(self._specimen))
-        return self._chain.state()
-
     def place_wall(self, level: int) -> Array:
         """Return the element with its wall at a level, at rest, if that holds it, else blank."""
         try:
-            self._chain.place(find_pinned_wall(self._specimen, level))
+            v = find_pinned_wall(self._specimen, level)
         except StateError:
-            return self.place_blank()
+            v = make_blank(self._specimen)
+        self._chain.place(v)
         return self._chain.state()
 
     def try_pulse(self, state: Array, level: int, correction: PulseCorrection) -> Array | None:

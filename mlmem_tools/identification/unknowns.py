@@ -181,7 +181,8 @@ def solve_potential(design: Design, D_s1: float, D_s2: float, c: float) -> tuple
 
 def stretch_law(design: Design, D_s1: float, D_s2: float, skew: float) -> Curve:
     """Return a design's law with other ground states, and its force skewed about them."""
-    law, first, second = _require_law(design), design.D_s1, design.D_s2
+    law, first, second = design.law, design.D_s1, design.D_s2
+    assert law is not None
     factor = (D_s2 - D_s1) / (second - first)
     low, high = (D_s1 + factor * (each - first) for each in (law.low, law.high))
     force = np.array(law.force) + skew * np.array(skew_law(design).force)
@@ -194,12 +195,8 @@ def skew_law(design: Design) -> Curve:
     A skew of 1 % makes the force 0.5 % stronger about the second ground state and as much weaker
     about the first, in proportion between and beyond; the ground states stay.
     """
-    law = _require_law(design)
+    law = design.law
+    assert law is not None
     D = np.linspace(law.low, law.high, len(law.force))
     share = (D - design.D_s1) / (design.D_s2 - design.D_s1) - 0.5
     return replace(law, force=tuple((share * np.array(law.force)).tolist()))
-
-
-def _require_law(design: Design) -> Curve:
-    assert design.law is not None
-    return design.law
