@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from shot_file import save_shot
 
 from mlmem import (
     Calibration,
@@ -78,10 +79,10 @@ def save_element(path):
     element_file.write_element_file(path, Element(varied, np.full(225, 0.01)))
 
 
-def save_shot(path):
+def save_noise_shot(path):
     samples = np.random.default_rng(1).normal(size=(2, 50))
     shot = Shot(End.LEFT, 1.7, 0.01, 30.0, 0, 0.0, 0.5, np.zeros(2), samples)
-    csv_shots.save_shot(path, shot)
+    save_shot(path, shot)
 
 
 KINDS = {
@@ -96,7 +97,7 @@ KINDS = {
         (StateError, DecodeError),
     ),
     'curve': Kind(load_run, lambda path: shutil.copy(CURVE, path), '.csv'),
-    'shot': Kind(csv_shots.load_shot, save_shot, '.csv'),
+    'shot': Kind(csv_shots.load_shot, save_noise_shot, '.csv'),
     'session': Kind(
         load_recording, lambda path: shutil.copy(RECORDING, path), '.mcap', (BagError,)
     ),

@@ -49,16 +49,3 @@ def load_shot(path: Path) -> Shot:
     return Shot(
         End(told['end']), omega_c, A, sigma, wall, strain, dt, np.array((left, right)), samples
     )
-
-
-def save_shot(path: Path, shot: Shot) -> None:
-    """Write a shot.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
-    values = (
-        shot.end, shot.omega_c, shot.A, shot.sigma, shot.wall, shot.strain, shot.dt, *shot.rest
-    )  # fmt: skip
-    head = '\n'.join(f'{name}: {value}' for name, value in zip(SHOT_HEADINGS, values, strict=True))
-    np.savetxt(path, shot.samples.T, delimiter=',', header=head, fmt='%.17g')

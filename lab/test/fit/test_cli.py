@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from shot_file import save_shot
 
 from mlmem import element_file, load_element
 from mlmem_tools.cli import fit as command
@@ -27,7 +28,7 @@ def bench(tmp_path_factory, fitted):
         design, element_file.as_designed(SMALL, load_element('bits_1').settings)
     )
     for number, shot in enumerate(shots[FEW]):
-        csv_shots.save_shot(folder / f'{number}.csv', shot)
+        save_shot(folder / f'{number}.csv', shot)
     return folder, element
 
 
