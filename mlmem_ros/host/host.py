@@ -249,7 +249,7 @@ class Host:
     def release(self) -> None:
         """Release the device."""
         self._release_device(self._store, self.element)
-        self.element = self._store = self.residual_monitor = None
+        self.element = self._store = None
 
     def _release_device(self, store: Store | None, element: MemoryElement | None) -> None:
         if store is not None:
