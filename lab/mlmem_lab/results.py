@@ -39,8 +39,14 @@ PICTURES_FILE = 'pictures.json'
 PICTURE_FOLDERS = ('docs/figures', 'docs/images')
 """The folders of the pictures of the pages."""
 
-DEVICE_MODULES = ('mlmem',)
-"""The modules that every study of a simulated element measures."""
+DEVICE_MODULES = tuple(
+    f'mlmem/{name}'
+    for name in (
+        'element.py', 'instrument', 'memory.py', 'move_settings.py', 'moves', 'physics',
+        'procedures', 'readers', 'settings.py', 'simulation.py',
+    )
+)  # fmt: skip
+"""The modules that every study of a simulated element measures: no loop, which only waits."""
 
 START_TIME_S = time.monotonic()
 
