@@ -93,7 +93,8 @@ class Loop:
     # --- from any thread -----------------------------------------------------------------
 
     def start(self) -> None:
-        """Let time run."""
+        """Let time run, or stand still if it was paused before."""
+        self._paused = self._box.paused
         self._thread.start()
 
     def stop(self) -> None:

@@ -190,6 +190,29 @@ def test_acceleration_that_arrives_at_rest_wakes_loop(start):
     until(lambda: element.ticks > before or not loop._box.asleep)
 
 
+class Hasty(SteadyPacer):
+    """A clock by which half a second passes whenever it is read."""
+
+    time = 0.0
+
+    def now(self):
+        self.time += 0.5
+        return self.time
+
+
+def test_loop_that_is_paused_before_its_start_runs_no_tick():
+    """On a busy machine ticks are overdue before its thread runs."""
+    loop = Loop(
+        asleep(), lambda *_: None, pacer=Hasty(), speed=1.0, batch=20,
+        has_subscribers=lambda: False, stream_period=lambda: 0,
+    )  # fmt: skip
+    paused = loop.pause(True)
+    before = loop.element.ticks
+    loop.start()
+    assert result(paused) == before
+    loop.stop()
+
+
 @pytest.mark.parametrize('jump', [-1e9, 1e9])
 def test_clock_that_jumps_neither_stops_nor_hurries_loop(start, jump):
     clock, begun = Clock(), []
