@@ -145,9 +145,9 @@ def test_request_to_a_preparing_node_waits(start, slow_build, capfd):
     """Longer than its time-out, and says what it waits for."""
     with standalone(patience=SOON) as memory, ThreadPoolExecutor() as threads:
         starting = threads.submit(start)
-        read = memory.read(timeout=1.0)
+        read = memory.read(timeout=4.0)
         with pytest.raises(FuturesTimeout):
-            read.result(2.5)
+            read.result(8.0)
         slow_build.set()
         assert read.wait().level == -1
         starting.result()
