@@ -14,9 +14,6 @@ import stat
 from contextlib import suppress
 from pathlib import Path
 
-MAX_FILE_BYTES = 2**25
-"""Most bytes of a file that is read; the state of 100 000 cells takes a fifth of it."""
-
 
 class DurableFile:
     """A file that is written from its beginning to its end, and synced on the way.
@@ -167,7 +164,7 @@ def write_atomically(path: Path, text: str) -> None:
     sync_directory(path.parent)
 
 
-def read_text(path: Path, most: int = MAX_FILE_BYTES) -> str:
+def read_text(path: Path, most: int = 2**25) -> str:
     """Return the content of a regular file.
 
     Raises:

@@ -9,7 +9,7 @@ command is stamped with the tick at which it takes effect.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 from .instrument.end import Shot
 from .instrument.faults import Faults
@@ -157,29 +157,22 @@ class Outcome:
 Event = EchoReceived | Shot | Outcome | Unknown
 
 
-PHASE_QUIETING = 'quieting'
-PHASE_STRAINING = 'straining'
-PHASE_LAUNCHING = 'launching'
-PHASE_SETTLING = 'settling'
-PHASE_LISTENING = 'listening'
-"""Phases of any procedure."""
-
-PHASE_WAITING = 'waiting'
-"""Phase of a request whose procedure has not begun, because another one runs."""
+Phase = Literal['', 'waiting', 'quieting', 'straining', 'launching', 'settling', 'listening']
+"""Phase of a procedure: waiting while another one runs, empty before its first tick."""
 
 
 class Feedback(NamedTuple):
     """Feedback from a running procedure.
 
     Attributes:
-        phase: Its present phase, one of the above; empty before its first tick.
+        phase: Its present phase.
         share: Elapsed share of the expected duration, 0 to 1.
         strain: Strain that the encoder of the transmission reads.
         attempts: Attempts so far, including the present one.
         place: Place among those that wait, from 1; 0 once it runs.
     """
 
-    phase: str
+    phase: Phase
     share: float
     strain: float
     attempts: int
@@ -191,7 +184,7 @@ class Progress:
 
     def __init__(self, procedure: str = '', tick: int = 0) -> None:
         self.procedure = procedure
-        self.phase = ''
+        self.phase: Phase = ''
         self.attempts = 1
         self.start_tick = self._end = tick
 

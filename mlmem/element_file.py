@@ -39,10 +39,6 @@ FORMAT_VERSION = 1
 """Version of this format."""
 
 
-MAX_ALPHA_FACTOR = 100.0
-"""Greatest factor between the amplification of a cell and the design's."""
-
-
 ELEMENT_NAMES = (
     'case_1', 'case_2', 'byte', 'bits_1', 'bits_2', 'bits_4', 'register_4', 'register_5', 'kick_2',
     'kick_4', 'robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction',
@@ -50,7 +46,7 @@ ELEMENT_NAMES = (
 )  # fmt: skip
 """Shipped elements; `bits_n`, `kick_n` and `robust_n` store n bits."""
 
-DEFAULT = 'case_2'
+DEFAULT_ELEMENT = 'case_2'
 """The default element."""
 
 
@@ -257,7 +253,7 @@ class _File(Settings):
                 raise ElementFileError.of_value(
                     ErrorCode.CONFLICT, name, values.size, f'{n} numbers'
                 )
-        factor, most = self.alpha_factor, MAX_ALPHA_FACTOR
+        factor, most = self.alpha_factor, 100.0
         if outside := factor[~((factor >= 1.0 / most) & (factor <= most))].tolist():
             raise ElementFileError.out_of_range(
                 'alpha',

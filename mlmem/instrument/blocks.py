@@ -8,7 +8,6 @@ import math
 from collections.abc import Callable, Generator
 from typing import TypeVar
 
-from ..commands import PHASE_SETTLING, PHASE_STRAINING
 from ..errors import NotFollowed
 from .instrument import MAX_RUN_TICKS, Instrument
 from .motion import Cycle
@@ -44,7 +43,7 @@ def run(
 def wait(element: Instrument, duration: float) -> Procedure[None]:
     """Let whole ticks pass, at least `duration` time units."""
     if duration > 0.0:
-        element.progress.phase = PHASE_SETTLING
+        element.progress.phase = 'settling'
     end = element.ticks + math.ceil(duration / element.tick)
     while element.ticks < end:
         yield end - element.ticks
@@ -63,7 +62,7 @@ def ramp(
     Raises:
         NotFollowed: The actuator does not follow, even in twice the time.
     """
-    element.progress.phase = PHASE_STRAINING
+    element.progress.phase = 'straining'
     element.actuator.ramp_to(strain, duration, delay)
     while element.actuator.is_moving:
         yield element.count_ticks_to_check(element.actuator.remaining_time)

@@ -298,9 +298,6 @@ def load_driver_class(name: str) -> Callable[[Design, Settings, str], Driver]:
 
 T = TypeVar('T')
 
-EXPECTED_ERRORS = (DriverError, SettingsError, DesignError, StateError)
-"""What a driver may raise. Anything else becomes a `DriverError` that names it."""
-
 
 class Watchdog(Driver):
     """Runs a driver in a thread of its own, which is abandoned if it hangs.
@@ -321,7 +318,7 @@ class Watchdog(Driver):
 
         Raises:
             DriverError: It hangs, or raises something unexpected.
-            One of `EXPECTED_ERRORS`: As `make` raises.
+            SettingsError, DesignError, StateError: As `make` raises.
         """
         self._name, self._seconds, self._patience = name, seconds, patience
         self._work: SimpleQueue[Callable[[], Any] | None] = SimpleQueue()
@@ -405,7 +402,7 @@ class Watchdog(Driver):
     def _translate_errors(self, what: str) -> Iterator[None]:
         try:
             yield
-        except EXPECTED_ERRORS:
+        except (DriverError, SettingsError, DesignError, StateError):
             raise
         except BaseException as error:  # whatever it is, it must not end our thread
             raise DriverError(

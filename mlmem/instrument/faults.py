@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -31,11 +31,9 @@ class OfMaterial(Description):
     """The description of a fault of the material, which a real element cannot be given."""
 
 
-FAULT_ENDS = ('both', 'left', 'right')
-"""The transducers by instance."""
-
 _time = make_field_factory('time', 0.0, 1e6)
 _probability = make_field_factory('', 0.0, 1.0)
+_end = partial(describe_field, 'both', choices=('both', 'left', 'right'))
 _of_material = make_field_factory('', 0.0, 0.5, kind=OfMaterial)
 _cell = make_field_factory('', 0, 100_000, kind=OfMaterial)
 
@@ -53,18 +51,14 @@ class Faults(Checked):
     sensor_dropout: float = _probability(
         0.0, 'probability that the signal freezes at its last sample for a tick'
     )
-    sensor_end: str = describe_field(
-        'both', 'the transducer whose signal is faulty', choices=FAULT_ENDS
-    )
+    sensor_end: str = _end('the transducer whose signal is faulty')
     sensor_off: bool = describe_field(False, 'the signal is 0')
     sensor_gain: float = describe_field(
         1.0, 'the signal, relative to the displacement', low=-10.0, high=10.0
     )
     sensor_lag: float = _time(0.0, "time constant of the signal's lag")
     sensor_delay: float = _time(0.0, 'delay of the signal', high=1e4)
-    transducer_end: str = describe_field(
-        'both', 'the transducer whose drive is faulty', choices=FAULT_ENDS
-    )
+    transducer_end: str = _end('the transducer whose drive is faulty')
     transducer_off: bool = describe_field(False, 'the transducer does not drive its end')
     transducer_gain: float = describe_field(
         1.0, 'displacement of the transducer, relative to the commanded one', low=-2.0, high=2.0

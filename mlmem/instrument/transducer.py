@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -33,19 +33,15 @@ UNLIMITED_SAMPLES = 2**53
 
 @dataclass(frozen=True)
 class Returns:
-    """What is known of the waves that an end may still see."""
+    """What is known of the waves that an end may still see; by default it was never driven."""
 
     bound: float = describe_field(
-        MISSING,
+        0.0,
         'greatest mean |v| of the carrier in a tick that may still arrive, in cells',
         low=0.0,
     )
-    since: int = describe_field(MISSING, 'samples since the end was last driven', low=0)
-    seen: int = describe_field(MISSING, 'samples in which that motion itself is seen', low=0)
-
-
-NO_RETURNS = Returns(0.0, UNLIMITED_SAMPLES, 0)
-"""Of an end that was never driven."""
+    since: int = describe_field(UNLIMITED_SAMPLES, 'samples since the end was last driven', low=0)
+    seen: int = describe_field(0, 'samples in which that motion itself is seen', low=0)
 
 
 class Reverberation:
@@ -64,7 +60,7 @@ class Reverberation:
 
     def __init__(self, design: Design, probe: ProbeSettings, dt: float) -> None:
         """Follow an end that is at rest, for the echoes of a probe, sampled at intervals dt."""
-        self.returns = NO_RETURNS
+        self.returns = Returns()
         self._weights = compute_weights(probe, dt)
         self._loss = 0.5 * design.eta * dt
         self._kept: dict[int, float] = {}
@@ -128,10 +124,6 @@ class Reverberation:
         return self._kept[n]
 
 
-MAX_REST_SAMPLES = 1_000_000
-"""Most samples kept of an end."""
-
-
 class Held(NamedTuple):
     """A held boundary cell: its prescribed motion, its site, and the steps done."""
 
@@ -183,11 +175,11 @@ class Transducer:
         width = 2.0 * math.pi * 8.0 / slowest
         self._difference = _find_difference_order(find_upper_edge(design), dt)
         samples = max(math.ceil(width / dt), self._difference + 1)
-        if samples > MAX_REST_SAMPLES:
+        if samples > (most := 1_000_000):
             raise SettingsError.of_value(
                 ErrorCode.CONFLICT, 'omega_c', slowest,
-                f'at least {slowest * samples / MAX_REST_SAMPLES:.4g} with steps of {dt:.4g}, or '
-                f'the rest displacement needs more than {MAX_REST_SAMPLES} samples',
+                f'at least {slowest * samples / most:.4g} with steps of {dt:.4g}, or '
+                f'the rest displacement needs more than {most} samples',
             )  # fmt: skip
         self.reverberation = {
             end: Reverberation(design, probe, dt) for end, probe in self.probes.items()
@@ -248,7 +240,7 @@ class Transducer:
         self._recorded = self._flat = None
         for end, reverberation in self.reverberation.items():
             self.recent[end.row] = self._sense_end(end)
-            reverberation.returns = NO_RETURNS
+            reverberation.returns = Returns()
 
     @property
     def at_rest(self) -> bool:

@@ -115,9 +115,6 @@ MAX_DEFERRAL_S = 0.04
 """Longest time to defer ticks that compute something, in seconds: a command waits while they are
 made up for."""
 
-WAKE_UP_TIME_S = 2e-4
-"""Seconds that the processor takes to come back to deferred ticks, beside these."""
-
 MAX_DEFERRED_TICKS = 1000
 """Most ticks to defer: at a speed beyond the machine, none of its time would be left otherwise."""
 
@@ -221,7 +218,8 @@ class Timetable:
         if not deferred:
             return due
         known = self._computing > 0.0 and not self.resting
-        busy = deferred * self._computing + WAKE_UP_TIME_S if known else self.period
+        wake_up = 2e-4  # seconds that the processor takes to come back to deferred ticks
+        busy = deferred * self._computing + wake_up if known else self.period
         return due + deferred * self.period - min(busy, self.period)
 
     def record_duration(self, busy: float) -> None:

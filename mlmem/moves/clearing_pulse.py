@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..commands import PHASE_LAUNCHING
 from ..instrument.blocks import Procedure, wait, wait_for_ends
 from ..instrument.end import End
 from ..memory import Memory
@@ -47,7 +46,7 @@ def fire_clearing_pulse(element: Memory) -> Procedure[None]:
     settings = element.settings.clearing_pulse
     element.require_phase(End(settings.end))
     element.begin_cycle('cleared')
-    element.progress.phase = PHASE_LAUNCHING
+    element.progress.phase = 'launching'
     element.transducer.clear(End(settings.end), settings)
     yield from wait_for_ends(element)
     element.last_moved = element.ticks

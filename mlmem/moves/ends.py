@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..commands import PHASE_LAUNCHING
 from ..instrument.blocks import Procedure, catch_up, wait, wait_for_ends
 from ..instrument.end import End
 from ..memory import Memory
@@ -19,7 +18,7 @@ def bring_back(element: Memory, end: End) -> Procedure[None]:
     strain moves it, but the wall launched here removes it within some 90 cells.
     """
     element.forget('an end was brought back')
-    element.progress.phase = PHASE_LAUNCHING
+    element.progress.phase = 'launching'
     element.transducer.move(end, element.design.D_s2, 0.2)  # speeds of 0.1 to 0.4 work
     yield from wait_for_ends(element)
     yield from wait(element, element.settings.erase.settle)

@@ -13,7 +13,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from ..commands import PHASE_LAUNCHING
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, wait, wait_for_ends
 from ..instrument.end import End
@@ -26,13 +25,6 @@ from ..settings import Settings
 from .ends import bring_ends_back
 from .move import Drive, Move
 from .strain_cycle import ringing_time
-
-RETURN_SPEED = 0.5
-"""Mean speed at which the right end kicks a wall back in that ran past it."""
-
-KICK_OUT_SLOWER = 0.85
-"""Speed of a kick that takes away a wall of a word, over that of a kick to the level below it.
-Factors from 0.85 to 1 erased all words of robust cells at 3 % of scatter."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +117,8 @@ def _kick_out_speed(kick: KickSettings, walls: Sequence[int]) -> float:
     if len(walls) < 2:  # or what rests is not known
         return kick.erase_speed
     speeds = (kick.wall_speeds, kick.kink_speeds)[len(walls) % 2]
-    return KICK_OUT_SLOWER * speeds[max(0, walls[0] - 1)]
+    # Factors from 0.85 to 1 on the speed to the level below erased all words at 3 % of scatter.
+    return 0.85 * speeds[max(0, walls[0] - 1)]
 
 
 def moves_from(
@@ -230,7 +223,8 @@ def kick_out(element: Memory) -> Procedure[None]:
         yield from kick_to(element, design.D_s2, max(settings.wall_speeds))
         yield from bring_ends_back(element)
     if element.phase(End.RIGHT) != 0 and not element.settings.has_one_transducer:
-        yield from kick_to(element, design.D_s1, RETURN_SPEED, end=End.RIGHT)
+        # a wall ran past this end, which kicks it back in
+        yield from kick_to(element, design.D_s1, speed=0.5, end=End.RIGHT)
     yield from kick_to(element, design.D_s1, settings.erase_speed, settings.erase_settle)
 
 
@@ -257,7 +251,7 @@ def kick_to(
     """
     settings = element.settings.kick
     element.begin_cycle('kicked')
-    element.progress.phase = PHASE_LAUNCHING
+    element.progress.phase = 'launching'
     speed = min(speed, element.settings.transducer.max_speed / settings.peak_speed_ratio)
     element.transducer.kick(target, speed, end)
     yield from wait_for_ends(element)

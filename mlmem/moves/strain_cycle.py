@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
-from ..commands import PHASE_LAUNCHING
 from ..errors import NotFollowed, ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, play, wait_for_ends
 from ..instrument.end import End
@@ -177,7 +176,7 @@ def launch(
     rise, *rest = Cycle.plan_cycle(times, times.start_strain).motions
     yield from play(element, Cycle((rise,)))
     yield from catch_up(element)  # where is the end?
-    element.progress.phase = PHASE_LAUNCHING
+    element.progress.phase = 'launching'
     element.transducer.move(End.LEFT, target, times.launch_speed)
     yield from wait_for_ends(element)
     yield from play(element, Cycle(tuple(rest)))

@@ -19,12 +19,6 @@ from ..schema import Problem, describe_field, find_problems, make_field_factory
 from .curve import Curve
 from .potential import Array, DesignError, Potential
 
-MIN_RIGIDITY_RATIO = 10.0
-"""Least ratio of substrate stiffness to the metamaterial's that we accept as >>."""
-
-OPTIONAL = ('profile', 'rise', 'friction', 'law')
-"""Fields that a design's values name only where they are not the defaults."""
-
 _cells = make_field_factory('cells', 2, 100_000)
 _stiffness = make_field_factory('k_r', 1e-9, 1e9)
 
@@ -129,9 +123,9 @@ class Design:
             expected = f'at most N - tail - 1 = {last}, or no level fits'
             found.append(Problem('J', self.J, expected))
         stiffest = max(1.0, self.k_s1, self.k_s2)
-        if self.s_min < MIN_RIGIDITY_RATIO * stiffest:
+        if self.s_min < (least := 10.0) * stiffest:  # the paper's >>
             expected = (
-                f'far above max(k_r, k_s) = {stiffest:.4g} (at least {MIN_RIGIDITY_RATIO:g} '
+                f'far above max(k_r, k_s) = {stiffest:.4g} (at least {least:g} '
                 'times), or the wall strains the substrate'
             )
             found.append(Problem('s_min', self.s_min, expected))
@@ -165,9 +159,9 @@ class Design:
         return found
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as plain values, without those of `OPTIONAL` that are defaults."""
+        """Return it as plain values; optional fields only where they are not the defaults."""
         values = asdict(self)
-        for name in OPTIONAL:
+        for name in ('profile', 'rise', 'friction', 'law'):
             if values[name] == getattr(type(self), name):
                 del values[name]
         return values

@@ -97,10 +97,6 @@ def solve_tridiagonal(diagonal: Array, beside: Array, right: Array) -> bool:
     return True
 
 
-FORCE_TOLERANCE = 1e-12
-"""Largest residual force per cell, over the stiffness of the stiffest cell."""
-
-
 def make_blank(specimen: Design | Specimen) -> Array:
     """Return the displacements of a blank, unstrained element at rest, shape (N,).
 
@@ -154,11 +150,12 @@ def relax_to_equilibrium(
     specimen = Specimen.of(specimen)
     v = np.array(v, dtype=np.float64)
     held = _list_stuck_indices(specimen)
+    tolerance = 1e-12  # of the residual force per cell, over the stiffness of the stiffest cell
     for _ in range(iterations):
         force = metamaterial_force(specimen, v, V)
         diagonal = stiffness_diagonal(specimen, v, V)
         force[held] = 0.0
-        if np.abs(force).max() < FORCE_TOLERANCE * diagonal.max():
+        if np.abs(force).max() < tolerance * diagonal.max():
             if _solve_definite(specimen, diagonal, force) is None:
                 raise StateError('the guess leads to an unstable equilibrium; move it a little')
             return v
@@ -166,7 +163,7 @@ def relax_to_equilibrium(
         v += step * min(1.0, 0.2 / float(np.abs(step).max()))
     raise StateError(
         f'no equilibrium within {iterations} Newton steps; the residual force is '
-        f'{np.abs(force).max():.3g}, above {FORCE_TOLERANCE:g}'
+        f'{np.abs(force).max():.3g}, above {tolerance:g}'
     )
 
 

@@ -92,17 +92,6 @@ def _exponential_in_place(x: Array) -> None:
 
 INVERSE_TURN = 0.5 / math.pi
 
-# -sin(2 pi h) / h on |h| <= 1/4 as a polynomial in h^2, lowest power first (Remez fit in 50
-# digits: error 1.4e-16).
-S0 = -6.283185307179585
-S1 = 41.34170224039802
-S2 = -81.60524927551286
-S3 = 76.70585968329284
-S4 = -42.05868966743087
-S5 = 15.09449947633629
-S6 = -3.8172886541807443
-S7 = 0.6921569856570443
-
 
 @inline_function
 def sine_of_turns(turns: float) -> float:
@@ -116,7 +105,15 @@ def sine_of_turns(turns: float) -> float:
     whole: float = np.rint(crest)
     h = abs(crest - whole) - 0.25
     z = h * h
-    odd = fma(z, fma(z, fma(z, fma(z, fma(z, fma(z, fma(z, S7, S6), S5), S4), S3), S2), S1), S0)
+    # -sin(2 pi h) / h on |h| <= 1/4 as a polynomial in h^2, by Horner's scheme (Remez fit in 50
+    # digits: error 1.4e-16)
+    odd = fma(z, 0.6921569856570443, -3.8172886541807443)
+    odd = fma(z, odd, 15.09449947633629)
+    odd = fma(z, odd, -42.05868966743087)
+    odd = fma(z, odd, 76.70585968329284)
+    odd = fma(z, odd, -81.60524927551286)
+    odd = fma(z, odd, 41.34170224039802)
+    odd = fma(z, odd, -6.283185307179585)
     return h * odd
 
 

@@ -29,9 +29,6 @@ from .equilibrium import (
 from .potential import Array, DesignError, StateError
 from .specimen import Specimen
 
-DECAY_EXPONENT = 12.0
-"""A static displacement has decayed to exp(-DECAY) at the edges."""
-
 
 def make_uniform(design: Design) -> Design:
     """Return the uniform element of the same size: gamma = beta = 0."""
@@ -102,14 +99,10 @@ def cut_excerpt(made: Design | Specimen, low: float, high: float) -> Excerpt:
 
 
 def decay_reach(design: Design) -> int:
-    """Return within how many cells, N at most, a static displacement decays by exp(-DECAY)."""
+    """Return within how many cells, N at most, a static displacement decays by exp(-12)."""
     softest = min(design.k_s1, design.k_s2) * float(design.alpha.min())
     decay = 2.0 * math.asinh(0.5 * math.sqrt(softest))  # acosh(1 + k / 2), however small k is
-    return min(design.N, math.ceil(DECAY_EXPONENT / decay))
-
-
-FORCE_TOLERANCE = 1e-11
-"""Largest residual force per cell."""
+    return min(design.N, math.ceil(12.0 / decay))
 
 
 @dataclass(frozen=True)
@@ -169,7 +162,7 @@ def hold_walls(
         unheld, per_force = x[:, 0], x[:, 1]
         force = (np.sum(normal * unheld, axis=1) + missed) / np.sum(normal * per_force, axis=1)
         left_over = np.abs(residual - force[:, None] * normal).max()
-        if left_over < FORCE_TOLERANCE > np.abs(missed).max():
+        if left_over < 1e-11 > np.abs(missed).max():  # of unit stiffnesses, per cell
             coupling, on_site, _ = compute_energies(specimen, v, V)
             return HeldWalls(positions, v, coupling + on_site, force)
         step = unheld - force[:, None] * per_force

@@ -35,7 +35,7 @@ import numba
 from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
 
-LOG = logging.getLogger(__name__)
+logger = logging.getLogger(__name__)
 
 Function = TypeVar('Function', bound=Callable[..., Any])
 
@@ -78,7 +78,7 @@ def inline_function(function: Function) -> Function:
     return cast(Function, numba.njit(inline='always', error_model='numpy')(function))
 
 
-FORMULAS_BY_TYPE: dict[type, Any] = {}
+_formulas_by_type: dict[type, Any] = {}
 """Formulas of laws by the type of their constants, a named tuple (see `register_formula`)."""
 
 
@@ -90,7 +90,7 @@ def register_formula(constants: type) -> Callable[[Function], Function]:
     def register_function(function: Function) -> Function:
         # numba wants the annotations of what it chooses from to be the same text
         function.__annotations__ = dict.fromkeys(function.__annotations__, 'Any')
-        FORMULAS_BY_TYPE[constants] = compiled = inline_function(function)
+        _formulas_by_type[constants] = compiled = inline_function(function)
         return compiled
 
     return register_function
@@ -100,7 +100,7 @@ def find_formula(constants: Any) -> Any:
     """Return the Python formula registered for constants, or for their type of the compiler; None
     if none is.
     """
-    law = FORMULAS_BY_TYPE.get(getattr(constants, 'instance_class', type(constants)))
+    law = _formulas_by_type.get(getattr(constants, 'instance_class', type(constants)))
     return getattr(law, 'py_func', law)
 
 
@@ -196,7 +196,7 @@ class _Cache(FunctionCache):
         except Exception as error:  # a torn pickle raises anything
             Path(self._cache_file._index_path).unlink(missing_ok=True)  # so that none is found
             name, why = self._py_func.__qualname__, f'{type(error).__name__} {error}'.strip()
-            LOG.warning('compiling %s anew: its cache cannot be loaded (%s)', name, why)
+            logger.warning('compiling %s anew: its cache cannot be loaded (%s)', name, why)
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -206,7 +206,7 @@ class _Cache(FunctionCache):
         except OSError as error:
             if self.cache_path not in self.full:
                 self.full.add(self.cache_path)
-                LOG.warning(
+                logger.warning(
                     'compiled kernels cannot be cached in %s (%s): every start takes some seconds '
                     'longer; free some space, or set NUMBA_CACHE_DIR',
                     self.cache_path, error.strerror,

@@ -35,9 +35,6 @@ KICK_FACTORS = tuple(1.04**power for power in range(-9, 6))
 """Factors on the speed of a kick that a calibration tries, times the factor on the losses: slow
 kicks need less than that, fast ones more."""
 
-NO_MARGIN = -math.inf
-"""Level margin where an end does not detect the level."""
-
 MIN_KICK_MARGIN = 0.7
 """Least level margin of a wall that a kick took to its level; one that stopped on its way has at
 most 0.6."""
@@ -358,13 +355,13 @@ class KickSearch:
         """Start with a factor on the speed in the settings."""
         self.speed = speed
         self._tries = tries - 1
-        self._best = NO_MARGIN, speed
+        self._best = -math.inf, speed
         self._enough = MIN_KICK_MARGIN
         self._short, self._far, self._faster = 0.0, math.inf, True
 
     def has_arrived(self, margin: float) -> bool:
         """Return whether the wall has arrived, according to its level margin."""
-        return margin > NO_MARGIN and margin >= self._enough
+        return margin > -math.inf and margin >= self._enough
 
     def change_speed(self, margin: float, side: int) -> bool:
         """Select another speed, after the last one the best; return whether there is one.
@@ -401,7 +398,7 @@ class KickSearch:
     def _return_to_best(self) -> bool:
         """Select the best speed once more; return whether it is worth that."""
         margin, self.speed = self._best
-        hopeless = margin == NO_MARGIN or self._enough < MIN_KICK_MARGIN
+        hopeless = margin == -math.inf or self._enough < MIN_KICK_MARGIN
         self._enough = margin - 0.1  # level margins of a wall at the same place differ by less
         return not hopeless
 
@@ -429,7 +426,7 @@ def _level_margin(element: Memory, level: int, reading: Reading) -> tuple[float,
     for end in calibration.ends:
         delay = reading.left_delay if end is End.LEFT else reading.right_delay
         if delay is None:
-            return NO_MARGIN, f'level {level} gives no echo at the {end} end'
+            return -math.inf, f'level {level} gives no echo at the {end} end'
         nearest, clear = calibration.table(end).nearest(delay)
         if end is primary_end(element.settings.read) or len(calibration.ends) == 1:
             margin, right = clear, nearest == level
@@ -445,5 +442,5 @@ def _level_margin(element: Memory, level: int, reading: Reading) -> tuple[float,
             right = agreed >= 0.2
         if not right:
             said = f'{describe_level(nearest)}, at {delay:.2f}'
-            return NO_MARGIN, f'on the way to level {level} the {end} end hears {said}'
+            return -math.inf, f'on the way to level {level} the {end} end hears {said}'
     return margin, ''

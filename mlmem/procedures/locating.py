@@ -29,9 +29,6 @@ WELL_ERROR_CELLS = 0.25
 """Error from the well in which a wall rests, in cells: it shifts the echo of a wall between levels
 by up to 0.4 cells from that of a level."""
 
-AGREEMENT_DEVIATIONS = 3.0
-"""Standard deviations within which both ends hear the same wall, and within which it is."""
-
 
 def locate(element: Memory) -> Procedure[Result]:
     """Find the walls of an element, as its reader can; see `locate_walls` and `locate_by_delays`.
@@ -189,19 +186,21 @@ def _combine_places(
     Raises:
         ProcedureFailed: The ends hear different places, or one alone is not confirmed by a read.
     """
+    # standard deviations within which both ends detect the same wall, and within which it is
+    most = 3.0
     heard = {
         end: _locate_reflector(element, echo) for end, echo in echoes.items() if not echo.is_early
     }
     if len(heard) == 2:
         (left, left_std), (right, right_std) = heard[End.LEFT], heard[End.RIGHT]
-        if abs(left - right) > AGREEMENT_DEVIATIONS * math.hypot(left_std, right_std):
+        if abs(left - right) > most * math.hypot(left_std, right_std):
             raise ProcedureFailed(
                 f'the left end hears something near cell {left:.1f}, and the right end near cell '
                 f'{right:.1f}: an end errs, something else answers, or there are three walls'
             )
         weights = np.array([left_std, right_std]) ** -2.0
         position = float(np.average([left, right], weights=weights))
-        either = (left - right) / AGREEMENT_DEVIATIONS  # whichever end errs is off by no more
+        either = (left - right) / most  # whichever end errs is off by no more
         return position, math.hypot(float(weights.sum() ** -0.5), either)
     if reading.level == UNDECODABLE:
         raise ProcedureFailed(reading.reason)
@@ -209,4 +208,4 @@ def _combine_places(
         raise ProcedureFailed('something is heard at both ends when listening begins')
     ((position, deviation),) = heard.values()
     allowed = 0.5 * element.design.J * (1.0 - element.settings.read.min_margin)
-    return position, math.hypot(deviation, allowed / AGREEMENT_DEVIATIONS)
+    return position, math.hypot(deviation, allowed / most)

@@ -30,10 +30,6 @@ from .driving import erase
 from .reading import take_settled_reading
 from .writing import restore_content, write
 
-STRAIN_TOLERANCE = 0.05
-"""Largest error of the strain at the right end, as a fraction of the test strain."""
-
-
 Tested = tuple[bool, str, dict[str, float]]
 """Whether a test passed, its result in words, and the measured values."""
 
@@ -132,7 +128,7 @@ def _test_actuator(element: Memory) -> Procedure[Tested]:
     yield from wait(element, times.settle)
     error = max(abs(offset), abs(felt - asked))
     return (
-        error <= STRAIN_TOLERANCE * asked,
+        error <= 0.05 * asked,
         f'measured strain {offset:.4f} at a set-point of 0 and {felt:.4f} at {asked:g}',
         {'offset': offset, 'felt': felt, 'asked': asked},
     )

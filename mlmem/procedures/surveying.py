@@ -11,7 +11,6 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from ..commands import PHASE_LISTENING
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, ramp, wait
 from ..instrument.end import End
@@ -29,9 +28,6 @@ from .estimates import QUIET_DAMPING_TIMES, RECORD_TIME
 from .reading import take_settled_reading
 from .writing import restore_content
 
-SURVEY_STRAIN = 0.009
-"""Strain that tells of the substrate; no wall is there that it could free."""
-
 
 class Aim(NamedTuple):
     """A pulse of a survey.
@@ -46,29 +42,6 @@ class Aim(NamedTuple):
     carrier: float
     sigma: float
     strain: float = 0.0
-
-
-BLANK_SHOTS = (
-    Aim(End.RIGHT, 0.30, 4.0),
-    Aim(End.LEFT, 0.46, 3.0),
-    Aim(End.LEFT, 0.115, 4.0, -SURVEY_STRAIN),
-    Aim(End.RIGHT, 0.40, 3.0, SURVEY_STRAIN),
-)
-"""With no wall: one phase only, and the only one that is strained."""
-
-FIRST_SHOTS = (Aim(End.LEFT, 0.31, 5.0), Aim(End.RIGHT, 0.30, 4.0))
-"""With the wall near the left end, where a launch leaves it."""
-
-MIDDLE_SHOTS = (Aim(End.LEFT, 0.31, 5.0), Aim(End.RIGHT, 0.115, 5.0), Aim(End.RIGHT, 0.30, 4.0))
-"""With the wall in the middle."""
-
-LAST_SHOTS = (
-    Aim(End.RIGHT, 0.46, 3.0),
-    Aim(End.LEFT, 0.53, 5.0),
-    Aim(End.RIGHT, 0.30, 5.0),
-    Aim(End.LEFT, 0.31, 5.0),
-)
-"""With the wall as far right as it can be."""
 
 
 def survey(element: Memory) -> Procedure[Result]:
@@ -90,11 +63,25 @@ def survey(element: Memory) -> Procedure[Result]:
     yield from return_to_zero(element)
     content = yield from take_settled_reading(element)
     yield from erase(element)
-    yield from _record_shots(element, 0, BLANK_SHOTS)
-    shots, place = len(BLANK_SHOTS), (yield from _launch_wall(element))
-    yield from _record_shots(element, design.defect_site(place), FIRST_SHOTS)
-    shots += len(FIRST_SHOTS)
-    goals = [(design.levels // 2, MIDDLE_SHOTS), (design.levels - 1, LAST_SHOTS)]
+    blank_shots = (  # no wall is there that a strain could free
+        Aim(End.RIGHT, 0.30, 4.0),
+        Aim(End.LEFT, 0.46, 3.0),
+        Aim(End.LEFT, 0.115, 4.0, strain=-0.009),
+        Aim(End.RIGHT, 0.40, 3.0, strain=0.009),
+    )
+    yield from _record_shots(element, 0, blank_shots)
+    place = yield from _launch_wall(element)
+    first_shots = Aim(End.LEFT, 0.31, 5.0), Aim(End.RIGHT, 0.30, 4.0)
+    yield from _record_shots(element, design.defect_site(place), first_shots)
+    shots = len(blank_shots) + len(first_shots)
+    middle_shots = Aim(End.LEFT, 0.31, 5.0), Aim(End.RIGHT, 0.115, 5.0), Aim(End.RIGHT, 0.30, 4.0)
+    last_shots = (
+        Aim(End.RIGHT, 0.46, 3.0),
+        Aim(End.LEFT, 0.53, 5.0),
+        Aim(End.RIGHT, 0.30, 5.0),
+        Aim(End.LEFT, 0.31, 5.0),
+    )
+    goals = [(design.levels // 2, middle_shots), (design.levels - 1, last_shots)]
     while goals:
         level, aims = goals.pop(0)
         if level <= place:
@@ -148,7 +135,7 @@ def _record_shot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
     probe = make_pulse(element.design, wall, aim)
     transducer = element.transducer
     recorder = transducer.record_pulse(aim.end, probe)
-    element.progress.phase = PHASE_LISTENING
+    element.progress.phase = 'listening'
     ticks = math.ceil((12.0 * probe.sigma + RECORD_TIME) / element.tick) + element.driver.lag
     end = element.ticks + ticks
     while element.ticks < end:

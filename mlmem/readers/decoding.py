@@ -294,7 +294,7 @@ def measure_agreement(
     """Return the level margin with which an end hears a wall at a level that the other one names,
     and another level that its echo may as well be of, or None.
 
-    Each crossing, of the threshold and of `echo.THRESHOLD_SHARES` of it, is compared with its own
+    Each crossing, of the threshold and of 0.8 and 1.25 of it, is compared with its own
     of that level; most must agree, so the margin is their median. An echo that begins before
     listening does comes from near this end: it agrees with a level whose own echo does so, and
     with no other. Two levels near this end may both agree; then all crossings say which is nearer.

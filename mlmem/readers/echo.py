@@ -108,16 +108,13 @@ def listening_time(design: Design, probe: ProbeSettings, end: End) -> float:
 ECHO_TAIL_TIME = 150.0
 """Time units that a read listens after the first crossing, for the echo's peak."""
 
-THRESHOLD_SHARES = (0.8, 1.25)
-"""Shares of the threshold at which an echo is timed as well. One from afar rises in bumps, and may
-just reach the threshold at one time and just miss it at another; not three thresholds at once."""
-
 Crossings = tuple[float | None, float, float | None]
 """Times at which an echo crosses a share of the threshold, the threshold, and the other share."""
 
 Shape = tuple[float | None, float | None, float]
-"""Times at which an echo crosses `THRESHOLD_SHARES` of the threshold, None where it does not; and
-how loud it is: its greatest v_c over the threshold."""
+"""Times at which an echo crosses 0.8 and 1.25 of the threshold, None where it does not; and its
+greatest v_c over the threshold. One from afar rises in bumps, and may just reach the threshold at
+one time and just miss it at another; not three thresholds at once."""
 
 MIN_THRESHOLD_CELLS = 1e-13
 """Least threshold in cells: the rounding noise of an end that rests near 0."""
@@ -191,9 +188,9 @@ class Echo:
 
     @cached_property
     def shape(self) -> Shape:
-        """When it crosses `THRESHOLD_SHARES` of the threshold, and how loud it is."""
+        """When it crosses 0.8 and 1.25 of the threshold, and how loud it is."""
         t, v_c, whole = self._heard
-        over = [v_c > share * whole for share in THRESHOLD_SHARES]
+        over = [v_c > share * whole for share in (0.8, 1.25)]
         low, high = (float(t[np.argmax(each)]) if each.any() else None for each in over)
         return low, high, self.threshold_margin
 

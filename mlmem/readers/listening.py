@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..commands import PHASE_LISTENING, PHASE_QUIETING
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, wait
 from ..instrument.end import End, Shot
@@ -41,7 +40,7 @@ def wait_for_decay(element: Instrument) -> Procedure[None]:
     while element.actuator.is_moving:  # set by hand: the wall may be moving
         yield element.count_ticks_to_check(element.actuator.remaining_time)
     yield from catch_up(element)
-    element.progress.phase = PHASE_QUIETING
+    element.progress.phase = 'quieting'
     patience = math.ceil(element.settings.read.settle_timeout / element.tick)
     while element.base.still and (
         ticks := _count_arrival_ticks(element) or _estimate_fading(element)[0]
@@ -139,7 +138,7 @@ def measure_vibration(element: Instrument, wanted: Iterable[End]) -> Procedure[d
     It listens for as long as the longest echo takes, so that present waves pass by, and longer
     while they decay.
     """
-    element.progress.phase = PHASE_LISTENING
+    element.progress.phase = 'listening'
     factor = element.settings.read.noise_factor
     detectors = {end: element.transducer.listen(end) for end in wanted}
     while True:
@@ -194,7 +193,7 @@ def _probe_ends_once(element: Instrument, wanted: tuple[End, ...]) -> Procedure[
         floors = yield from measure_vibration(element, wanted)
     else:
         floors = {end: noise_floor(element, end) for end in wanted}
-    element.progress.phase = PHASE_LISTENING
+    element.progress.phase = 'listening'
     for end in wanted:
         element.require_phase(end)
     for end in sorted(wanted, key=lambda end: pulse_duration(transducer.probes[end])):
@@ -263,7 +262,7 @@ def record_waveforms(
     while element.actuator.is_moving:
         yield element.count_ticks_to_check(element.actuator.remaining_time)
     yield from catch_up(element)
-    element.progress.phase = PHASE_QUIETING
+    element.progress.phase = 'quieting'
     patience = element.ticks + math.ceil(element.settings.read.settle_timeout / element.tick)
     passage = math.ceil(element.passage_time(End.LEFT) / element.tick)
     loud = noise = listener.noise(transducer.recent, element.driver.dt)
@@ -287,7 +286,7 @@ def record_waveforms(
                 f'ticks ago; they must be quiet for {passage}'
             )
     element.require_phase(end)
-    element.progress.phase = PHASE_LISTENING
+    element.progress.phase = 'listening'
     return (yield from fire_pulse(element, end, probe, listener.ticks)), noise
 
 

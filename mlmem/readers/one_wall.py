@@ -33,13 +33,6 @@ from .reading import BLANK, UNDECODABLE, Reading
 from .register import Content, Forecasts, Match, explain_unreadable, pin_walls
 from .waveforms import Delays, Ends, Listener, simulate_answers
 
-LOSS_FACTORS = np.linspace(0.6, 1.5, 19)
-"""Factors on damping and friction that `fit_loss_factor` compares."""
-
-MAX_LATE_SHARE = 0.45
-"""How far what is heard may be on the way to another content with a late end; half-way is nearer
-to that. `mlmem study robust_reads` counts what this refuses, and what it leaves wrong."""
-
 
 class WallForecasts(Forecasts):
     """What the ends do after a pulse, for the blank element and for every level of one wall.
@@ -71,11 +64,14 @@ class WallForecasts(Forecasts):
             self.listener, self.end, self.max_residual,
         )  # fmt: skip
 
-    def find_late_content(self, part: Array, found: Match) -> Content | None:
+    def find_late_content(
+        self, part: Array, found: Match, max_share: float = 0.45
+    ) -> Content | None:
         """Return another content that one late end would make of a part nearly as well; or None.
 
         The way from the forecast of the found content to a late one of another must be walked by
-        less than `MAX_LATE_SHARE`, as with the margin of a read.
+        less than `max_share`, as with the margin of a read: half-way is nearer to the other one.
+        `mlmem study robust_reads` counts what this refuses, and what it leaves wrong.
         """
         here = self.contents.index(found.content)
         alike = [
@@ -85,7 +81,7 @@ class WallForecasts(Forecasts):
         ]
         ways = self.late_parts[:, alike] - self.parts[here]
         along = ways @ (part - self.parts[here]) / np.square(ways).sum(axis=2)
-        if along.max(initial=0.0) < MAX_LATE_SHARE:
+        if along.max(initial=0.0) < max_share:
             return None
         return self.contents[alike[int(along.argmax()) % len(alike)]]
 
@@ -190,17 +186,18 @@ def fit_loss_factor(
     """Return the factor on damping and friction with which the blank element's forecast is nearest
     to what the ends did.
 
-    Between `LOSS_FACTORS` the square of the distance is taken for a parabola.
+    Factors from 0.6 to 1.5 are compared; between them the square of the distance is taken for a
+    parabola.
     """
-    squares = []
-    for factor in LOSS_FACTORS:
+    factors, squares = np.linspace(0.6, 1.5, 19), []
+    for factor in factors:
         other = scale_losses(made, float(factor))
         forecast = make_forecast(other, settings, listener, end)
         squares.append(float(np.square(forecast([pin_walls(other, ())])[0] - part).sum()))
     nearest = int(np.clip(np.argmin(squares), 1, len(squares) - 2))
     about = slice(nearest - 1, nearest + 2)
-    curvature, slope, _ = np.polyfit(LOSS_FACTORS[about], squares[about], 2)
-    found = float(np.clip(-0.5 * slope / curvature, LOSS_FACTORS[0], LOSS_FACTORS[-1]))
+    curvature, slope, _ = np.polyfit(factors[about], squares[about], 2)
+    found = float(np.clip(-0.5 * slope / curvature, factors[0], factors[-1]))
     return round(found, 6)
 
 

@@ -31,13 +31,6 @@ from .waveforms import Ends
 if TYPE_CHECKING:
     from ..memory import Memory
 
-MAX_RECORD_RESIDUAL = 0.06
-"""Largest residual of the nearest record, relative to the response of a blank element."""
-
-MIN_LEVEL_DISTANCE = 0.2
-"""Least distance of the forecasts of two levels, relative to the same. Elements with a distance of
-0.19 decoded wrong levels with a bad cell, those with 0.22 decoded none."""
-
 
 class RecordReader(WaveformReader):
     """Decodes the content whose record is nearest to what the left end does; see `Reader`.
@@ -66,11 +59,12 @@ class RecordReader(WaveformReader):
         levels = forecasts.parts[1 : len(self._contents)]
         apart = np.linalg.norm(levels[:, None] - levels, axis=2) / forecasts.pulse
         near = float(apart[np.triu_indices(len(levels), 1)].min(initial=np.inf))
-        if near < MIN_LEVEL_DISTANCE:
+        # Elements with a distance of 0.19 decoded wrong levels with a bad cell, with 0.22 none.
+        if near < (least := 0.2):
             raise SettingsError.of_value(
                 ErrorCode.UNSUPPORTED, 'read.method', 'records',
                 'delay or waveform for this element: at its left end the answers of two levels '
-                f'differ by {near:.2f} of the pulse, and one end alone needs {MIN_LEVEL_DISTANCE}',
+                f'differ by {near:.2f} of the pulse, and one end alone needs {least}',
             )  # fmt: skip
 
     def _build_forecasts(self, records: Records) -> WallForecasts:
@@ -80,10 +74,11 @@ class RecordReader(WaveformReader):
         ideal, parts = self.by_forecast.forecasts, np.array(records)
         last = len(parts) - 1
         tail_parts = self._tail_parts + (parts[last] - ideal.parts[last])
+        max_residual = 0.06  # of the nearest record, relative to the response of a blank element
         late_parts = parts[None, :0]  # a late record is seven times the limit from any other
         return WallForecasts(
             self._contents, parts, tail_parts, late_parts,
-            ideal.listener, End.LEFT, MAX_RECORD_RESIDUAL,
+            ideal.listener, End.LEFT, max_residual,
         )  # fmt: skip
 
     def read(self, element: Memory, end: str = '') -> Procedure[Reading]:

@@ -36,9 +36,6 @@ from .words import Code, make_code
 if TYPE_CHECKING:
     from .bad_cells import HiddenPart
 
-WALL_REACH_CELLS = 30.0
-"""Distance in cells beyond which a wall changes nothing: it ends as exp(-0.5 distance)."""
-
 MAX_LEVEL_OFFSET_CELLS = 2.0
 """Distance in cells up to which a wall rests at the defect of its level."""
 
@@ -354,9 +351,10 @@ def _number_surroundings(made: Design, code: Code) -> NDArray[np.int64]:
     """Return a number for every word and level that says which walls are near, and in which
     phase, shape (words, levels): the same number, the same cells of this level.
 
-    Walls are near within `WALL_REACH_CELLS` of the middle between this level and the next.
+    Walls are near within 30 cells of the middle between this level and the next: a wall ends as
+    exp(-0.5 distance).
     """
-    near = math.ceil(WALL_REACH_CELLS / made.J - 0.5)
+    near = math.ceil(30.0 / made.J - 0.5)
     walls = code.build_level_sets()
     behind = np.cumsum(walls[:, ::-1], axis=1)[:, ::-1] % 2
     padded = np.pad(walls, ((0, 0), (near, near))).astype(np.int64)

@@ -28,10 +28,6 @@ from ..settings import Settings
 from .echo import pulse_duration
 from .listening import fire_pulse
 
-BAND_HALF_WIDTH = 4.0
-"""Half of the band that is compared, over 1 / sigma of the pulse: all of its spectrum. Slow waves
-that are left of a kick lie outside."""
-
 PERIOD_RATIO, DECAY_EXPONENT = 1.4, 6.0
 """Period of the forecast, over the time of listening, and by which exponent it decays in that:
 what would come after it is added to what comes before, by less than a thousandth."""
@@ -55,6 +51,8 @@ class Listener:
         """Prepare for the pulse of the settings, compared at so many ends."""
         self.compared_ends = compared_ends
         self._probe = settings.register.probe
+        # half of the band: all of the spectrum; slow waves that are left of a kick lie outside
+        self._half_band = 4.0 / self._probe.sigma
         time = pulse_duration(self._probe) + settings.register.listen
         self._tick = settings.time.tick
         self.ticks = math.ceil(time / self._tick)
@@ -66,7 +64,7 @@ class Listener:
             return known
         probe, span = self._probe, n * dt
         low, high = (
-            round((probe.omega_c + side * BAND_HALF_WIDTH / probe.sigma) * span / (2.0 * math.pi))
+            round((probe.omega_c + side * self._half_band) * span / (2.0 * math.pi))
             for side in (-1.0, 1.0)
         )
         t = dt * np.arange(1.0, n + 1.0)
@@ -103,9 +101,7 @@ class Listener:
         """
         motion = before - before.mean(axis=1, keepdims=True)
         basis = self.build_band_basis(before.shape[1], dt)
-        lines = round(
-            2.0 * BAND_HALF_WIDTH / self._probe.sigma * self.ticks * self._tick / (2.0 * math.pi)
-        )
+        lines = round(2.0 * self._half_band * self.ticks * self._tick / (2.0 * math.pi))
         share: float = (2.0 * lines + 2.0) / basis.shape[1]
         power: float = np.square(motion @ basis).sum()
         return power * share

@@ -24,7 +24,7 @@ from mlmem import (
     SetMethod,
     snapshot,
 )
-from mlmem.commands import PHASE_WAITING, Feedback
+from mlmem.commands import Feedback
 from mlmem.instrument.instrument import Units
 from mlmem.loop.mailbox import Asked, Request, TickRequest
 from mlmem.loop.open_requests import Stamped
@@ -321,7 +321,7 @@ class Host:
         """
         element = self.element
         if element is not None and (place := request.place):
-            return Feedback(PHASE_WAITING, 0.0, element.transmission.encoder, 0, place)
+            return Feedback('waiting', 0.0, element.transmission.encoder, 0, place)
         return element.feedback() if element is not None and element.runs(request.run) else None
 
     def step(self, steps: TickRequest | None = None) -> Request[int]:

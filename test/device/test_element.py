@@ -32,10 +32,6 @@ from mlmem import (
     Write,
 )
 from mlmem.commands import (
-    PHASE_LAUNCHING,
-    PHASE_LISTENING,
-    PHASE_SETTLING,
-    PHASE_STRAINING,
     Progress,
 )
 from mlmem.instrument.end import End
@@ -222,16 +218,16 @@ def test_share_rises_to_about_one(written, command):
     assert 0.75 <= shares[-1] <= 1.0
     assert shares[len(shares) // 2] < 0.7
     if command == Write(2):
-        assert phases(told)[:2] == [PHASE_STRAINING, PHASE_SETTLING]
-        strained = [each.strain for each in told if each.phase == PHASE_STRAINING]
+        assert phases(told)[:2] == ['straining', 'settling']
+        strained = [each.strain for each in told if each.phase == 'straining']
         assert max(map(abs, strained)) > 0.02
-    assert phases(told)[-1] == PHASE_LISTENING
+    assert phases(told)[-1] == 'listening'
     assert told[-1].strain == 0.0
 
 
 def test_write_of_a_blank_element_launches_a_wall():
     told, _ = watched(rig.device(), Write(0))
-    assert PHASE_LAUNCHING in phases(told)
+    assert 'launching' in phases(told)
 
 
 def test_failed_attempt_is_counted_and_prolongs_write(written):

@@ -9,7 +9,6 @@ import dataclasses
 import math
 
 from mlmem.physics import CASE_II, Design, DesignError
-from mlmem.physics.design import MIN_RIGIDITY_RATIO
 from mlmem.physics.potential import Potential
 from mlmem.schema import find_descriptions
 from mlmem.settings import Settings
@@ -71,7 +70,7 @@ def design(random):
             given[name] = random.randint(low, min(SMALL[name], given['N'] - 1))
         given['substrate'] = random.choice(('rigid', 'rigid', 'elastic'))
         if stiffness := _stiffest(given):  # so that not nearly all are refused
-            least = max(MIN_RIGIDITY_RATIO * stiffness, given.get('s_min', CASE_II.s_min))
+            least = max(10.0 * stiffness, given.get('s_min', CASE_II.s_min))
             given['s_min'] = least
             given['s_max'] = max(least, given.get('s_max', CASE_II.s_max))
         try:

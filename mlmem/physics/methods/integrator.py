@@ -19,9 +19,6 @@ from ..formulas import coupling_pull, on_site_factors
 from ..jit import compile_kernel, fma, inline_function
 from ..potential import Array
 
-VECTOR_SIZE = 8
-"""Numbers in the widest vector, which is also a cache line: 64 bytes."""
-
 Chained = tuple[Array, ...]
 """The arrays of one chain: displacement, velocity, acceleration, and a method's work space.
 
@@ -90,13 +87,14 @@ def align_array(values: Array, first: int = 0) -> Array:
     Returns:
         Shape (n,), or (rows, m) with the first n columns filled, m >= n.
     """
+    vector_size = 8  # numbers in the widest vector, which is also a cache line: 64 bytes
     columns = values.shape[-1]
     if values.ndim > 1:
-        columns += -columns % VECTOR_SIZE
+        columns += -columns % vector_size
     shape = (*values.shape[:-1], columns)
     size = math.prod(shape)
-    buffer = np.zeros(size + VECTOR_SIZE)
-    start = (-first - buffer.ctypes.data // buffer.itemsize) % VECTOR_SIZE
+    buffer = np.zeros(size + vector_size)
+    start = (-first - buffer.ctypes.data // buffer.itemsize) % vector_size
     copy = buffer[start : start + size].reshape(shape)
     copy[..., : values.shape[-1]] = values
     return copy
