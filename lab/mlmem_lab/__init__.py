@@ -6,9 +6,9 @@
 - `reads`, `words`, `shaken`: proofs of reads, sound and with faults.
 - `robust_writes`, `robust_losses`, `times`: writes. `validity`, `forecasts`: where the model ends.
 - `twins`: what fits of individual elements, and twins beside them, are worth.
-- `windows`: how far kicks may be off. `landscapes`: the energy of a wall, as in the paper.
+- `windows`: how far kicks may be off.
 - `designer`, `studies`: new elements; tolerance, and proofs of designs.
-- `paper`, `bench`: the paper's figures and claims; benchmarks.
+- `paper`, `bench`: the paper's figures, energies of walls and claims; benchmarks.
 - `measured`, `standard_problems`: real lattices, and answers for authors of other codes.
 - `results`, `tables`, `numbers`: result files, and their numbers in the pages.
 """

@@ -53,7 +53,10 @@ def load_all(output: Path, figures: Iterable[Figure] = ALL_FIGURES) -> dict[str,
 def save_verdicts(output: Path, quality: Quality, folder: Path) -> Path:
     """Write the result file of a complete run into a folder; return its path."""
     command = 'mlmem figures' + quality.pick(' --draft', ' --pages')
-    modules = [*DEVICE_MODULES, 'lab/mlmem_lab/paper']
+    modules = [
+        *DEVICE_MODULES, 'lab/mlmem_lab/paper', 'lab/mlmem_lab/studies/trace.py',
+        'mlmem_tools/checks/quasistatic.py',
+    ]  # fmt: skip
     return save_result(folder / 'paper.json', judge_claims(load_all(output)), command, modules)
 
 

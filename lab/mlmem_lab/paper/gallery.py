@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
 
 from .figure import Claim, Figure, Quality
@@ -34,22 +34,15 @@ ALL_CLAIMS: tuple[Claim, ...] = tuple(
 """The claims of all figures."""
 
 
-def select_figures(names: Iterable[str]) -> list[Figure]:
+def select_figures(names: Sequence[str]) -> list[Figure]:
     """Return the named figures in the order of the paper; all of them for no name.
-
-    Args:
-        names: As a person types them: '2b', 'fig_2b', 'Fig. 2b', '2B'.
 
     Raises:
         KeyError: There is no such figure; the message lists those that are.
     """
-    wanted = []
-    for name in names:
-        key = name.lower().removeprefix('fig').lstrip('._ ').removeprefix('mov_')
-        if key not in FIGURES_BY_NAME:
-            raise KeyError(f'figure must be one of {", ".join(FIGURES_BY_NAME)}; got {name!r}')
-        wanted.append(key)
-    return [figure for figure in ALL_FIGURES if not wanted or figure.name in wanted]
+    if unknown := [name for name in names if name not in FIGURES_BY_NAME]:
+        raise KeyError(f'figure must be one of {", ".join(FIGURES_BY_NAME)}; got {unknown[0]!r}')
+    return [figure for figure in ALL_FIGURES if not names or figure.name in names]
 
 
 def make_figure(name: str, quality: Quality, output: Path) -> dict[str, list[Path]]:

@@ -1,10 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A device or a chain observed while it works, for the x-t figures."""
+"""A device observed while it works, for the x-t figures."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from mlmem import Command, EchoReceived, MemoryElement, Outcome
-from mlmem.instrument.motion import Cycle, Ramp
-from mlmem.physics import Chain, Design, find_walls, substep_times
+from mlmem.physics import Design, find_walls
 from mlmem.physics.potential import Array
 from mlmem.readers.echo import Echo
 
@@ -91,39 +89,12 @@ def record_procedure(
                 return event
 
 
-def strain_chain(chain: Chain, cycle: Cycle, every: float) -> Trace:
-    """Strain a bare chain through smooth ramps, and sample it at intervals.
-
-    Its ramps begin at the current strain; `every` is the longest time between samples.
-
-    Returns:
-        The observations, one entry per sample; the clock starts at zero.
-    """
-    design, trace = chain.design, Trace()
-    scale = design.end_displacement(1.0)
-    clock = 0.0
-    for leg in cycle.motions:
-        looks = math.ceil(leg.duration / every)
-        steps = round(leg.duration / max(1, looks) / chain.dt)
-        span = steps * chain.dt
-        motion = Ramp(chain.V_N / scale, leg.target, looks * span)
-        times = substep_times(steps, chain.dt, chain.integrator)
-        for look in range(looks):
-            strain = motion.strain(look * span + times)
-            chain.advance(strain * scale)
-            clock += span
-            trace.t.append(clock)
-            trace.strain.append(float(strain[-1]))
-            trace.configuration.append(chain.configuration)
-    return trace
-
-
 def wall_position(design: Design, configuration: Array) -> float:
     """Return the position of the only wall of a configuration; NaN for none or several."""
     found = find_walls(design, configuration)
     return found[0].position if len(found) == 1 else float('nan')
 
 
-def wall_path(design: Design, configurations: list[Array]) -> Array:
+def wall_path(design: Design, configurations: Iterable[Array]) -> Array:
     """Return the wall's position in each of m configurations, shape (m,), NaN for none."""
     return np.array([wall_position(design, configuration) for configuration in configurations])

@@ -19,7 +19,7 @@ import pytest
 from mlmem.physics import CASE_I, CASE_II, Specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.held_wall import hold_walls, make_uniform
-from mlmem_lab.landscapes import (
+from mlmem_lab.paper.landscapes import (
     MAX_FIT_ERROR,
     compute_landscape,
     fit_displacement,

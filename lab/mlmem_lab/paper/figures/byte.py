@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 
 from mlmem import MemoryElement, Write, load_element
-from mlmem.instrument.end import End
 from mlmem.physics import Specimen
-from mlmem.readers.echo import EchoDetector
 from mlmem.readers.register import forecast_words, pin_walls
 
 from ...studies import style
+from ..echoes import probe_element
 from ..figure import Data, Figure, Quality
 
 FIGURE = Figure('byte', 'Many walls in one element: a byte is written and heard', seconds=60)
@@ -44,18 +43,10 @@ def compute_data(quality: Quality) -> Data:
         field.append(element.chain.configuration.astype(np.float32))
 
     element.perform(Write(WRITTEN_WORD), between=follow_wall)
-    heard = []
+    heard, listen_time = [], register.listener.ticks * element.tick
     for word in DRAWN_WORDS:
-        element.chain.place(pin_walls(Specimen(byte.design), register.code.walls(word)))
-        element.transducer.assume_equilibrium()
-        probe = byte.settings.register.probe
-        recorder = element.transducer.record_pulse(End.LEFT, probe)
-        element.pass_ticks(register.listener.ticks)
-        element.transducer.release()
-        shot = recorder.shot(0.0, 0.0, element.driver.dt)
-        detector = EchoDetector(probe, shot.dt)
-        detector.feed(shot.samples[0] - shot.rest[0])
-        echo = detector.echo(End.LEFT)
+        v = pin_walls(Specimen(byte.design), register.code.walls(word))
+        echo = probe_element(byte.design, v, byte.settings.register.probe, duration=listen_time)
         heard.append(echo.v_c)
     carrier = quality.pick(np.array([1.2, 1.7]), np.round(np.arange(0.8, 2.05, 0.1), 2))
     return {

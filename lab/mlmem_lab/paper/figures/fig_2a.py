@@ -11,15 +11,15 @@ import numpy as np
 from mlmem.physics import CASE_I, Specimen
 from mlmem.physics.held_wall import hold_walls
 
-from ...landscapes import (
+from ...studies import style
+from ..figure import Data, Figure, Judged, Quality, judge_numbers
+from ..landscapes import (
     MAX_FIT_ERROR,
     compute_landscape,
     fit_displacement,
     fit_kink,
     strained_equilibrium,
 )
-from ...studies import style
-from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
     '2a', 'Fig. 2a: energy landscape under strain, Eq. 3 and without ansatz', seconds=3

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from mlmem.physics import CASE_I, NOH_BATHE, Chain, Design, Specimen, substep_times
-from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem import simulate, wall_at
+from mlmem.physics import CASE_I, NOH_BATHE, Design
 from mlmem_tools.checks.quasistatic import MAX_PINNED_DISTANCE, find_depinning_strain
 
 from ...studies import style
-from ...studies.trace import wall_position
+from ...studies.trace import wall_path
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure('2b', 'Fig. 2b: position of a pinned wall under growing strain', seconds=5)
@@ -49,18 +49,12 @@ def compute_data(quality: Quality) -> Data:
 
 def _grow_strain(design: Design, sign: float, duration: float) -> tuple[np.ndarray, np.ndarray]:
     """Return |strain| and the wall's position while the strain grows slowly."""
-    chain = Chain(design, integrator=NOH_BATHE)
-    chain.place(find_pinned_wall(Specimen(design), 0))
-    looks = 480
-    steps = round(duration / looks / chain.dt)
-    times = substep_times(steps, chain.dt, NOH_BATHE)
-    strain = MAX_STRAIN * np.arange(1, looks + 1) / looks
-    path = np.empty(looks)
-    for look in range(looks):
-        progress = (look * steps * chain.dt + times) / (looks * steps * chain.dt)
-        chain.advance(design.end_displacement(sign * MAX_STRAIN) * progress)
-        path[look] = wall_position(design, chain.configuration)
-    return strain, path - design.J
+    rate = MAX_STRAIN / duration
+    run = simulate(
+        design, initial=wall_at(0), strain=lambda t: sign * rate * t, duration=duration,
+        save_every=duration / 480, integrator=NOH_BATHE.name, progress=False,
+    )  # fmt: skip
+    return rate * run.t[1:], wall_path(design, run.configuration)[1:] - design.J
 
 
 def _departure_strain(strain: np.ndarray, path: np.ndarray) -> float:

@@ -8,7 +8,8 @@ import dataclasses
 
 import numpy as np
 
-from mlmem.physics import CASE_I, NOH_BATHE, Chain, Design, Specimen
+from mlmem import simulate
+from mlmem.physics import CASE_I, NOH_BATHE, Design, Specimen
 from mlmem.physics.held_wall import hold_walls, make_uniform
 from mlmem.physics.potential import Array
 
@@ -50,14 +51,14 @@ def compute_data(quality: Quality) -> Data:
 
 def _release_wall(
     design: Design, position: float, name: str, duration: float, every: float
-) -> list[Array]:
+) -> Array:
     """Let a wall go at rest; return the configurations, one at the end of every interval."""
-    chain, fields = Chain(design, integrator=NOH_BATHE), []
-    chain.place(_equilibrium_wall(make_uniform(design), position, name))
-    for _ in range(round(duration / every)):
-        chain.rest(round(every / chain.dt))
-        fields.append(chain.configuration)
-    return fields
+    start = _equilibrium_wall(make_uniform(design), position, name)
+    run = simulate(
+        design, initial=start, duration=duration, save_every=every, integrator=NOH_BATHE.name,
+        progress=False,
+    )  # fmt: skip
+    return run.configuration[1:]
 
 
 def _equilibrium_wall(flat: Design, position: float, name: str) -> Array:

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from mlmem.instrument.end import EndMove
-from mlmem.instrument.motion import Cycle
+from mlmem.instrument.motion import Ramp
 from mlmem.move_settings import EraseSettings, WriteSettings
 from mlmem.physics import (
     CASE_II,
@@ -21,7 +21,6 @@ from mlmem.physics import (
     substep_times,
 )
 
-from ...studies.trace import strain_chain
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure('launches', 'Which launches start a wall, the printed one included', seconds=11)
@@ -69,8 +68,7 @@ def kick_cell(velocity: float, strain: float, driven: bool = False) -> float:
     times = EraseSettings()
     chain = Chain(CASE_II, integrator=NOH_BATHE)
     chain.place(np.full(CASE_II.N, CASE_II.D_s2))
-    if strain:
-        strain_chain(chain, Cycle.build_from_targets([(strain, times.ramp)]), times.ramp)
+    _play_ramp(chain, Ramp(0.0, strain, times.ramp))
     if driven:
         _drive_cell(chain, EndMove(chain.end(1), CASE_II.D_s1, abs(velocity)), times.hold)
     else:
@@ -79,10 +77,7 @@ def kick_cell(velocity: float, strain: float, driven: bool = False) -> float:
         state[2, 0] -= CASE_II.eta * velocity
         chain.restore(state, V_N=chain.V_N, steps_done=chain.steps_done)
         chain.rest(math.ceil(times.hold / chain.dt))
-    if strain:
-        strain_chain(
-            chain, Cycle.build_from_targets([(0.0, times.release)], strain), times.release
-        )
+    _play_ramp(chain, Ramp(strain, 0.0, times.release))
     chain.rest(math.ceil(times.settle / chain.dt))
     found = find_walls(CASE_II, chain.configuration)
     kinks = [wall.position for wall in found if not wall.anti_kink]
@@ -96,17 +91,20 @@ def _move_cell(speed: float, strain: float) -> int:
     """Return the level after the first cell of a blank element was moved under a strain."""
     times = WriteSettings()
     chain = Chain(CASE_II, integrator=NOH_BATHE)
-    if strain:
-        strain_chain(chain, Cycle.build_from_targets([(strain, times.ramp)]), times.ramp)
+    _play_ramp(chain, Ramp(0.0, strain, times.ramp))
     _drive_cell(chain, EndMove(chain.end(1), CASE_II.D_s2, speed), times.hold)
-    if strain:
-        strain_chain(
-            chain, Cycle.build_from_targets([(0.0, times.release)], strain), times.release
-        )
+    _play_ramp(chain, Ramp(strain, 0.0, times.release))
     chain.rest(math.ceil(times.settle / chain.dt))
     if chain.configuration.min() > CASE_II.D_barrier:
         return CASE_II.levels
     return find_level(CASE_II, chain.configuration)
+
+
+def _play_ramp(chain: Chain, ramp: Ramp) -> None:
+    """Strain a chain; a ramp from zero to zero takes no time."""
+    if not ramp.still:
+        at = substep_times(round(ramp.duration / chain.dt), chain.dt, NOH_BATHE)
+        chain.advance(ramp.strain(at) * CASE_II.end_displacement(1.0))
 
 
 def _drive_cell(chain: Chain, move: EndMove, hold: float) -> None:

@@ -6,12 +6,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from mlmem import simulate, wall_at
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import CycleSettings
-from mlmem.physics import CASE_II, NOH_BATHE, Chain, Specimen, find_level
-from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.physics import CASE_II, NOH_BATHE, find_level
 
-from ...studies.trace import strain_chain, wall_position
+from ...studies.trace import wall_position
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure('peaks', 'Which peak strains move the wall by one level', seconds=8)
@@ -24,13 +24,16 @@ def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, floa
         The level (-1 blank, -2 no level), and by how many cells the wall has moved to the right;
         a wall that has left through an end counts as standing there.
     """
-    chain = Chain(CASE_II, integrator=NOH_BATHE)
-    chain.place(find_pinned_wall(Specimen(CASE_II), level))
-    strain_chain(chain, Cycle.plan_cycle(times, peak), 500.0)
-    place = wall_position(CASE_II, chain.configuration)
+    cycle = Cycle.plan_cycle(times, peak)
+    run = simulate(
+        CASE_II, initial=wall_at(level), strain=cycle.strain, duration=cycle.duration,
+        save_every=cycle.duration, integrator=NOH_BATHE.name, progress=False,
+    )  # fmt: skip
+    end = run.configuration[-1]
+    place = wall_position(CASE_II, end)
     if np.isnan(place):
-        place = float(CASE_II.N if chain.configuration[0] > CASE_II.D_barrier else 0)
-    return find_level(CASE_II, chain.configuration), place - CASE_II.defect_site(level)
+        place = float(CASE_II.N if end[0] > CASE_II.D_barrier else 0)
+    return find_level(CASE_II, end), place - CASE_II.defect_site(level)
 
 
 @FIGURE.register_data

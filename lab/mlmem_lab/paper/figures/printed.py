@@ -13,12 +13,12 @@ from mlmem.move_settings import EraseSettings
 from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 
-from ...landscapes import MAX_FIT_ERROR
 from ...results import DEVICE_MODULES
 from ...studies import style
 from ...studies.trace import wall_position
 from ..echoes import PAPER_PROBE, PRINTED_PROBE
 from ..figure import Data, Figure, Quality
+from ..landscapes import MAX_FIT_ERROR
 from . import fig_2a, fig_2b, fig_3b, launches
 
 FIGURE = Figure(

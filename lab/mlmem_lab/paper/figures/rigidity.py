@@ -8,12 +8,13 @@ import dataclasses
 
 import numpy as np
 
+from mlmem import simulate, wall_at
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import CycleSettings, WriteSettings, select_peak
-from mlmem.physics import CASE_II, NOH_BATHE, Chain, Design, Specimen, find_level
+from mlmem.physics import CASE_II, NOH_BATHE, Design, Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 
-from ...studies.trace import strain_chain, wall_path
+from ...studies.trace import wall_path
 from ..echoes import PAPER_PROBE, detect_echo, record_echo
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
@@ -76,15 +77,14 @@ def compute_data(quality: Quality) -> Data:
 
 def _run_cycle(design: Design, level: int) -> tuple[np.ndarray, float]:
     """Return the wall's path through a cycle and the level after it, NaN for none."""
-    settings, times = WriteSettings(), CycleSettings()
-    compress = design.is_freed_by_compression(level)
-    chain = Chain(design, integrator=NOH_BATHE)
-    chain.place(find_pinned_wall(Specimen(design), level))
-    trace = strain_chain(
-        chain, Cycle.plan_cycle(times, select_peak(settings, compress)), SAMPLE_PERIOD
-    )
-    end = find_level(design, chain.configuration)
-    return wall_path(design, trace.configuration), float(end) if end >= 0 else np.nan
+    peak = select_peak(WriteSettings(), design.is_freed_by_compression(level))
+    cycle = Cycle.plan_cycle(CycleSettings(), peak)
+    run = simulate(
+        design, initial=wall_at(level), strain=cycle.strain, duration=cycle.duration,
+        save_every=SAMPLE_PERIOD, integrator=NOH_BATHE.name, progress=False,
+    )  # fmt: skip
+    end = find_level(design, run.configuration[-1])
+    return wall_path(design, run.configuration), float(end) if end >= 0 else np.nan
 
 
 @FIGURE.register_claim(
