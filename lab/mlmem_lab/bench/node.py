@@ -182,5 +182,5 @@ def keep_column(rows: Sequence[Mapping[str, str]], file: Path) -> None:
     for row in rows:
         found.append({'figure': row['figure'], 'goal': row['goal'], processor: row['value']})
     columns = [{**kept.get(row['figure'], {}), **row} for row in found]
-    modules = ['mlmem_ros', 'lab/mlmem_lab/bench']
+    modules = ['mlmem', 'mlmem_ros', 'lab/mlmem_lab/bench']
     save_result(file, {'rows': columns}, 'mlmem bench node --result FILE', modules)

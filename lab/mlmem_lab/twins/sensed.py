@@ -23,7 +23,7 @@ from mlmem import (
 from mlmem.element_file import Element
 from mlmem.factory import compute_calibration, factory_calibration
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import HeldCell, Scatter, Specimen, scattered
+from mlmem.physics import HeldCell, Specimen
 from mlmem.physics.potential import Array
 from mlmem.procedure_table import Procedures
 from mlmem_tools.identification.plan import plan_pulses
@@ -78,9 +78,8 @@ class HiddenElement(Driver):
         self,
         element: Rk4Element,
         sensors: Sensors,
-        late: tuple[int, int] = (0, 0),
-        drift: float = 0.0,
-        period: float = 2e5,
+        late: tuple[int, int],
+        drift: float,
     ) -> None:
         """Put a line before an element.
 
@@ -88,11 +87,9 @@ class HiddenElement(Driver):
             sensors: They may be noisy, and off by a gain.
             late: By how many of the element's samples either sensor is late.
             drift: Greatest change of a gain, relative.
-            period: Of these changes, in time units, four times that of a survey; one end is a
-                quarter of it later.
         """
         self.element, self._sensors, self._late = element, sensors, late
-        self._drift, self._period = drift, period
+        self._drift = drift
         self.dt = self.PARTS * element.dt
         self.nodes = tuple((k + 1) / self.PARTS for k in range(self.PARTS))
         n = element.specimen.design.N
@@ -131,13 +128,9 @@ class HiddenElement(Driver):
 
     def _compute_gains(self, times: Array) -> Array:
         """Return the gains of both ends over those of the sensors, shape (2, n)."""
-        turns = times / self._period + np.array([[0.0], [0.25]])
+        period = 2e5  # of the drift in time units, four times that of a survey
+        turns = times / period + np.array([[0.0], [0.25]])
         return np.asarray(1.0 + self._drift * np.sin(2.0 * np.pi * turns))
-
-
-def make_specimen(name: str, scatter: float, seed: int) -> Specimen:
-    """Return an element of a preset whose alpha scatters."""
-    return scattered(load_element(name).design, Scatter(alpha=scatter), seed)
 
 
 def fit_specimen(specimen: Specimen, seed: int) -> Element:
@@ -150,14 +143,13 @@ def fit_specimen(specimen: Specimen, seed: int) -> Element:
     return Element(known, fit_alpha_error * known.alpha)
 
 
-def build_device(name: str, specimen: Specimen, noise: float = 0.0) -> MemoryElement:
-    """Return a device with this element, as its factory calibrates it."""
+def build_device(name: str, specimen: Specimen) -> MemoryElement:
+    """Return a device with this element and noisy transducers, as its factory calibrates it."""
     design, settings = load_element(name).design_and_settings
     chain = SensedSimulation.of(specimen, settings.time).chain
     calibration = factory_calibration(design, settings)
     element = MemoryElement(design, settings, calibration, SensedSimulation(chain))
-    if noise:
-        element.apply(SetFaults(Faults(sensor_noise=noise)))
+    element.apply(SetFaults(Faults(sensor_noise=TRANSDUCER_NOISE_CELLS)))
     return element
 
 

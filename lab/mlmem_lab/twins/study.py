@@ -55,7 +55,11 @@ def count_changes(change: str) -> dict[str, Any]:
     return {**summarise_changed(rows), 'rows': rows}
 
 
-STUDIED_MODULES = ('mlmem_tools/identification', 'lab/mlmem_lab/twins')
+STUDIED_MODULES = (
+    'mlmem_tools/identification', 'mlmem_tools/rig/emulated.py', 'lab/mlmem_lab/rk4.py',
+    'lab/mlmem_lab/twins',
+)  # fmt: skip
+"""Also what stands for the transducers, and for an element that is simulated otherwise."""
 
 FITS_STUDY = Study(
     'twin_fits',
@@ -63,7 +67,7 @@ FITS_STUDY = Study(
     tuple(
         f'{preset}, {kind}' for preset in ('bits_1', 'bits_4', 'case_2') for kind in HIDDEN_KINDS
     ),
-    (*STUDIED_MODULES, 'lab/mlmem_lab/rk4.py'),
+    STUDIED_MODULES,
     FIRST_FIT_SEED,
 )
 ALARMS_STUDY = Study('twin_alarms', count_alarms, (WATCHED_PRESET,), STUDIED_MODULES, 0)

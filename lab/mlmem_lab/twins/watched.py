@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Calibrate, EchoReceived, Event, Faults, Read, SetFaults, Write
-from mlmem.physics import INTEGRATORS
+from mlmem import Calibrate, EchoReceived, Event, Faults, Read, SetFaults, Write, load_element
+from mlmem.physics import INTEGRATORS, Scatter, scattered
 from mlmem_tools.identification.watching import Comparison, Residuals, locate_wall
 from mlmem_tools.rig.emulated import Sensors
 
@@ -21,7 +21,6 @@ from .sensed import (
     build_device,
     fit_specimen,
     load_forecast,
-    make_specimen,
     perform_command,
 )
 
@@ -54,11 +53,8 @@ class WatchedElement:
 
     def __init__(self, preset: str, scatter: float, seed: int) -> None:
         """Make the element of a seed, and calibrate it by its forecast."""
-        specimen = make_specimen(preset, scatter, seed)
-        self.element, known = (
-            build_device(preset, specimen, TRANSDUCER_NOISE_CELLS),
-            fit_specimen(specimen, seed),
-        )
+        specimen = scattered(load_element(preset).design, Scatter(alpha=scatter), seed)
+        self.element, known = build_device(preset, specimen), fit_specimen(specimen, seed)
         load_forecast(preset, self.element, known)
         perform_command(self.element, Calibrate())
         self.watch = Residuals(known, INTEGRATORS[self.element.settings.time.integrator])
