@@ -91,8 +91,7 @@ def robust_writes(result: Mapping[str, Any]) -> Rows:
     for name, by_scatter in result['cases'].items():
         cells = []
         for found in by_scatter.values():
-            wrong = f', {found["wrong"]} wrong' if found['wrong'] else ''
-            cells.append(f'{found["failed"]} of {found["writes"]}{wrong}')
+            cells.append(_describe_failures(found['failed'], found['writes'], found['wrong']))
         rows.append([f'`{name}`', *cells])
     return rows
 
@@ -106,10 +105,14 @@ def robust_reads(result: Mapping[str, Any]) -> Rows:
         cells = []
         for name in names:
             found = result['cases'][f'{name}, {condition}']
-            wrong = f', {found["wrong"]} wrong' if found['wrong'] else ''
-            cells.append(f'{found["undecodable"]} of {found["reads"]}{wrong}')
+            failed = found['undecodable']
+            cells.append(_describe_failures(failed, found['reads'], found['wrong']))
         rows.append([condition, *cells])
     return rows
+
+
+def _describe_failures(failed: int, count: int, wrong: int) -> str:
+    return f'{failed} of {count}' + (f', {wrong} wrong' if wrong else '')
 
 
 def node_missed(result: Mapping[str, Any]) -> Rows:

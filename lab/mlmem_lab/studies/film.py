@@ -37,9 +37,9 @@ COLOUR_THEMES: Mapping[str, Mapping[str, str]] = {
         'ground': '#ffffff',
         'ink': style.INK_COLOUR,
         'faint': style.FAINT_COLOUR,
-        'rest': '#f7f7f7',
+        'wave': style.ACTIVE_COLOUR,
     },
-    'film_dark': {'ground': '#0d1117', 'ink': '#e6edf3', 'faint': '#59626e', 'rest': '#30363d'},
+    'film_dark': {'ground': '#0d1117', 'ink': '#e6edf3', 'faint': '#59626e', 'wave': '#5fb0f2'},
 }
 """Colours on GitHub's pages, light and dark."""
 
@@ -67,8 +67,7 @@ def draw_frames(
     ink, faint = theme['ink'], theme['faint']
     t = 1e-3 * np.array(trace.t)
     field, strain = np.array(trace.configuration), 1e3 * np.array(trace.strain)
-    figure_size = 7.2, 3.9
-    figure = style.new_figure(figure_size[1], figure_size[0])
+    figure = style.new_figure(3.9)
     figure.set_facecolor(theme['ground'])
     grid = figure.add_gridspec(3, 2, width_ratios=(1.9, 1.0), height_ratios=(1.0, 2.0, 0.9))
     cells, over, lower = (figure.add_subplot(grid[row, 0]) for row in range(3))
@@ -108,15 +107,12 @@ def draw_frames(
     dots.set_cmap(colours)
     dots.set_clim(-1.3, 1.3)
     (pulled,) = lower.plot([], [], color=ink, lw=1.2)
-    (wave,) = heard.plot(
-        [], [], color=style.ACTIVE_COLOUR if theme['ground'] == '#ffffff' else '#5fb0f2'
-    )
+    (wave,) = heard.plot([], [], color=theme['wave'])
     (found,) = heard.plot([], [], 'o', color=ink, ms=6)
     delay = echo.delay
     assert delay is not None
     canvas = FigureCanvasAgg(figure)
-    figure_dpi = 100
-    figure.set_dpi(figure_dpi)
+    figure.set_dpi(100)
     title = cells.set_title(' ', color=ink, loc='left', fontsize=12)
     begun = 0
     last_frame_time_ms = 900  # how long a frame is shown, and the last of a procedure
