@@ -79,8 +79,7 @@ def check(arguments: argparse.Namespace) -> int:
 )
 def prove(arguments: argparse.Namespace) -> int:
     """Simulate designs."""
-    done: int = laboratory.load_part('prove_designs')(arguments)
-    return done
+    return int(laboratory.load_part('prove_designs')(arguments))
 
 
 DESIGN_TASKS = {'check': check, 'prove': prove}
@@ -124,8 +123,7 @@ def design(arguments: argparse.Namespace) -> int:
     try:
         if arguments.task:
             return DESIGN_TASKS[arguments.task].run(arguments)
-        found: int = laboratory.load_part('find_design')(arguments)
-        return found
+        return int(laboratory.load_part('find_design')(arguments))
     except DecodeError as error:
         return print_failure('design', error, 2)
     except (DesignError, SettingsError, StateError, OSError) as error:

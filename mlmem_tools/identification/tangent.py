@@ -60,45 +60,34 @@ class Spline(NamedTuple):
     per: float
 
 
+def _evaluate_phases(law: Any, y: Any) -> Any:
+    y2 = y * y
+    turns = y * (law.a + law.b * y2) * INVERSE_TURN
+    slope = law.a + 3.0 * law.b * y2
+    sine, cosine = sine_of_turns(turns), sine_of_turns(turns + 0.25)
+    bend = cosine * slope * slope + sine * 6.0 * law.b * y
+    by_b = y2 * (cosine * y * slope + 3.0 * sine)
+    return sine * slope, bend, cosine * y * slope + sine, by_b
+
+
+def _evaluate_spline(law: Any, y: Any) -> Any:
+    place, p, q = y * law.per, law.pieces, law.skew
+    k = int(min(max(place, 0.0), p.shape[1] - 1.0))
+    t = place - k
+    force = p[0, k] + t * (p[1, k] + t * (p[2, k] + t * p[3, k]))
+    bend = law.per * (p[1, k] + t * (2.0 * p[2, k] + t * 3.0 * p[3, k]))
+    skew = q[0, k] + t * (q[1, k] + t * (q[2, k] + t * q[3, k]))
+    return force, bend, -bend * y, skew
+
+
 def _evaluate_law(law: Any, y: Any) -> Any:
     """Return the force of a unit height at y, and its derivatives by y and by two of the law."""
-    if isinstance(law, Phases):
-        a, b = law
-        theta, slope = y * (a + b * y * y), a + 3.0 * b * y * y
-        sine, cosine = np.sin(theta), np.cos(theta)
-        turn = cosine * y * slope
-        bend = cosine * slope**2 + sine * 6.0 * b * y
-        return sine * slope, bend, turn + sine, y**2 * (turn + 3.0 * sine)
-    place = y * law.per
-    k = np.clip(place, 0.0, law.pieces.shape[1] - 1.0).astype(np.int64)
-    t = place - k
-    (p0, p1, p2, p3), (q0, q1, q2, q3) = law.pieces[:, k], law.skew[:, k]
-    bend = law.per * (p1 + t * (2.0 * p2 + t * 3.0 * p3))
-    force, skew = p0 + t * (p1 + t * (p2 + t * p3)), q0 + t * (q1 + t * (q2 + t * q3))
-    return force, bend, -bend * y, skew
+    return _evaluate_spline(law, y) if isinstance(law, Spline) else _evaluate_phases(law, y)
 
 
 @numba.extending.overload(_evaluate_law, inline='always')
 def _overload_evaluate_law(law: Any, y: Any) -> Any:
-    def evaluate_phases(law: Any, y: Any) -> Any:
-        y2 = y * y
-        turns = y * (law.a + law.b * y2) * INVERSE_TURN
-        slope = law.a + 3.0 * law.b * y2
-        sine, cosine = sine_of_turns(turns), sine_of_turns(turns + 0.25)
-        bend = cosine * slope * slope + sine * 6.0 * law.b * y
-        by_b = y2 * (cosine * y * slope + 3.0 * sine)
-        return sine * slope, bend, cosine * y * slope + sine, by_b
-
-    def evaluate_spline(law: Any, y: Any) -> Any:
-        place, p, q = y * law.per, law.pieces, law.skew
-        k = int(min(max(place, 0.0), p.shape[1] - 1.0))
-        t = place - k
-        force = p[0, k] + t * (p[1, k] + t * (p[2, k] + t * p[3, k]))
-        bend = law.per * (p[1, k] + t * (2.0 * p[2, k] + t * 3.0 * p[3, k]))
-        skew = q[0, k] + t * (q[1, k] + t * (q[2, k] + t * q[3, k]))
-        return force, bend, -bend * y, skew
-
-    return evaluate_spline if law.instance_class is Spline else evaluate_phases
+    return _evaluate_spline if law.instance_class is Spline else _evaluate_phases
 
 
 class Material(NamedTuple):
@@ -206,7 +195,8 @@ def run_tangent(material: Material, v: Array, source: Source, dt: float, steps: 
 def solve_equilibrium_derivatives(material: Material, v: Array) -> Array:
     """Return the derivatives of an equilibrium, shape (N, columns)."""
     n, q, first = len(v), len(material.origins), material.first_shared_column
-    force, bend, by_first, by_second = _evaluate_law(material.potential, v - material.origin)
+    law = (_evaluate_law(material.potential, y) for y in (v - material.origin).tolist())
+    force, bend, by_first, by_second = np.array(list(law)).T
     stiffness = material.height * bend
     pushes = np.zeros((material.column_count, n))
     if material.height_count:

@@ -27,6 +27,7 @@ from mlmem.procedure_table import PROCEDURES
 from mlmem.readers.reading import UNDECODABLE
 from mlmem_ros.contract.streams import ReadShot
 
+from .fitted import MIN_DIVISOR
 from .forward import MAX_WALL_OFFSET_CELLS, Clock, Forward, find_equilibria
 from .noise import estimate_noise, whiten_waveforms
 from .unknowns import Unknowns
@@ -121,9 +122,6 @@ MIN_AGREEING_READS = 2
 MAX_UNEXPLAINED_RESIDUAL = 8.0
 """Residual, over that of noise and fit, from which one that no change explains is told: waves that
 are left of a write give more in a single read only."""
-
-MIN_DIVISOR = 1e-300
-"""Keeps quotients finite where nothing is heard."""
 
 
 @dataclass(frozen=True, eq=False)
