@@ -15,13 +15,13 @@ FIGURE_FILES = (
     'mov_s1', 'printed', 'gradient', 'carriers', 'peaks', 'launches', 'rigidity', 'design',
     'kicked', 'byte', 'robust',
 )  # fmt: skip
-"""Those of the folder `figures`, each with a `FIGURE`."""
+"""Those of the folder `figures`, each with a `definition`."""
 
 OUTPUT_FOLDER = 'figures'
 """Folder of what they write, below the output folder."""
 
 ALL_FIGURES: tuple[Figure, ...] = tuple(
-    importlib.import_module(f'.figures.{file}', __package__).FIGURE for file in FIGURE_FILES
+    importlib.import_module(f'.figures.{file}', __package__).definition for file in FIGURE_FILES
 )
 
 FIGURES_BY_NAME = {figure.name: figure for figure in ALL_FIGURES}

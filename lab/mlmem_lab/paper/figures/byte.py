@@ -17,7 +17,7 @@ from ...studies import style
 from ..echoes import probe_element
 from ..figure import Data, Figure, Quality
 
-FIGURE = Figure('byte', 'Many walls in one element: a byte is written and heard', seconds=60)
+definition = Figure('byte', 'Many walls in one element: a byte is written and heard', seconds=60)
 
 WRITTEN_WORD = 0xA7
 
@@ -25,7 +25,7 @@ DRAWN_WORDS = (0x00, 0x80, WRITTEN_WORD)
 """Words whose echoes are drawn: no wall, the farthest alone, five."""
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Write a word into a blank byte, listen in three words, and try other carriers.
 
@@ -67,7 +67,7 @@ def _word_separation(byte: Any, omega: float) -> float:
     return float(found.nearest.min() / np.linalg.norm(found.parts[0]))
 
 
-@FIGURE.register_drawing
+@definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw the write over the motion of the left end, the echoes, and the carriers."""
     design = load_element('byte').design

@@ -20,12 +20,12 @@ from ...studies import style
 from ..echoes import PAPER_PROBE, PRINTED_PROBE, detect_echo, record_echo, without_wall
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure('carriers', 'Which carriers and thresholds return an echo', seconds=9)
+definition = Figure('carriers', 'Which carriers and thresholds return an echo', seconds=9)
 
 THRESHOLD_GRID = np.geomspace(1e-6, 2e-2, 431)
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return echo strength, ring-down and usable thresholds for a sweep of carriers, both ends.
 
@@ -93,7 +93,7 @@ def _usable_thresholds(
     return float(THRESHOLD_GRID[starts[longest]]), float(THRESHOLD_GRID[stops[longest] - 1])
 
 
-@FIGURE.register_drawing
+@definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw strength over carrier above, usable thresholds below; left and right end."""
     figure = style.new_figure(5.6)
@@ -144,7 +144,7 @@ def draw_figure(data: Data) -> Any:
     return figure
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The carrier lies within the band of the active phase: omega_c = 2.4',
     page=5,
     how='Eq. (4), and a sweep of carriers in the simulated element',
@@ -168,7 +168,7 @@ def _printed_carrier(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'One threshold of v_c tells the echoes of all levels',
     page=5,
     how='sweep of carriers and thresholds: delays of all eight levels in order and 20 apart',

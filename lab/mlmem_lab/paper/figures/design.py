@@ -18,10 +18,10 @@ from ...studies import style
 from ..echoes import PRINTED_PROBE
 from ..figure import Data, Figure, Quality
 
-FIGURE = Figure('design', 'How the pieces of a design act together', seconds=1)
+definition = Figure('design', 'How the pieces of a design act together', seconds=1)
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return landscapes by strain, the pull on the way to a defect by gamma, and the bands."""
     write = Settings().write
@@ -46,7 +46,7 @@ def compute_data(quality: Quality) -> Data:
     return data
 
 
-@FIGURE.register_drawing
+@definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw four panels: at rest, under strain, the way back, and the carriers."""
     figure = style.new_figure(5.2)

@@ -14,10 +14,10 @@ from mlmem.physics.held_wall import hold_walls, make_uniform
 from ...studies import style
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure('1c', 'Fig. 1c: potential, stiffness and wall profiles', seconds=1)
+definition = Figure('1c', 'Fig. 1c: potential, stiffness and wall profiles', seconds=1)
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return the potential over three ground states and the resting walls of both cases.
 
@@ -42,7 +42,7 @@ def compute_data(quality: Quality) -> Data:
     return data
 
 
-@FIGURE.register_drawing
+@definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw potential and stiffness, and both walls."""
     figure = style.new_figure(3.2)
@@ -82,7 +82,7 @@ def draw_figure(data: Data) -> Any:
     return figure
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'Psi possesses n >= 2 degenerate ground states',
     page=2,
     where='Fig. 1c.i',
@@ -99,7 +99,7 @@ def _ground_states(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The linear on-site stiffness about each ground state is unique',
     page=2,
     where='Fig. 1c.i',

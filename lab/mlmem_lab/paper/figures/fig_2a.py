@@ -21,14 +21,14 @@ from ..landscapes import (
     strained_equilibrium,
 )
 
-FIGURE = Figure(
+definition = Figure(
     '2a', 'Fig. 2a: energy landscape under strain, Eq. 3 and without ansatz', seconds=3
 )
 
 STRAIN_FAMILY = 1e-3 * np.array([-15, -12, -9, -6, -3, 0, 3, 6, 9, 12, 15])
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return U(X) by both ways, the fits' errors and orders, for a family of strains.
 
@@ -57,7 +57,7 @@ def compute_data(quality: Quality) -> Data:
     return data | {'v_0': v, 'V_0': V}
 
 
-@FIGURE.register_drawing
+@definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw both halves of the family, and below how far the ansatz is off."""
     figure = style.new_figure(5.2)
@@ -89,7 +89,7 @@ def draw_figure(data: Data) -> Any:
     return figure
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The ansatzes fit with an rms error below 1.35e-4: the initial displacements v_0 and V_0',
     page=3,
     how='least squares of linear + Fourier terms, least order q that meets the bound',
@@ -103,7 +103,7 @@ def _displacement_fits(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The ansatzes fit with an rms error below 1.35e-4: the arctan kink',
     page=3,
     how='least squares of all five constants to the resting wall (Case I); SciPy from random '
@@ -120,7 +120,7 @@ def _kink_fit(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The inhomogeneous strain of the substrate is, effectively, reproduced in the metamaterial',
     page=2,
     how='Newton equilibrium of the inactive element at the largest strain, Case I',
@@ -136,7 +136,7 @@ def _strain_reproduced(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The analytical landscape stands for the simulated one',
     page=3,
     where='Eq. (3)',
@@ -157,7 +157,7 @@ def _ansatz_against_held(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'For no strain a pronounced decrease of U is centred at the soft defect',
     page=3,
     where='Fig. 2a',
@@ -178,7 +178,7 @@ def _dip(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'As |strain| increases, the defect energy well shallows',
     page=3,
     where='Fig. 2a',
@@ -195,7 +195,7 @@ def _shallowing(data: Data) -> Judged:
     return judge_numbers(falls, f'depth x 1e3 by strain x 1e3: {row}')
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'Under compression (tension) a local maximum (minimum) develops near s_min',
     page=4,
     where='Fig. 2a',

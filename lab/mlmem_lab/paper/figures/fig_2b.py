@@ -17,7 +17,7 @@ from ...studies import style
 from ...studies.trace import wall_path
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure('2b', 'Fig. 2b: position of a pinned wall under growing strain', seconds=5)
+definition = Figure('2b', 'Fig. 2b: position of a pinned wall under growing strain', seconds=5)
 
 SOFTEST_SITES = (81.0, 100.0, 119.0)
 """Sites j_0 of least stiffness: before (Table I), at, and as far after the defect at j = 100."""
@@ -26,7 +26,7 @@ MAX_STRAIN = 0.06
 """Strain at the end of the growth, either sign."""
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return the wall's path under growing strain, by time integration and by equilibria.
 
@@ -63,7 +63,7 @@ def _departure_strain(strain: np.ndarray, path: np.ndarray) -> float:
     return float(strain[gone.argmax()]) if gone.any() else float('nan')
 
 
-@FIGURE.register_drawing
+@definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw the three columns of the paper's first row."""
     figure = style.new_figure(3.3)
@@ -97,7 +97,7 @@ def draw_figure(data: Data) -> Any:
     return figure
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The pinned wall de-pins, and is re-pinned at the strain-induced minimum or leaves (s_min '
     'before the defect)',
     page=4,
@@ -108,7 +108,7 @@ def _row_i(data: Data) -> Judged:
     return _column(data, 0, re_pinned=-19.0, leaves='right')
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'With s_min at the defect, de-pinning needs a significantly higher strain',
     page=4,
     where='Fig. 2b.ii',
@@ -129,7 +129,7 @@ def _row_ii(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'With s_min after the defect, the directions of de-pinning are exchanged',
     page=4,
     where='Fig. 2b.iii',

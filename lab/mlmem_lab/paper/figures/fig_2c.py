@@ -15,10 +15,10 @@ from ...studies import style
 from ..figure import Data, Figure, Quality
 from .fig_2b import SOFTEST_SITES
 
-FIGURE = Figure('2c', 'Fig. 2c: stiffness of the substrate', seconds=1)
+definition = Figure('2c', 'Fig. 2c: stiffness of the substrate', seconds=1)
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return s_{j+1/2} over s_min for every j_0, shape (3, N - 1)."""
     designs = [dataclasses.replace(CASE_I, j_0=j_0) for j_0 in SOFTEST_SITES]
@@ -29,7 +29,7 @@ def compute_data(quality: Quality) -> Data:
     }
 
 
-@FIGURE.register_drawing
+@definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw the three profiles under each other's columns, as the paper's second row."""
     figure = style.new_figure(2.2)

@@ -17,10 +17,10 @@ from ...studies import style
 from ..echoes import PAPER_PROBE, PRINTED_PROBE
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure('3a', 'Fig. 3a: wavenumbers of both phases', seconds=1)
+definition = Figure('3a', 'Fig. 3a: wavenumbers of both phases', seconds=1)
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return the complex wavenumber against frequency, and the band edges, for both phases."""
     omega = np.linspace(0.0, 2.6, quality.pick(521, 2601))
@@ -38,7 +38,7 @@ def compute_data(quality: Quality) -> Data:
     }
 
 
-@FIGURE.register_drawing
+@definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw attenuation to the left and propagation to the right, frequency upward."""
     figure = style.new_figure(3.8)
@@ -78,7 +78,7 @@ def draw_figure(data: Data) -> Any:
     return figure
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The propagating modes of the two phases have non-overlapping frequency ranges',
     page=5,
     where='Fig. 3a',

@@ -17,12 +17,12 @@ from ...studies import style
 from ..echoes import PAPER_PROBE, PRINTED_PROBE, probe_element
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure('3b', 'Fig. 3b: a pulse and its echo from the wall', seconds=2)
+definition = Figure('3b', 'Fig. 3b: a pulse and its echo from the wall', seconds=2)
 
 SHORT_DESIGN = dataclasses.replace(CASE_II, N=200)
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return v_m, v_c and the delay for both walls, with our carrier and the printed one."""
     data: Data = {}
@@ -47,7 +47,7 @@ def compute_data(quality: Quality) -> Data:
     return data
 
 
-@FIGURE.register_drawing
+@definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw one row per wall, and the printed numbers below."""
     figure = style.new_figure(5.8)
@@ -95,7 +95,7 @@ def draw_figure(data: Data) -> Any:
     return figure
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'An echo is v_c > 7.5e-3 after the pulse',
     page=5,
     where='Fig. 3b',
@@ -112,7 +112,7 @@ def _printed_threshold(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The delay grows with the distance of the wall (Fig. 3b: j = 51 and 101)',
     page=5,
     where='Fig. 3b',

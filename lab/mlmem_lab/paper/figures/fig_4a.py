@@ -17,10 +17,10 @@ from ...studies import style
 from ...studies.trace import record_procedures, wall_path
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure('4a', 'Fig. 4a: the wall driven from level to level', seconds=3)
+definition = Figure('4a', 'Fig. 4a: the wall driven from level to level', seconds=3)
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Write level 0, then go up one level at a time; note field, strain and wall.
 
@@ -46,7 +46,7 @@ def compute_data(quality: Quality) -> Data:
     }
 
 
-@FIGURE.register_drawing
+@definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw contour over strain schedule, and the step from x = 0 with its four numbers."""
     figure = style.new_figure(4.6)
@@ -97,7 +97,7 @@ def _find_events(t: np.ndarray, wall: np.ndarray, home: float) -> list[tuple[flo
     return [(float(t[i]), float(wall[i])) for i in (leaves, held, drifts, pinned)]
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The opposite effect manifests in the vicinity of s_max',
     page=4,
     where='not shown',
@@ -115,7 +115,7 @@ def _extrema_at_s_max(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'Cycles of compressive, tensile and zero strain advance the wall level by level',
     page=5,
     where='Fig. 4a',
@@ -130,7 +130,7 @@ def _level_by_level(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'Events (1) to (4): de-pinning, temporary re-pinning under strain, drift by the gradient as '
     'the strain falls, pinning at the next defect',
     page=6,

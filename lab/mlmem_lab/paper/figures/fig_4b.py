@@ -20,10 +20,10 @@ from ...studies import style
 from ..echoes import PAPER_PROBE, probe_element
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure('4b', 'Fig. 4b: echo delay by level', seconds=1)
+definition = Figure('4b', 'Fig. 4b: echo delay by level', seconds=1)
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return the echo delays of all levels by three readers, and of the same with no wall."""
     design = CASE_II
@@ -60,7 +60,7 @@ def _flight_time(end: End, probe: ProbeSettings, levels: np.ndarray) -> np.ndarr
     return np.asarray(2.0 * distance / group_velocity(probe.omega_c, k_s))
 
 
-@FIGURE.register_drawing
+@definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw delay against level with its binary code."""
     figure = style.new_figure(4.2)
@@ -91,7 +91,7 @@ def draw_figure(data: Data) -> Any:
     return figure
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'At the domain wall the wave is reflected back toward the source as an echo',
     page=5,
     how='the same probe of an element without a wall, too long to echo from its far end',
@@ -108,7 +108,7 @@ def _echo_from_wall(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The delays of the eight levels are distinct and increase with the level',
     page=6,
     where='Fig. 4b',
@@ -128,7 +128,7 @@ def _delays_by_level(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The position may be determined by a signal initiated at either boundary',
     page=3,
     how='wall at rest at every defect, probed from the right with a carrier of 0.7, inside the '
@@ -149,7 +149,7 @@ def _either_boundary(data: Data, sweep: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'Time of flight over distance is the group velocity of the carrier',
     page=5,
     where='implied by Eq. (4)',

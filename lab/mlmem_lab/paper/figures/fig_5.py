@@ -17,10 +17,10 @@ from ...studies import style
 from ...studies.trace import record_procedures
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure('5', 'Fig. 5: erase by a kink, from every level', seconds=4)
+definition = Figure('5', 'Fig. 5: erase by a kink, from every level', seconds=4)
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Write each level and erase it; keep field and strain of the last level's erase.
 
@@ -58,7 +58,7 @@ def _count_excursions(strain: np.ndarray) -> int:
     return int(np.count_nonzero(away[1:] & ~away[:-1]) + away[0])
 
 
-@FIGURE.register_drawing
+@definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw the erase of the last level as a contour, and the cost of every level."""
     figure = style.new_figure(4.2)
@@ -75,7 +75,7 @@ def draw_figure(data: Data) -> Any:
     return figure
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'A kink conveyed across the element returns it to the inactive phase, from any level',
     page=6,
     where='Fig. 5',

@@ -16,13 +16,13 @@ from mlmem.physics.potential import Array
 from ...studies.trace import wall_path
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure('gradient', 'A wall in the uniform gradient: speed and profile', seconds=3)
+definition = Figure('gradient', 'A wall in the uniform gradient: speed and profile', seconds=3)
 
 UNIFORM_DESIGN = dataclasses.replace(CASE_I, beta=0.0)
 """Case I without its defect: nothing but the gradient."""
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Let both kinds of wall go at rest, and return path, speed and change of profile.
 
@@ -84,7 +84,7 @@ def closed_form(data: Data, position: np.ndarray) -> np.ndarray:
     return np.asarray(-data['gamma'] / (2.0 * data['eta'] * alpha))
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The (anti-)kink exhibits a permanent profile while travelling the length of the system',
     page=3,
     how='rms departure, over 41 cells about the moving wall, from the resting wall of the '
@@ -100,7 +100,7 @@ def _permanent_profile(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'A wall in the uniform gradient propagates to the right with constant speed',
     page=2,
     how='time integration (Case I, no defect), four damping times after release',
@@ -121,7 +121,7 @@ def _constant_speed(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The gradient supports uni-directional propagation of both kink and anti-kink',
     page=2,
     how='both kinds of wall let go at rest',
@@ -136,7 +136,7 @@ def _both_kinds(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'A wave travels until it enters the well of a soft defect, where dissipation pins it',
     page=2,
     how='Case I with its defect, anti-kink let go at rest 50 cells before it',

@@ -15,10 +15,10 @@ from ...studies import style
 from ...studies.trace import record_procedures
 from ..figure import Data, Figure, Quality
 
-FIGURE = Figure('kicked', 'Every level written by a kick, after one that erases', seconds=15)
+definition = Figure('kicked', 'Every level written by a kick, after one that erases', seconds=15)
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return frames of the configuration, and how the ends move, while all levels are written."""
     # written in this order, so that most are far from the one before; then the element is erased
@@ -30,7 +30,7 @@ def compute_data(quality: Quality) -> Data:
     return trace.list_frames(quality.pick(8, 280)) | {'begins': trace.begins, 'levels': levels}
 
 
-@FIGURE.register_drawing
+@definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw the configuration over time: a kick is a ramp to a level, or erases the wall."""
     t: Array = 1e-3 * data['t']

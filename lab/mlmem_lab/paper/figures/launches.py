@@ -23,10 +23,12 @@ from mlmem.physics import (
 
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure('launches', 'Which launches start a wall, the printed one included', seconds=11)
+definition = Figure(
+    'launches', 'Which launches start a wall, the printed one included', seconds=11
+)
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Kick or move the first cell and see which wall is left when the strain is released.
 
@@ -121,7 +123,7 @@ def threshold_velocity(data: Data, row: int = 0) -> float:
     return float(data['kick_velocity'][made].max()) if made.any() else math.nan
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'An initial velocity of -0.6148 at j = 1 creates the kink',
     page=6,
     where='Fig. 5',
@@ -147,7 +149,7 @@ def _printed_launch(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'A wall may be injected from the boundary by an actuator coupled to the boundary site',
     page=5,
     how='first cell of a blank element moved from s1 to s2 at constant speed under strain',

@@ -14,10 +14,10 @@ from ...studies.trace import record_procedures
 from ..figure import Data, Figure, Quality
 from ..film import save_film
 
-FIGURE = Figure('s1', 'Mov. S1: the walls moving under strain', seconds=13)
+definition = Figure('s1', 'Mov. S1: the walls moving under strain', seconds=13)
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return frames of configuration and strain while every level is written and erased."""
     levels = range(quality.pick(2, CASE_II.levels))
@@ -28,7 +28,7 @@ def compute_data(quality: Quality) -> Data:
     return record_procedures(MemoryElement(CASE_II), commands).list_frames(quality.pick(8, 140))
 
 
-@FIGURE.register_film
+@definition.register_film
 def save_movie(data: Data, stem: Path) -> list[Path]:
     """Write the film over the strain; return the file."""
     return save_film(CASE_II, data, 1e3 * data['strain'], style.STRAIN_LABEL, stem)

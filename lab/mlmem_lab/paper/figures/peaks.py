@@ -14,7 +14,7 @@ from mlmem.physics import CASE_II, NOH_BATHE, find_level
 from ...studies.trace import wall_position
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure('peaks', 'Which peak strains move the wall by one level', seconds=8)
+definition = Figure('peaks', 'Which peak strains move the wall by one level', seconds=8)
 
 
 def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, float]:
@@ -36,7 +36,7 @@ def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, floa
     return find_level(CASE_II, end), place - CASE_II.defect_site(level)
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return the levels and cells moved by one cycle (level x peak), of either sign."""
     times = CycleSettings()
@@ -61,7 +61,7 @@ def compute_data(quality: Quality) -> Data:
     }
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'Case II imbues the metamaterial with eight pinning sites, sufficient for 3-bit storage',
     page=5,
     how='Newton equilibria of the wall at every defect; a cycle too weak to move it leaves it',
@@ -76,7 +76,7 @@ def _eight_levels(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'One strain cycle moves the wall from a defect site to the next one',
     page=6,
     where='Fig. 4a',
@@ -101,7 +101,7 @@ def _one_step_per_cycle(data: Data) -> Judged:
     return judge_numbers(all(sure), 'all peaks tried of ' + '; '.join(texts))
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'The wall is restricted to unidirectional motion from left to right',
     page=6,
     how='one slow cycle from every level over a sweep of peak strains of both signs. It holds for '

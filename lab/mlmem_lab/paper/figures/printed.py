@@ -21,7 +21,7 @@ from ..figure import Data, Figure, Quality
 from ..landscapes import MAX_FIT_ERROR
 from . import fig_2a, fig_2b, fig_3b, launches
 
-FIGURE = Figure(
+definition = Figure(
     'printed',
     'Every printed number, and how far ours is from it',
     seconds=20,
@@ -38,7 +38,7 @@ Row = tuple[str, float, float]
 """Quantity with its place in the paper, the printed number, and ours."""
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return names, printed numbers and ours: `places` in cells, `others` in other units."""
     data: Data = {}
@@ -113,7 +113,7 @@ def _list_others(landscapes: Data, launched: Data) -> list[Row]:
     ]
 
 
-@FIGURE.register_drawing
+@definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw the difference of every place, and the ratio of every other number."""
     figure = style.new_figure(5.6)

@@ -18,7 +18,7 @@ from ...studies.trace import wall_path
 from ..echoes import PAPER_PROBE, detect_echo, record_echo
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
-FIGURE = Figure('rigidity', 'How stiff the substrate has to be', seconds=10)
+definition = Figure('rigidity', 'How stiff the substrate has to be', seconds=10)
 
 SAMPLE_PERIOD = 10.0
 """Time between looks."""
@@ -27,7 +27,7 @@ SETTLE_TIME = 4000.0
 """Time in which the substrate gives way under the wall and comes to rest: exp(-8) is left."""
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Make a cycle from every level with Eq. (1a) alone and with Eq. (1b), over s_min.
 
@@ -87,7 +87,7 @@ def _run_cycle(design: Design, level: int) -> tuple[np.ndarray, float]:
     return wall_path(design, run.configuration), float(end) if end >= 0 else np.nan
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'A substrate that is, effectively, rigid allows Eq. (1a) alone',
     page=2,
     how='a cycle from every level, with Eqs. (1a, b) and with (1a) alone',
@@ -103,7 +103,7 @@ def _rigid_suffices(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'Proper function requires min(s) >> max(k_r, k_s); no number is printed',
     page=2,
     how='sweep of s_min with s_max = 3 s_min',
@@ -126,7 +126,7 @@ def _how_rigid(data: Data) -> Judged:
     )
 
 
-@FIGURE.register_claim(
+@definition.register_claim(
     'At low frequency the metamaterial may be treated in isolation',
     page=2,
     how='the same pulse and wall with Eqs. (1a, b) and with (1a) alone, the same step',

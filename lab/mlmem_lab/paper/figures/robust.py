@@ -14,7 +14,7 @@ from ...studies.trace import record_procedures
 from ..figure import Data, Figure, Quality
 from ..film import save_film
 
-FIGURE = Figure('robust', 'A robust element of uneven parts, written eight times', seconds=10)
+definition = Figure('robust', 'A robust element of uneven parts, written eight times', seconds=10)
 
 SHIPPED = load_element('robust_3')
 
@@ -25,7 +25,7 @@ LEVEL_ORDER = (7, 0, 6, 1, 5, 2, 4, 3)
 """Levels in the order in which they are written: most are far from the one before."""
 
 
-@FIGURE.register_data
+@definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return frames of the configuration and the left end while the levels are written."""
     made = scattered(SHIPPED.design, Scatter(alpha=SCATTER, k_r=SCATTER, mass=SCATTER), 1)
@@ -36,7 +36,7 @@ def compute_data(quality: Quality) -> Data:
     return record_procedures(element, commands).list_frames(quality.pick(8, 120))
 
 
-@FIGURE.register_film
+@definition.register_film
 def save_movie(data: Data, stem: Path) -> list[Path]:
     """Write the film over the motion of the left end; return the file."""
     return save_film(SHIPPED.design, data, data['field'][:, 0], 'left end', stem)
