@@ -20,6 +20,6 @@ def forecast_preset(name: str) -> dict[str, Any]:
     }
 
 
-FORECASTS_STUDY = Study(
+forecasts_study = Study(
     'forecasts', forecast_preset, ('case_2',), ('lab/mlmem_lab/forecasts.py', 'mlmem_tools/checks')
 )

@@ -112,7 +112,7 @@ def _place(element: MemoryElement, good: Specimen, bad: Specimen, content: int) 
     return True
 
 
-STUDY = Study(
+one_wire_study = Study(
     'one_wire',
     count_case,
     CASES,

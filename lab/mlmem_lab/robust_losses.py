@@ -53,7 +53,7 @@ def count_writes(case: str) -> dict[str, Any]:
     return {'element': name, 'loss': key, 'factor': float(factor), **counts}
 
 
-STUDY = Study(
+robust_losses_study = Study(
     'robust_losses',
     count_writes,
     tuple(

@@ -164,7 +164,7 @@ def _make_disturbance(
     return None
 
 
-STUDY = Study(
+robust_reads_study = Study(
     'robust_reads',
     count_case,
     CASES,

@@ -91,7 +91,7 @@ def _count_scatter(name: str, scatter: float) -> dict[str, Any]:
     }
 
 
-STUDY = Study(
+robust_writes_study = Study(
     'robust_writes',
     count_writes,
     ELEMENT_NAMES,

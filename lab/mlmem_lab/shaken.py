@@ -210,7 +210,7 @@ def count_reads(case: str) -> dict[str, Any]:
     }
 
 
-SHAKEN_STUDY = Study(
+shaken_study = Study(
     'shaken',
     count_reads,
     tuple(STUDIED_CASES),

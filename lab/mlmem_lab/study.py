@@ -34,30 +34,30 @@ from . import results
 
 Result = TypeVar('Result')
 
-STUDY_PLACES = {
-    'astray': 'windows.astray:ASTRAY_STUDY',
-    'bad_cells': 'reads.bad_cells:BAD_CELLS_STUDY',
-    'curves': 'measured.study:CURVES_STUDY',
-    'forecasts': 'forecasts:FORECASTS_STUDY',
-    'kicks': 'windows.kicks:KICKS_STUDY',
-    'one_wire': 'one_wire:STUDY',
-    'proofs': 'studies.proof:PROOFS_STUDY',
-    'reads': 'reads.count:READS_STUDY',
-    'robust_reads': 'robust_reads:STUDY',
-    'robust_words': 'words:ROBUST_STUDY',
-    'robust_writes': 'robust_writes:STUDY',
-    'robust_losses': 'robust_losses:STUDY',
-    'shaken': 'shaken:SHAKEN_STUDY',
-    'times': 'times:TIMES_STUDY',
-    'tolerance': 'studies.tolerance.study:TOLERANCE_STUDY',
-    'twin_alarms': 'twins.study:ALARMS_STUDY',
-    'twin_changes': 'twins.study:CHANGES_STUDY',
-    'twin_fits': 'twins.study:FITS_STUDY',
-    'unseen': 'measured.study:UNSEEN_STUDY',
-    'validity': 'validity:VALIDITY_STUDY',
-    'words': 'words:WORDS_STUDY',
+STUDY_MODULES = {
+    'astray': 'windows.astray',
+    'bad_cells': 'reads.bad_cells',
+    'curves': 'measured.study',
+    'forecasts': 'forecasts',
+    'kicks': 'windows.kicks',
+    'one_wire': 'one_wire',
+    'proofs': 'studies.proof',
+    'reads': 'reads.count',
+    'robust_reads': 'robust_reads',
+    'robust_words': 'words',
+    'robust_writes': 'robust_writes',
+    'robust_losses': 'robust_losses',
+    'shaken': 'shaken',
+    'times': 'times',
+    'tolerance': 'studies.tolerance.study',
+    'twin_alarms': 'twins.study',
+    'twin_changes': 'twins.study',
+    'twin_fits': 'twins.study',
+    'unseen': 'measured.study',
+    'validity': 'validity',
+    'words': 'words',
 }
-"""Module and name of every study, by its own name, which is that of its result file."""
+"""Module of every study, by its name, which is that of its result file: it defines NAME_study."""
 
 
 def sum_counts(counts: Iterable[Mapping[str, Any]]) -> dict[str, int]:
@@ -148,16 +148,16 @@ class Study:
 
 
 def load_study(name: str) -> Study:
-    """Return a study by its name, one of `STUDY_PLACES`."""
-    module, _, attribute = STUDY_PLACES[name].partition(':')
-    found: Study = getattr(importlib.import_module(f'.{module}', __package__), attribute)
+    """Return a study by its name, one of `STUDY_MODULES`."""
+    module = importlib.import_module(f'.{STUDY_MODULES[name]}', __package__)
+    found: Study = getattr(module, f'{name}_study')
     return found
 
 
 @declare_command(
     'measure many cases, and keep the results for the pages',
-    declare_option('name', choices=tuple(STUDY_PLACES), metavar='STUDY',
-        help=', '.join(STUDY_PLACES)),
+    declare_option('name', choices=tuple(STUDY_MODULES), metavar='STUDY',
+        help=', '.join(STUDY_MODULES)),
     declare_option('cases', nargs='*', metavar='CASE',
         help='such as an element; none: those that the result file lacks'),
     declare_option('--list', action='store_true', help='list the cases and exit'),

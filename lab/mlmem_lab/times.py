@@ -92,6 +92,6 @@ def _summarise_times(times: Iterable[float]) -> dict[str, float]:
     }
 
 
-TIMES_STUDY = Study(
+times_study = Study(
     'times', measure_times, STRAINED_PRESETS, ('lab/mlmem_lab/times.py',), RANDOM_SEED
 )

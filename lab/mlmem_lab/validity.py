@@ -106,7 +106,7 @@ def try_preset(name: str) -> list[Trial]:
     return found
 
 
-VALIDITY_STUDY = Study(
+validity_study = Study(
     'validity',
     try_preset,
     ('case_2', 'bits_2', 'bits_4', 'case_1', 'bits_1', 'kick_2', 'kick_4'),

@@ -253,7 +253,7 @@ def count_robust_writes(name: str) -> dict[str, Any]:
     return found
 
 
-WORDS_STUDY = Study(
+words_study = Study(
     'words',
     count_preset,
     ('byte', 'register_4', 'register_5'),
@@ -263,7 +263,7 @@ WORDS_STUDY = Study(
 )
 
 ROBUST_SEED = 11
-ROBUST_STUDY = Study(
+robust_words_study = Study(
     'robust_words',
     count_robust_writes,
     ('robust_words',),

@@ -9,7 +9,7 @@ from mlmem.moves.move import MIN_MARGIN
 from mlmem.physics import Specimen
 from mlmem.readers.reading import BLANK
 from mlmem_lab.results import load_result
-from mlmem_lab.windows.kicks import KICKS_STUDY
+from mlmem_lab.windows.kicks import kicks_study
 from mlmem_tools.identification.kick_search import (
     after_erase,
     after_kick,
@@ -17,7 +17,7 @@ from mlmem_tools.identification.kick_search import (
     search_kicks,
 )
 
-MAPPED = load_result(KICKS_STUDY.path)['cases']
+MAPPED = load_result(kicks_study.path)['cases']
 
 
 def chain_of(name):
@@ -25,7 +25,7 @@ def chain_of(name):
     return build_chain(Specimen(design), settings)
 
 
-@pytest.mark.parametrize('name', KICKS_STUDY.cases)
+@pytest.mark.parametrize('name', kicks_study.cases)
 def test_the_committed_map_is_that_of_the_code(name):
     design, settings = load_element(name).design_and_settings
     chain = chain_of(name)
@@ -36,7 +36,7 @@ def test_the_committed_map_is_that_of_the_code(name):
     assert after_erase(chain, design.levels - 1, speed, settings.kick) == BLANK
 
 
-@pytest.mark.parametrize('name', KICKS_STUDY.cases)
+@pytest.mark.parametrize('name', kicks_study.cases)
 def test_every_shipped_kick_tolerates_a_speed_a_tenth_off(name):
     """A level whose kick tolerates less is disabled."""
     design, settings = load_element(name).design_and_settings
@@ -53,7 +53,7 @@ def test_every_shipped_kick_tolerates_a_speed_a_tenth_off(name):
             assert after_erase(chain, level, speed, settings.kick) == BLANK
 
 
-@pytest.mark.parametrize('name', KICKS_STUDY.cases)
+@pytest.mark.parametrize('name', kicks_study.cases)
 def test_no_write_of_the_committed_count_was_wrong(name):
     written = MAPPED[name]['written']
     assert written['writes'] + written['erases'] >= 1000

@@ -8,7 +8,7 @@ import pytest
 
 from mlmem_lab import results
 from mlmem_lab import study as studies
-from mlmem_lab.study import STUDY_PLACES, Study, load_study
+from mlmem_lab.study import STUDY_MODULES, Study, load_study
 from mlmem_tools.cli.main import main
 
 
@@ -22,7 +22,7 @@ def lengths(tmp_path, monkeypatch):
     monkeypatch.setattr(results, 'RESULT_FOLDER', tmp_path)
     monkeypatch.setattr(results, 'hash_modules', lambda modules: ' '.join(modules))
     found = Study('lengths', len, ('case_2', 'bits_1', 'byte'), ('lab/lengths.py',), seed=3)
-    monkeypatch.setitem(STUDY_PLACES, 'times', 'lengths')
+    monkeypatch.setitem(STUDY_MODULES, 'times', 'lengths')
     monkeypatch.setattr(studies, 'load_study', lambda name: found)
     return found
 
@@ -64,7 +64,7 @@ def test_an_unknown_case_is_refused(lengths, capsys):
     assert not lengths.path.exists()
 
 
-@pytest.mark.parametrize('name', STUDY_PLACES)
+@pytest.mark.parametrize('name', STUDY_MODULES)
 def test_every_study_is_that_of_its_result_file(name):
     """The committed file has its cases, and names modules that are there."""
     found = load_study(name)

@@ -99,10 +99,10 @@ def summarise_speeds(speeds: Array) -> dict[str, float | None]:
 
 
 MODULES = ('lab/mlmem_lab/measured',)
-CURVES_STUDY = Study(
+curves_study = Study(
     'curves', predict_seen, ('all',), MODULES, SEED,
     lambda presets: {'attribution': DATA_ATTRIBUTION},
 )  # fmt: skip
-UNSEEN_STUDY = Study(
+unseen_study = Study(
     'unseen', predict_unseen, tuple(map(str, ALL_CASES)), MODULES, SEED, compare_speeds
 )  # fmt: skip

@@ -128,7 +128,7 @@ def sum_presets(presets: Mapping[str, Any]) -> dict[str, Any]:
     return {'known': known, 'all': sum_counts(known.values()), 'told wrongly': wrongly}
 
 
-BAD_CELLS_STUDY = Study(
+bad_cells_study = Study(
     'bad_cells',
     measure_element,
     tuple(SITE_SPACINGS),

@@ -204,7 +204,7 @@ def sum_presets(presets: Mapping[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-READS_STUDY = Study(
+reads_study = Study(
     'reads',
     count_element,
     (*STRAINED_PRESETS, 'byte'),

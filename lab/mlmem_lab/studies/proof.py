@@ -293,7 +293,7 @@ def prove_preset(name: str) -> dict[str, str]:
     )
 
 
-PROOFS_STUDY = Study(
+proofs_study = Study(
     'proofs',
     prove_preset,
     ('case_2', 'bits_1', 'bits_2', 'bits_4'),

@@ -61,7 +61,7 @@ STUDIED_MODULES = (
 )  # fmt: skip
 """Also what stands for the transducers, and for an element that is simulated otherwise."""
 
-FITS_STUDY = Study(
+twin_fits_study = Study(
     'twin_fits',
     count_fits,
     tuple(
@@ -70,5 +70,5 @@ FITS_STUDY = Study(
     STUDIED_MODULES,
     FIRST_FIT_SEED,
 )
-ALARMS_STUDY = Study('twin_alarms', count_alarms, (WATCHED_PRESET,), STUDIED_MODULES, 0)
-CHANGES_STUDY = Study('twin_changes', count_changes, tuple(CHANGE_KINDS), STUDIED_MODULES, 0)
+twin_alarms_study = Study('twin_alarms', count_alarms, (WATCHED_PRESET,), STUDIED_MODULES, 0)
+twin_changes_study = Study('twin_changes', count_changes, tuple(CHANGE_KINDS), STUDIED_MODULES, 0)

@@ -134,7 +134,7 @@ def draw_shares(result: Mapping[str, Any]) -> Any:
     return figure
 
 
-ASTRAY_STUDY = Study(
+astray_study = Study(
     'astray',
     measure_preset,
     tuple(STUDIED_CASES),

@@ -114,7 +114,7 @@ def draw_kicks(result: Mapping[str, Any]) -> Any:
     return figure
 
 
-KICKS_STUDY = Study(
+kicks_study = Study(
     'kicks',
     measure_kicks,
     ('kick_2', 'case_2', 'kick_4'),

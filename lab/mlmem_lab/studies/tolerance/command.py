@@ -56,7 +56,7 @@ def tolerance(arguments: argparse.Namespace) -> int:
     from ...results import load_kept, load_result
     from .draw import draw_rates
     from .element import ALL_KINDS, TRIAL_LABELS
-    from .study import TOLERANCE_STUDY, list_cases
+    from .study import list_cases, tolerance_study
 
     console = create_console(aside=arguments.json)
     kinds, trials = arguments.kinds or ALL_KINDS, arguments.tried or ('step', 'left', 'right')
@@ -69,9 +69,9 @@ def tolerance(arguments: argparse.Namespace) -> int:
     file = arguments.output or Path('tolerance', f'{element.stem}.json')
     try:
         study = replace(
-            TOLERANCE_STUDY,
+            tolerance_study,
             cases=tuple(dict.fromkeys([*load_kept(file).get('cases', {}), *cases])),
-            modules=(*TOLERANCE_STUDY.modules, *own_file),
+            modules=(*tolerance_study.modules, *own_file),
             file=file,
             draw=partial(draw_rates, cases=cases),
         )

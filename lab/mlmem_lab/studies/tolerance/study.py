@@ -78,7 +78,7 @@ def count_case(case: str) -> dict[str, Any]:
     return {'amount': amount, 'text': text, 'rows': rows}
 
 
-TOLERANCE_STUDY = Study(
+tolerance_study = Study(
     'tolerance',
     count_case,
     STUDIED_CASES,
