@@ -26,16 +26,6 @@ from mlmem.readers.register import pin_walls
 from .reads.count import true_level
 from .study import Study
 
-ELEMENT_NAME = 'robust_3_one_end'
-
-SEED, SCATTER = 900, 0.03
-
-ELEMENT_COUNTS = {'before': 24, 'after': 10}
-"""Elements of a case: a cell that is bad before needs a calibration of its own."""
-
-SITE_COUNTS = {'before': 1, 'after': 12}
-"""Sites of the bad cell, one after the other, in each of them."""
-
 CELL_FACTORS: dict[str, dict[str, float]] = {
     'stuck': {},
     'alpha 0.3': {'alpha': 0.3},
@@ -43,9 +33,6 @@ CELL_FACTORS: dict[str, dict[str, float]] = {
     'mass 2': {'mass': 2.0},
 }
 """Factors of a bad cell by what is wrong with it; one that is stuck has none."""
-
-CASES = tuple(f'{kind}, {when}' for kind in CELL_FACTORS for when in ('before', 'after'))
-"""What is wrong, and when it became so."""
 
 
 def break_cell(made: Specimen, kind: str, site: int) -> Specimen:
@@ -58,12 +45,14 @@ def break_cell(made: Specimen, kind: str, site: int) -> Specimen:
     return replace(made, alpha_factor=alpha, mass=mass, stuck=stuck)
 
 
-def count_case(case: str) -> dict[str, Any]:
+def count_case(case: str, seed: int) -> dict[str, Any]:
     """Return how the calibrations and reads of the elements of a case ended."""
     kind, _, when = case.partition(', ')
     found = Counter[str]()
-    for number in range(ELEMENT_COUNTS[when]):
-        found += _count_element(kind, when, SEED + 1000 * CASES.index(case) + number)
+    first_seed = seed + 1000 * one_wire_study.cases.index(case)
+    # a cell that is bad before needs an element, and so a calibration, of its own
+    for number in range(24 if when == 'before' else 10):
+        found += _count_element(kind, when, first_seed + number)
     return {
         name: found[name]
         for name in ('elements', 'refused', 'reads', 'right', 'undecodable', 'wrong')
@@ -71,10 +60,11 @@ def count_case(case: str) -> dict[str, Any]:
 
 
 def _count_element(kind: str, when: str, seed: int) -> Counter[str]:
-    shipped, found = load_element(ELEMENT_NAME), Counter[str](elements=1)
+    shipped, found = load_element('robust_3_one_end'), Counter[str](elements=1)
     design, random = shipped.design, np.random.default_rng(seed)
-    good = scattered(design, Scatter(alpha=SCATTER, k_r=SCATTER, mass=SCATTER), seed)
-    sites = random.permutation(np.arange(2, design.N))[: SITE_COUNTS[when]]
+    good = scattered(design, Scatter(alpha=0.03, k_r=0.03, mass=0.03), seed)
+    # sites of the bad cell, one after the other
+    sites = random.permutation(np.arange(2, design.N))[: 1 if when == 'before' else 12]
     broken = [break_cell(good, kind, int(site)) for site in sites]
     driver = Simulation.of(broken[0] if when == 'before' else good, shipped.settings.time)
     element = MemoryElement(design, shipped.settings, driver=driver)
@@ -115,7 +105,7 @@ def _place(element: MemoryElement, good: Specimen, bad: Specimen, content: int) 
 one_wire_study = Study(
     'one_wire',
     count_case,
-    CASES,
-    ('lab/mlmem_lab/one_wire.py', f'config/{ELEMENT_NAME}.yaml'),
-    SEED,
+    tuple(f'{kind}, {when}' for kind in CELL_FACTORS for when in ('before', 'after')),
+    ('lab/mlmem_lab/one_wire.py', 'config/robust_3_one_end.yaml'),
+    seed=900,
 )

@@ -18,34 +18,26 @@ from mlmem.physics import Scatter, scattered
 from .robust_writes import write_at_random
 from .study import Study
 
-SEED = 900
-SCATTER = 0.03
-ELEMENT_COUNT = 40
-WRITES_PER_ELEMENT = 8
-
-LOSSES = {
+CHANGED_LOSSES = {
     'robust_2': ('eta',), 'robust_3': ('eta',),
     'robust_2_friction': ('friction', 'eta'), 'robust_3_friction': ('friction', 'eta'),
 }  # fmt: skip
 """What is changed in the design, by element."""
 
-FACTORS = (0.8, 1.2)
-"""How many times as great it is."""
 
-
-def count_writes(case: str) -> dict[str, Any]:
-    """Return the counts of a case such as `robust_2, eta 0.8`."""
+def count_writes(case: str, seed: int) -> dict[str, Any]:
+    """Return the counts of a case such as `robust_2, eta 0.8`, over 40 elements."""
     name, loss = case.split(', ')
     key, factor = loss.split()
     shipped = load_element(name)
     other = replace(shipped.design, **{key: float(factor) * getattr(shipped.design, key)})
     counts = dict.fromkeys(('writes', 'right', 'wrong', 'failed', 'failed calibrations'), 0)
-    for seed in range(SEED, SEED + ELEMENT_COUNT):
-        made = scattered(other, Scatter(alpha=SCATTER, k_r=SCATTER, mass=SCATTER), seed)
+    for own_seed in range(seed, seed + 40):
+        made = scattered(other, Scatter(alpha=0.03, k_r=0.03, mass=0.03), own_seed)
         driver = Simulation.of(made, shipped.settings.time)
         element = MemoryElement(shipped.design, shipped.settings, driver=driver)
         counts['failed calibrations'] += not element.perform(Calibrate()).success
-        for outcome, arrived in write_at_random(element, 10_000 + seed, WRITES_PER_ELEMENT):
+        for outcome, arrived in write_at_random(element, 10_000 + own_seed, count=8):
             counts['writes'] += 1
             counts['failed'] += not outcome.success
             counts['right'] += outcome.success and arrived
@@ -58,13 +50,13 @@ robust_losses_study = Study(
     count_writes,
     tuple(
         f'{name}, {key} {factor}'
-        for name, keys in LOSSES.items()
+        for name, keys in CHANGED_LOSSES.items()
         for key in keys
-        for factor in FACTORS
+        for factor in (0.8, 1.2)
     ),
     (
         'lab/mlmem_lab/robust_losses.py', 'lab/mlmem_lab/robust_writes.py',
-        *(f'config/{name}.yaml' for name in LOSSES),
+        *(f'config/{name}.yaml' for name in CHANGED_LOSSES),
     ),
-    SEED,
+    seed=900,
 )  # fmt: skip

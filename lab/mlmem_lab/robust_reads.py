@@ -27,12 +27,8 @@ from .one_wire import CELL_FACTORS, break_cell
 from .reads.count import READS_PER_MOVE, true_level
 from .study import Study
 
-ELEMENT_NAMES = ('robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction')
-
-SEED = 40_000
-
-READS_PER_CASE = 1250
-"""Reads of a case: 50 000 in all."""
+ROBUST_ELEMENTS = ('robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction')
+"""Presets of robust elements with a transducer at either end."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +55,7 @@ class Condition:
     delay: float = 0.0
 
 
-CONDITIONS = {
+CONDITION_BY_NAME = {
     'ideal': Condition(scatter=0.0),
     'scatter 1 %': Condition(scatter=0.01),
     'scatter 3 %': Condition(),
@@ -71,9 +67,7 @@ CONDITIONS = {
     'shaking': Condition(shaking=1.0),
     'late sensor': Condition(delay=60.0),
 }
-"""By name; all but the first two with the scatter that the elements stand."""
-
-CASES = tuple(f'{name}, {what}' for name in ELEMENT_NAMES for what in CONDITIONS)
+"""All but the first two with the scatter that the elements stand."""
 
 
 def build_element(name: str, condition: Condition, seed: int) -> MemoryElement:
@@ -113,12 +107,13 @@ def _noise(element: MemoryElement, condition: Condition) -> float:
     return condition.noise * element.settings.register.A
 
 
-def count_case(case: str, count: int = READS_PER_CASE) -> dict[str, Any]:
+def count_case(case: str, seed: int, count: int = 1250) -> dict[str, Any]:
     """Return how so many reads of a case ended; rounded up to whole rows."""
     name, _, what = case.partition(', ')
     found = Counter[str]()
+    first_seed = seed + 10_000 * robust_reads_study.cases.index(case)
     for row in range(math.ceil(count / READS_PER_MOVE)):
-        found += _count_row(name, CONDITIONS[what], SEED + 10_000 * CASES.index(case) + row)
+        found += _count_row(name, CONDITION_BY_NAME[what], first_seed + row)
     names = ('rows', 'written', 'reads', 'right', 'undecodable', 'wrong', 'stopped')
     return {name: found[name] for name in names}
 
@@ -167,8 +162,8 @@ def _make_disturbance(
 robust_reads_study = Study(
     'robust_reads',
     count_case,
-    CASES,
-    ('lab/mlmem_lab/robust_reads.py', *(f'config/{name}.yaml' for name in ELEMENT_NAMES)),
-    SEED,
+    tuple(f'{name}, {what}' for name in ROBUST_ELEMENTS for what in CONDITION_BY_NAME),
+    ('lab/mlmem_lab/robust_reads.py', *(f'config/{name}.yaml' for name in ROBUST_ELEMENTS)),
+    seed=40_000,
     is_sized=True,
 )

@@ -21,19 +21,8 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, find_walls, scattered
 from mlmem.physics.wall import arrival_tolerance
 
+from .robust_reads import ROBUST_ELEMENTS
 from .study import Study
-
-SEED = 700
-ELEMENT_NAMES = (
-    'robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction', 'robust_3_one_end',
-)  # fmt: skip
-ELEMENT_COUNTS = {0.0: 320, 0.01: 320, 0.03: 320, 0.05: 80}
-"""Elements by scatter."""
-
-CALIBRATED_SHARE = 0.25
-"""Share of them that is counted where each is calibrated, which takes as long as 20 writes."""
-
-WRITES_PER_ELEMENT = 16
 
 
 def scatter_parts(name: str, scatter: float, seed: int) -> MemoryElement:
@@ -56,22 +45,27 @@ def write_at_random(
         yield outcome, len(sites) == 1 and abs(sites[0] - design.defect_site(level)) <= limit
 
 
-def count_writes(name: str) -> dict[str, Any]:
+def count_writes(name: str, seed: int) -> dict[str, Any]:
     """Return the counts of an element by scatter."""
-    return {f'{scatter:g}': _count_scatter(name, scatter) for scatter in ELEMENT_COUNTS}
+    element_counts = {0.0: 320, 0.01: 320, 0.03: 320, 0.05: 80}
+    return {
+        f'{scatter:g}': _count_scatter(name, scatter, range(seed, seed + count))
+        for scatter, count in element_counts.items()
+    }
 
 
-def _count_scatter(name: str, scatter: float) -> dict[str, Any]:
+def _count_scatter(name: str, scatter: float, seeds: range) -> dict[str, Any]:
     right = wrong = failed = refused = 0
     durations, attempts = list[float](), list[int]()
     one_end = load_element(name).settings.has_one_transducer
-    count = round(ELEMENT_COUNTS[scatter] * (CALIBRATED_SHARE if one_end else 1.0))
-    for seed in range(SEED, SEED + count):
+    if one_end:  # each is calibrated, which takes as long as 20 writes: a quarter is counted
+        seeds = seeds[: len(seeds) // 4]
+    for seed in seeds:
         element = scatter_parts(name, scatter, seed)
         if one_end and not element.perform(Calibrate()).success:
             refused += 1
             continue
-        for outcome, arrived in write_at_random(element, 10_000 + seed, WRITES_PER_ELEMENT):
+        for outcome, arrived in write_at_random(element, 10_000 + seed, count=16):
             if not outcome.success:
                 failed += 1
                 continue
@@ -84,7 +78,7 @@ def _count_scatter(name: str, scatter: float) -> dict[str, Any]:
         'right': right,
         'wrong': wrong,
         'failed': failed,
-        **({'elements': count, 'refused elements': refused} if one_end else {}),
+        **({'elements': len(seeds), 'refused elements': refused} if one_end else {}),
         'median duration': float(np.median(durations)),
         'p99 duration': float(np.percentile(durations, 99.0)),
         'mean attempts': round(float(np.mean(attempts)), 3),
@@ -94,7 +88,11 @@ def _count_scatter(name: str, scatter: float) -> dict[str, Any]:
 robust_writes_study = Study(
     'robust_writes',
     count_writes,
-    ELEMENT_NAMES,
-    ('lab/mlmem_lab/robust_writes.py', *(f'config/{name}.yaml' for name in ELEMENT_NAMES)),
-    SEED,
+    (*ROBUST_ELEMENTS, 'robust_3_one_end'),
+    (
+        'lab/mlmem_lab/robust_writes.py',
+        *(f'config/{name}.yaml' for name in ROBUST_ELEMENTS),
+        'config/robust_3_one_end.yaml',
+    ),
+    seed=700,
 )

@@ -30,15 +30,7 @@ from mlmem.physics.equilibrium import find_pinned_wall
 from .studies.tolerance.estimate import Rate
 from .study import Study, sum_counts
 
-RANDOM_SEED = 1
-
-READS_PER_CASE = 200
-"""Of every case."""
-
-STANDARD_GRAVITY = 9.81
-"""Standard gravity in m/s^2, the unit of accelerations here."""
-
-IMU_RATE = 200.0
+IMU_RATE_HZ = 200.0
 """IMU messages per second; a sine is updated every tick."""
 
 
@@ -78,14 +70,15 @@ class Shaking:
         if self.spectrum == 'sine':
             omega, phase = 2.0 * math.pi * self.frequency, random.uniform(0.0, 2.0 * math.pi)
             course = (math.sin(omega * n * tick + phase) for n in itertools.count())
-        return (self.amplitude * STANDARD_GRAVITY * share for share in course)
+        standard_gravity = 9.81  # m/s^2
+        return (self.amplitude * standard_gravity * share for share in course)
 
 
 def _hold_messages(messages: Iterator[float], tick: float) -> Iterator[float]:
     """Yield the value of the last message, tick by tick."""
     sent = 0
     for n in itertools.count():
-        while sent <= n * tick * IMU_RATE:
+        while sent <= n * tick * IMU_RATE_HZ:
             last = next(messages)
             sent += 1
         yield last
@@ -103,7 +96,7 @@ def _random_walk(random: np.random.Generator) -> Iterator[float]:
     footfall, height, omega = 0.0, 0.0, 0.0
     steps_per_second = 2.0
     for n in itertools.count():
-        t = n / IMU_RATE
+        t = n / IMU_RATE_HZ
         if t >= footfall + 1.0 / steps_per_second:
             footfall = t
             height = random.uniform(0.5, 1.0) * random.choice((-1.0, 1.0))
@@ -116,7 +109,7 @@ def _random_walk(random: np.random.Generator) -> Iterator[float]:
 def _slam_pulses(random: np.random.Generator) -> Iterator[float]:
     slam_every = 0.3
     while True:
-        slam = random.uniform() < 1.0 / (slam_every * IMU_RATE)
+        slam = random.uniform() < 1.0 / (slam_every * IMU_RATE_HZ)
         yield float(random.choice((-1.0, 1.0)) if slam else 1e-4 * random.standard_normal())
 
 
@@ -173,7 +166,7 @@ def _advance_tick(element: MemoryElement, acceleration: float) -> list[Event]:
     return element.advance()
 
 
-STUDIED_CASES = {f'{end}, {shaking}': (end, shaking) for end, shaking in (
+SHAKING_BY_CASE = {f'{end}, {shaking}': (end, shaking) for end, shaking in (
     *(('left', Shaking('white', g)) for g in (1.0, 1.5, 18.0, 22.0)),
     *(('left', Shaking('sine', g, hz)) for g, hz in (
         (30.0, 16.0), (22.0, 95.0), (11.0, 110.0), (2.5, 125.0), (12.0, 125.0), (12.0, 229.0),
@@ -194,15 +187,15 @@ STUDIED_CASES = {f'{end}, {shaking}': (end, shaking) for end, shaking in (
 """End that reads, and disturbance, by the name of the case."""
 
 
-def count_reads(case: str) -> dict[str, Any]:
+def count_reads(case: str, seed: int, count: int = 200) -> dict[str, Any]:
     """Return how reads of `case_2` at random levels ended."""
     design, settings = load_element('case_2').design_and_settings
-    end, shaking = STUDIED_CASES[case]
-    random = np.random.default_rng(RANDOM_SEED + 1000 * [*STUDIED_CASES].index(case))
+    end, shaking = SHAKING_BY_CASE[case]
+    random = np.random.default_rng(seed + 1000 * shaken_study.cases.index(case))
     counts = Counter[str]()
-    while counts['reads'] + counts['moved'] < READS_PER_CASE:
-        level, seed = int(random.integers(design.levels)), int(random.integers(2**31))
-        counts.update(count_block(design, settings, shaking, end, level, 20, seed))
+    while counts['reads'] + counts['moved'] < count:
+        level, own_seed = int(random.integers(design.levels)), int(random.integers(2**31))
+        counts.update(count_block(design, settings, shaking, end, level, 20, own_seed))
     wrong = Rate(counts['wrong blocks'], counts['blocks']).interval if counts['blocks'] else None
     return {key: counts[key] for key in COUNTED_NAMES} | {
         'wrong blocks, at most (95 %)': wrong and wrong[1],
@@ -213,8 +206,8 @@ def count_reads(case: str) -> dict[str, Any]:
 shaken_study = Study(
     'shaken',
     count_reads,
-    tuple(STUDIED_CASES),
+    tuple(SHAKING_BY_CASE),
     ('lab/mlmem_lab/shaken.py',),
-    RANDOM_SEED,
+    1,
     lambda presets: {'all': sum_counts(presets.values())},
 )

@@ -74,9 +74,11 @@ class Study:
 
     Attributes:
         name: That of the result file.
-        measure: Returns what is found of a case. Another process must be able to import it.
+        measure: Returns what is found of a case; with a seed it takes this as `seed`. Another
+            process must be able to import it.
         cases: The names of all cases.
         modules: Files of the checkout that are measured in addition to the device.
+        seed: Of all random numbers; None if there are none.
         summarise: Returns what the result file has in addition, from what was found of every case.
         draw: Returns a Matplotlib figure of a result.
         is_sized: Whether `measure` takes how much is counted of a case, as `count`.
@@ -117,7 +119,9 @@ class Study:
         Raises:
             ValueError, OSError: The result file cannot be read or written.
         """
-        measure = self.measure if count is None else partial(self.measure, count=count)
+        options = {'seed': self.seed, 'count': count}
+        options = {name: value for name, value in options.items() if value is not None}
+        measure = partial(self.measure, **options)
         left = iter(cases)
         map_calls(
             console, jobs or count_cores(), self.name, measure, cases,

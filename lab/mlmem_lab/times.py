@@ -20,12 +20,10 @@ from mlmem.physics import find_level, find_walls
 from .results import STRAINED_PRESETS
 from .study import Study
 
-RANDOM_SEED = 1
 
-
-def measure_times(name: str) -> dict[str, Any]:
+def measure_times(name: str, seed: int) -> dict[str, Any]:
     """Return the times of a preset, and the read disturb."""
-    random = np.random.default_rng(RANDOM_SEED)
+    random = np.random.default_rng(seed)
     design, settings = load_element(name).design_and_settings
     element = MemoryElement(design, settings)
     automatic = replace(settings, write=replace(settings.write, method='auto'))
@@ -92,6 +90,4 @@ def _summarise_times(times: Iterable[float]) -> dict[str, float]:
     }
 
 
-times_study = Study(
-    'times', measure_times, STRAINED_PRESETS, ('lab/mlmem_lab/times.py',), RANDOM_SEED
-)
+times_study = Study('times', measure_times, STRAINED_PRESETS, ('lab/mlmem_lab/times.py',), seed=1)

@@ -105,7 +105,7 @@ def test_a_shell_that_sets_too_little_free_is_silent():
 @pytest.mark.slow
 def test_predictions_have_a_row_for_every_lattice():
     """With few particles: what its data add to a lattice, and what others say of it."""
-    seen = predict_seen('all', 20)
+    seen = predict_seen('all', 1, 20)
     for case in ALL_CASES:
         row = seen[str(case)]
         assert (row['measured'] is None) == (case in SILENT_CASES)
@@ -113,6 +113,6 @@ def test_predictions_have_a_row_for_every_lattice():
             widths = [row[name]['high'] - row[name]['low'] for name in ('seen', 'curves')]
             assert widths[0] < widths[1]
     case = 'rail22.5_spacing6'
-    unseen = {case: predict_unseen(case, 20)}
+    unseen = {case: predict_unseen(case, 1, 20)}
     assert compare_speeds(unseen)['speeds']['measured'] == 1
     assert 0.0 <= unseen[case]['unseen']['silent'] <= 1.0

@@ -12,7 +12,7 @@ from mlmem_lab.study import STUDY_MODULES, Study, load_study
 from mlmem_tools.cli.main import main
 
 
-def repeat_length(case, count):
+def count_letters(case, seed, count=1):
     return count * len(case)
 
 
@@ -21,7 +21,9 @@ def lengths(tmp_path, monkeypatch):
     """A study of the lengths of names, whose result file is in a folder of its own."""
     monkeypatch.setattr(results, 'RESULT_FOLDER', tmp_path)
     monkeypatch.setattr(results, 'hash_modules', lambda modules: ' '.join(modules))
-    found = Study('lengths', len, ('case_2', 'bits_1', 'byte'), ('lab/lengths.py',), seed=3)
+    found = Study(
+        'lengths', count_letters, ('case_2', 'bits_1', 'byte'), ('lab/lengths.py',), seed=3
+    )
     monkeypatch.setitem(STUDY_MODULES, 'times', 'lengths')
     monkeypatch.setattr(studies, 'load_study', lambda name: found)
     return found
@@ -52,7 +54,7 @@ def test_a_study_without_cases_measures_what_is_missing_or_stale(lengths, monkey
 
 def test_count_is_given_only_to_a_study_that_takes_it(lengths, monkeypatch):
     assert run_study('byte', '--count', '3') == 2
-    sized = replace(lengths, measure=repeat_length, is_sized=True)
+    sized = replace(lengths, is_sized=True)
     monkeypatch.setattr(studies, 'load_study', lambda name: sized)
     assert run_study('byte', '--count', '3') == 0
     assert results.load_result(sized.path)['cases'] == {'byte': 12}

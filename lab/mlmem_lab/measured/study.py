@@ -24,16 +24,14 @@ DATA_ATTRIBUTION = (
     'Daraio-lab/Neel-PRL, CC BY 4.0'
 )
 
-SEED = 1
 
-
-def predict_seen(case: str, particles: int = 250) -> dict[str, Any]:
+def predict_seen(case: str, seed: int, particles: int = 250) -> dict[str, Any]:
     """Return predictions of every lattice, by name, from the force curves alone, and with all
     data.
 
     Losses are viscous damping and a loss in the snap. The one case is `all`.
     """
-    model = Model(np.random.default_rng(SEED), snap=True)
+    model = Model(np.random.default_rng(seed), snap=True)
     posterior = model.sample_posterior(particles)
     prior = model.draw_prior(particles)
     return {
@@ -47,13 +45,13 @@ def predict_seen(case: str, particles: int = 250) -> dict[str, Any]:
     }
 
 
-def predict_unseen(case: str, particles: int = 200) -> dict[str, Any]:
+def predict_unseen(case: str, seed: int, particles: int = 200) -> dict[str, Any]:
     """Return the prediction of a lattice from the force curves and the data of the others.
 
     The loss is viscous damping alone.
     """
     k = [str(each) for each in ALL_CASES].index(case)
-    model = Model(np.random.default_rng(SEED), snap=False)
+    model = Model(np.random.default_rng(seed), snap=False)
     speeds = model.predict_speeds(model.sample_posterior(particles, without=k), k)
     return {'measured': _list_speeds(ALL_CASES[k]), 'unseen': summarise_speeds(speeds.ravel())}
 
@@ -98,11 +96,11 @@ def summarise_speeds(speeds: Array) -> dict[str, float | None]:
     return silent | summarise_values(speeds[waves])
 
 
-MODULES = ('lab/mlmem_lab/measured',)
 curves_study = Study(
-    'curves', predict_seen, ('all',), MODULES, SEED,
+    'curves', predict_seen, ('all',), ('lab/mlmem_lab/measured',), 1,
     lambda presets: {'attribution': DATA_ATTRIBUTION},
 )  # fmt: skip
 unseen_study = Study(
-    'unseen', predict_unseen, tuple(map(str, ALL_CASES)), MODULES, SEED, compare_speeds
+    'unseen', predict_unseen, tuple(map(str, ALL_CASES)), curves_study.modules, 1,
+    compare_speeds,
 )  # fmt: skip

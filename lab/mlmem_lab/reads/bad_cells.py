@@ -27,16 +27,14 @@ from mlmem.settings import ElementSettings
 from ..study import Study, sum_counts
 from .count import judge_read, judge_write
 
-SITE_SPACINGS = {'bits_1': 2, 'bits_2': 2, 'case_2': 12}
-"""Distance of the sites of the bad cell, by preset."""
+SITE_SPACING_BY_PRESET = {'bits_1': 2, 'bits_2': 2, 'case_2': 12}
+"""Distance of the sites of the bad cell, in cells."""
 
 CELL_FAULTS: dict[str, Callable[[int], tuple[str, Faults]]] = {
     'stuck': lambda site: (f'{site}', Faults(stuck_cell=site)),
     'half as stiff': lambda site: (f'{site}:0.5', Faults(weak_cell=site, weak_factor=0.5)),
 }
 """By name: how an element is told of a cell, and the fault."""
-
-RANDOM_SEED = 1
 
 Rng = np.random.Generator
 
@@ -94,17 +92,17 @@ def _count_read(element: MemoryElement) -> Counter[str]:
     return Counter(['reads', names.get(judge_read(element, element.perform(Read())), '')])
 
 
-def measure_element(name: str) -> dict[str, Any]:
+def measure_element(name: str, seed: int) -> dict[str, Any]:
     """Count an element with a bad cell at every so many sites."""
     result: dict[str, Any] = {}
-    random = np.random.Generator(np.random.PCG64(RANDOM_SEED))
+    random = np.random.Generator(np.random.PCG64(seed))
     design = load_element(name).design
     names = ('cells', 'lost', 'levels', 'usable', 'writes', 'written', 'written wrong', 'reads',
              'read', 'read wrong')  # fmt: skip
     wrongly = Counter[str]()
     for kind, of in CELL_FAULTS.items():
         found = Counter[str]()
-        for number, site in enumerate(range(2, design.N, SITE_SPACINGS[name])):
+        for number, site in enumerate(range(2, design.N, SITE_SPACING_BY_PRESET[name])):
             told, faults = of(site)
             found += use_element(name, told, faults, random)
             if number % 2:
@@ -131,8 +129,8 @@ def sum_presets(presets: Mapping[str, Any]) -> dict[str, Any]:
 bad_cells_study = Study(
     'bad_cells',
     measure_element,
-    tuple(SITE_SPACINGS),
+    tuple(SITE_SPACING_BY_PRESET),
     ('lab/mlmem_lab/reads/bad_cells.py',),
-    RANDOM_SEED,
+    1,
     sum_presets,
 )

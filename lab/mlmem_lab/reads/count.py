@@ -172,20 +172,17 @@ def _write_content(element: MemoryElement, content: int) -> Counter[str]:
     return found
 
 
-SEED, SPECIMENS = 1, 20
-
-
-def count_element(name: str, count: int = 800) -> dict[str, Any]:
+def count_element(name: str, seed: int, count: int = 800) -> dict[str, Any]:
     """Return the counts of an element as designed and of specimens that scatter.
 
     Args:
         count: Rows as designed; fewer at finer steps, and half as many of all specimens.
     """
-    ideal, scatter = Counter[str](), Counter[str]()
+    ideal, scatter, specimen_count = Counter[str](), Counter[str](), 20
     for finer in (1, 2, 4):
-        ideal += count_rows(name, math.ceil(count / finer**2), SEED, finer)
-    for number in range(SPECIMENS):
-        scatter += count_rows(name, math.ceil(0.5 * count / SPECIMENS), SEED, 1, number)
+        ideal += count_rows(name, math.ceil(count / finer**2), seed, finer)
+    for number in range(specimen_count):
+        scatter += count_rows(name, math.ceil(0.5 * count / specimen_count), seed, 1, number)
     return {'ideal': describe_counts(ideal), 'scattered': describe_counts(scatter)}
 
 
@@ -209,7 +206,7 @@ reads_study = Study(
     count_element,
     (*STRAINED_PRESETS, 'byte'),
     ('lab/mlmem_lab/reads/count.py',),
-    SEED,
+    1,
     sum_presets,
     is_sized=True,
 )

@@ -24,15 +24,7 @@ from ..studies import style
 from ..studies.tolerance.estimate import pool_failures
 from ..study import Study
 
-RANDOM_SEED = 4000
-
-ELEMENT_COUNT = 40
-"""Elements at every scatter; each has a kick to every level."""
-
-MIN_SHOWN_SHARE = 1e-3
-"""Lower edge of the figure."""
-
-STUDIED_CASES = {
+LABEL_BY_PRESET = {
     'case_2': "the paper's cells, 8 levels",
     'kick_2': 'nine cells, 4 levels',
     'robust_2': 'robust, 4 levels',
@@ -74,25 +66,26 @@ def find_scattered_ends(
 
 
 def count_astray(
-    design: Design, settings: Settings, scatter: float, elements: int = ELEMENT_COUNT
+    design: Design, settings: Settings, scatter: float, elements: int = 40, seed: int = 4000
 ) -> dict[str, int]:
     """Return how many kicks of scattered elements there were, and how many went astray.
 
-    `squares` is the sum of the square of the number of an element's failures.
+    `squares` is the sum of the square of the number of an element's failures. Every element has
+    a kick to every level.
     """
-    speeds = dict.fromkeys(range(RANDOM_SEED, RANDOM_SEED + elements), settings.kick.wall_speeds)
+    speeds = dict.fromkeys(range(seed, seed + elements), settings.kick.wall_speeds)
     rest = max(5.0 / design.eta, settings.kick.settle)  # at least five damping times
     ends = np.array(find_scattered_ends(design, settings, scatter, speeds, rest))
     missed = (ends != np.arange(design.levels)).sum(axis=1)
     return {'kicks': ends.size, 'astray': int(missed.sum()), 'squares': int((missed**2).sum())}
 
 
-def measure_preset(name: str) -> dict[str, Any]:
+def measure_preset(name: str, seed: int) -> dict[str, Any]:
     """Return the counts of a shipped element by scatter."""
     found: dict[str, Any] = {}
     for scatter in (0.001, 0.003, 0.01, 0.02, 0.03, 0.05, 0.08):
         found[f'{scatter:g}'] = row = count_astray(
-            *load_element(name).design_and_settings, scatter
+            *load_element(name).design_and_settings, scatter, seed=seed
         )
         if row['astray'] > 0.5 * row['kicks']:  # no greater scatter is counted
             break
@@ -104,11 +97,12 @@ def draw_shares(result: Mapping[str, Any]) -> Any:
     figure = style.new_figure(3.4)
     axes = style.axes_grid(figure)[0, 0]
     colours = style.INACTIVE_COLOUR, style.MARK_COLOUR, style.TENSION_COLOUR, style.ACTIVE_COLOUR
-    for (name, label), colour, mark in zip(STUDIED_CASES.items(), colours, 'os^v', strict=True):
+    element_count, min_shown_share = 40, 1e-3  # the share is the lower edge
+    for (name, label), colour, mark in zip(LABEL_BY_PRESET.items(), colours, 'os^v', strict=True):
         rows = result['cases'][name]
         scatters = np.array([float(scatter) for scatter in rows])
         rates = [
-            pool_failures(ELEMENT_COUNT, row['kicks'] // ELEMENT_COUNT, row['astray'],
+            pool_failures(element_count, row['kicks'] // element_count, row['astray'],
                 row['squares'])
             for row in rows.values()
         ]  # fmt: skip
@@ -118,13 +112,13 @@ def draw_shares(result: Mapping[str, Any]) -> Any:
         axes.vlines(scatters[seen], *ends[seen].T, color=colour, alpha=0.5)
         axes.plot(scatters, shares, mark + '-', color=colour, markersize=5, label=label)
         # where none went astray, at the lower edge
-        edge = np.full(len(scatters), MIN_SHOWN_SHARE)
+        edge = np.full(len(scatters), min_shown_share)
         axes.plot(
             scatters[~seen], edge[~seen], mark, color=colour, markersize=5, fillstyle='none',
             clip_on=False,
         )  # fmt: skip
     axes.set(
-        xscale='log', yscale='log', ylim=(MIN_SHOWN_SHARE, 1.1),
+        xscale='log', yscale='log', ylim=(min_shown_share, 1.1),
         ylabel='share of kicks that go astray',
         xlabel='scatter of on-site stiffness, springs and masses at once',
     )  # fmt: skip
@@ -137,8 +131,8 @@ def draw_shares(result: Mapping[str, Any]) -> Any:
 astray_study = Study(
     'astray',
     measure_preset,
-    tuple(STUDIED_CASES),
+    tuple(LABEL_BY_PRESET),
     ('lab/mlmem_lab/windows/astray.py', 'mlmem_tools/identification/kick_search.py'),
-    RANDOM_SEED,
+    4000,
     draw=draw_shares,
 )

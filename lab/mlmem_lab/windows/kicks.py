@@ -32,10 +32,8 @@ from mlmem_tools.identification.kick_search import (
 from ..studies import style
 from ..study import Study
 
-RANDOM_SEED = 0
 
-
-def measure_kicks(name: str) -> dict[str, Any]:
+def measure_kicks(name: str, seed: int) -> dict[str, Any]:
     """Return where kicks of a preset end, how far speeds may be off, and the count of writes."""
     design, settings = load_element(name).design_and_settings
     chain, shape = build_chain(Specimen(design), settings), settings.kick
@@ -60,7 +58,7 @@ def measure_kicks(name: str) -> dict[str, Any]:
         'ends': ends,
         'levels': levels,
         'erased': {'speeds': speeds.round(5), 'shares': shares},
-        'written': count_writes(name, 2000, RANDOM_SEED),
+        'written': count_writes(name, 2000, seed),
     }
 
 
@@ -119,6 +117,6 @@ kicks_study = Study(
     measure_kicks,
     ('kick_2', 'case_2', 'kick_4'),
     ('lab/mlmem_lab/windows/kicks.py', 'mlmem_tools/identification/kick_search.py'),
-    RANDOM_SEED,
+    0,
     draw=draw_kicks,
 )

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_lab.studies.tolerance.curve import FIRST_RATE, count_missing_trials, next_rung
+from mlmem_lab.studies.tolerance.curve import count_missing_trials, next_rung
 from mlmem_lab.studies.tolerance.estimate import (
     RARE_RATE,
     Fragility,
@@ -86,6 +86,6 @@ def test_counting_finds_where_failures_begin_wherever_that_is(median, spread):
         rates[rung] = Rate(before.failures + failures, before.trials + more)
     counted = [rung for rung, rate in rates.items() if rate.trials > 50]
     assert rates[min(counted)].value < RARE_RATE
-    assert max(rate.value for rate in rates.values()) > FIRST_RATE
+    assert max(rate.value for rate in rates.values()) > 0.1
     assert sum(rate.trials for rate in rates.values()) < 5 * 4000
     assert law.rate(ladder[max(counted)]) < 0.9, 'no counting where all is known to fail'

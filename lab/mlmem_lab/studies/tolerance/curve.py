@@ -28,23 +28,23 @@ from .element import (
 )
 from .estimate import ENOUGH_FAILURES, RARE_RATE, Rate, pool_failures, rare_scatter
 
-FIRST_RATE = 0.1
-"""Rate to find first, because one batch can show it."""
 
-
-def next_rung(rates: Mapping[int, Rate], rungs: int, most: int) -> int | None:
+def next_rung(
+    rates: Mapping[int, Rate], rungs: int, most: int, first_rate: float = 0.1
+) -> int | None:
     """Return the rung to count next; None if the curve is known.
 
     Args:
         rates: What was counted, by rung; the last rung has the largest scatter.
         most: Trials at a rung after which counting stops there.
+        first_rate: Rate to find first, because one batch can show it.
     """
     below, edge = -1, rungs
     while edge - below > 1:
         middle = (below + edge) // 2
         if middle not in rates:
             return middle
-        if rates[middle].value < FIRST_RATE:
+        if rates[middle].value < first_rate:
             below = middle
         else:
             edge = middle
@@ -75,23 +75,19 @@ def count_missing_trials(rate: Rate | None, most: int) -> int:
     return max(1, min(likely, rate.trials, most - rate.trials))
 
 
-RANDOM_SEED = 0
-
-MIN_AMOUNT = 1e-8
-"""Least amount of scatter, noise or vibration studied."""
-
-
 def list_amounts(kind: str, per_decade: int) -> list[float]:
     """Return the amounts of a kind that may be counted, rising."""
-    most = 0.3  # of a relative scatter, or cells
+    least, most = 1e-8, 0.3  # of a relative scatter, or cells
     if {'noise', 'vibration'} & set(kind.split(JOINED_BY)):
         most = 1e-2  # of the pulse's amplitude
-    last = int(per_decade * np.log10(most / MIN_AMOUNT) + 1e-9)
+    last = int(per_decade * np.log10(most / least) + 1e-9)
     powers = np.arange(last + 1) / per_decade
-    return [float(f'{amount:.3g}') for amount in MIN_AMOUNT * 10.0**powers]
+    return [float(f'{amount:.3g}') for amount in least * 10.0**powers]
 
 
-def count_curve(design: Design, settings: Settings, kind: str, tried: str, most: int) -> list[Row]:
+def count_curve(
+    design: Design, settings: Settings, kind: str, tried: str, most: int, seed: int = 0
+) -> list[Row]:
     """Count failures until the curve is known, and return the sums of the batches by amount.
 
     Amounts rise; for the sums see `evaluate_batch`.
@@ -100,6 +96,7 @@ def count_curve(design: Design, settings: Settings, kind: str, tried: str, most:
         kind: What is random.
         tried: What is tried.
         most: Trials of an amount after which counting stops, however few have failed.
+        seed: Of all batches, each of which has one of its own.
     """
     # per decade; trials of words take long
     amounts = list_amounts(kind, 5 if tried in WORD_TRIALS else 10)
@@ -111,10 +108,10 @@ def count_curve(design: Design, settings: Settings, kind: str, tried: str, most:
         done = rate.trials // (each * elements) if rate else 0
         more = math.ceil(count_missing_trials(rate, most) / (each * elements))
         for number in range(done, done + more):
-            entropy = [RANDOM_SEED, *f'{kind} {tried} {amount:g} {number:05}'.encode()]
+            entropy = [seed, *f'{kind} {tried} {amount:g} {number:05}'.encode()]
             state = np.random.SeedSequence(entropy).generate_state(1, np.uint64)
-            seed = int(state[0] >> np.uint64(1))
-            found = evaluate_batch(design, settings, kind, tried, amount, seed)
+            batch_seed = int(state[0] >> np.uint64(1))
+            found = evaluate_batch(design, settings, kind, tried, amount, batch_seed)
             counts.setdefault(rung, Counter()).update(found)
         rates[rung] = pool_row(counts[rung])
     return [{'amount': amounts[rung], **counts[rung]} for rung in sorted(counts)]
@@ -131,14 +128,16 @@ def list_rates(rows: Sequence[Row]) -> tuple[list[float], list[Rate]]:
     return [row['amount'] for row in rows], [pool_row(row) for row in rows]
 
 
-def describe_rare_amount(rows: Sequence[Row]) -> tuple[tuple[float, float, float] | None, str]:
+def describe_rare_amount(
+    rows: Sequence[Row], seed: int = 0
+) -> tuple[tuple[float, float, float] | None, str]:
     """Return the amount at which one in a thousand fails, with its interval, and as text.
 
     Returns:
         None if the counts determine none; the text then says what was counted.
     """
     amounts, rates = list_rates(rows)
-    if (found := rare_scatter(amounts, rates, seed=RANDOM_SEED)) is not None:
+    if (found := rare_scatter(amounts, rates, seed=seed)) is not None:
         return found, f'{found[0]:.2g} ({found[1]:.2g} to {found[2]:.2g})'
     failing = next((i for i, rate in enumerate(rates) if rate.failures), len(rates))
     words = []

@@ -24,24 +24,15 @@ from .curve import list_rates
 from .element import ALL_KINDS, JOINED_BY, TRIAL_LABELS
 from .estimate import RARE_RATE, Rate, fit_fragility, foot_length
 
-KIND_COLOURS = dict(zip(ALL_KINDS, (
-    ACTIVE_COLOUR, '#e69f00', INK_COLOUR, '#56b4e9', INACTIVE_COLOUR,
-    '#d55e00', '#009e73', '#cc79a7', '#999999', '#7f4f24',
-), strict=True))  # fmt: skip
-
-SHOWN_RATES = (2e-4, 2.0)
-"""Rates that are shown."""
-
-AMOUNT_LABEL = (
-    'standard deviation: alpha, k_r, s, mass, damping, gain relative; depth over the barrier; '
-    'offset, noise in cells; vibration per time unit$^2$'
-)
-
 
 def draw_rates(result: Mapping[str, Any], cases: Sequence[str]) -> Any:
     """Return the figure of some cases of an element: a panel for each thing tried, a curve for
     each kind of disorder.
     """
+    kind_colours = dict(zip(ALL_KINDS, (
+        ACTIVE_COLOUR, '#e69f00', INK_COLOUR, '#56b4e9', INACTIVE_COLOUR,
+        '#d55e00', '#009e73', '#cc79a7', '#999999', '#7f4f24',
+    ), strict=True))  # fmt: skip
     curves = {tuple(case.split()[-3:-1]): result['cases'][case]['rows'] for case in cases}
     trials = list(dict.fromkeys(tried for _, tried in curves))
     figure = new_figure(0.6 + 2.8 * len(trials))
@@ -51,19 +42,22 @@ def draw_rates(result: Mapping[str, Any], cases: Sequence[str]) -> Any:
         axes.set(
             xscale='log',
             yscale='log',
-            ylim=SHOWN_RATES,
+            ylim=(2e-4, 2.0),
             ylabel=f'{TRIAL_LABELS[tried]}: error rate',
         )
         axes.xaxis.set_major_locator(LogLocator(numticks=20))
         axes.xaxis.set_minor_locator(NullLocator())
         for (kind, what), rows in curves.items():
             if what == tried:
-                colour = KIND_COLOURS[kind.split(JOINED_BY)[0]]
+                colour = kind_colours[kind.split(JOINED_BY)[0]]
                 draw_curve(axes, *list_rates(rows), colour, kind)
     grid[0].set_title(
         'dotted: one in a thousand fails', fontsize=STYLE_SETTINGS['legend.fontsize']
     )
-    grid[-1].set_xlabel(AMOUNT_LABEL)
+    grid[-1].set_xlabel(
+        'standard deviation: alpha, k_r, s, mass, damping, gain relative; depth over the barrier; '
+        'offset, noise in cells; vibration per time unit$^2$'
+    )
     return figure
 
 
@@ -83,7 +77,8 @@ def draw_curve(
               markersize=4)  # fmt: skip
     place = (amounts[seen[0]], rates[seen[0]].value) if seen else None
     if (curve := fit_fragility(amounts, rates)) is not None:
-        fine = np.geomspace(curve.sigma(SHOWN_RATES[0]), amounts[foot_length(rates) - 1], 200)
+        lowest_shown_rate = axes.get_ylim()[0]
+        fine = np.geomspace(curve.sigma(lowest_shown_rate), amounts[foot_length(rates) - 1], 200)
         axes.plot(fine, curve.rate(fine), color=colour, linewidth=1.2)
         place = curve.sigma(RARE_RATE), RARE_RATE
         axes.plot(*place, 'v', color=colour, markersize=6)

@@ -27,9 +27,6 @@ error of a rate is then about 1 / sqrt(30), 18 %, however small the rate."""
 RARE_RATE = 1e-3
 """The failure rate whose scatter is sought."""
 
-MAX_FOOT_RATE = 0.02
-"""Rate up to which the curve is fitted, with the first count above it."""
-
 
 @dataclass(frozen=True)
 class Rate:
@@ -106,12 +103,12 @@ class Fragility:
         return float(self.median * np.exp(self.spread * ndtri(rate)))
 
 
-def foot_length(rates: Sequence[Rate]) -> int:
+def foot_length(rates: Sequence[Rate], max_rate: float = 0.02) -> int:
     """Return how many counts, in order of scatter, belong to the foot of the curve.
 
-    They include the first one above `MAX_FOOT_RATE`, so that there is a slope.
+    They include the first one above the greatest rate of the foot, so that there is a slope.
     """
-    steep = [i for i, rate in enumerate(rates) if rate.value > MAX_FOOT_RATE]
+    steep = [i for i, rate in enumerate(rates) if rate.value > max_rate]
     return steep[0] + 1 if steep else len(rates)
 
 

@@ -15,28 +15,30 @@ from typing import Any
 from mlmem import load_element
 
 from ...study import Study
-from .curve import RANDOM_SEED, count_curve, describe_rare_amount
+from .curve import count_curve, describe_rare_amount
 from .draw import draw_rates
 from .element import ALL_KINDS, JOINED_BY, KICK_TRIAL, TRIAL_LABELS, WORD_TRIALS
 
-STUDIED_KINDS = {
-    ('bits_2', 'step', 200): 'alpha s offset',
-    ('case_2', 'step', 200): 'alpha s offset k_r',
-    ('case_2', 'kick', 2000): 'alpha offset k_r mass',
-    ('bits_4', 'step', 200): 'alpha s offset k_r',
-    ('kick_2', 'kick', 2000): 'alpha offset k_r mass',
-    ('kick_4', 'kick', 2000): 'alpha offset k_r mass',
-    ('byte', 'word', 600): 'alpha k_r offset mass damping',
-    ('byte', 'hear', 1200): 'alpha noise',
-    ('register_4', 'word', 600): 'alpha k_r offset mass damping',
-}
-"""What is random, by element, what is tried, and the most trials of an amount."""
 
-STUDIED_CASES = tuple(
-    f'{element} {kind} {tried} {most}'
-    for (element, tried, most), kinds in STUDIED_KINDS.items()
-    for kind in kinds.split()
-)
+def list_studied_cases() -> tuple[str, ...]:
+    """Return the cases of the study."""
+    # what is random, by element, what is tried, and the most trials of an amount
+    studied_kinds = {
+        ('bits_2', 'step', 200): 'alpha s offset',
+        ('case_2', 'step', 200): 'alpha s offset k_r',
+        ('case_2', 'kick', 2000): 'alpha offset k_r mass',
+        ('bits_4', 'step', 200): 'alpha s offset k_r',
+        ('kick_2', 'kick', 2000): 'alpha offset k_r mass',
+        ('kick_4', 'kick', 2000): 'alpha offset k_r mass',
+        ('byte', 'word', 600): 'alpha k_r offset mass damping',
+        ('byte', 'hear', 1200): 'alpha noise',
+        ('register_4', 'word', 600): 'alpha k_r offset mass damping',
+    }
+    return tuple(
+        f'{element} {kind} {tried} {most}'
+        for (element, tried, most), kinds in studied_kinds.items()
+        for kind in kinds.split()
+    )
 
 
 def list_cases(
@@ -64,7 +66,7 @@ def list_cases(
     return tuple(f'{element} {kind} {tried} {most}' for kind in kinds for tried in trials)
 
 
-def count_case(case: str) -> dict[str, Any]:
+def count_case(case: str, seed: int) -> dict[str, Any]:
     """Return the counts of a case, and the amount at which one in a thousand fails.
 
     Returns:
@@ -73,21 +75,21 @@ def count_case(case: str) -> dict[str, Any]:
         rows: See `count_curve`.
     """
     element, kind, tried, most = case.rsplit(' ', 3)
-    rows = count_curve(*load_element(element).design_and_settings, kind, tried, int(most))
-    amount, text = describe_rare_amount(rows)
+    rows = count_curve(*load_element(element).design_and_settings, kind, tried, int(most), seed)
+    amount, text = describe_rare_amount(rows, seed)
     return {'amount': amount, 'text': text, 'rows': rows}
 
 
 tolerance_study = Study(
     'tolerance',
     count_case,
-    STUDIED_CASES,
+    list_studied_cases(),
     tuple(
         f'lab/mlmem_lab/studies/tolerance/{name}.py' for name in ('curve', 'element', 'estimate')
     ),
-    RANDOM_SEED,
+    0,
     draw=partial(
         draw_rates,
-        cases=[case for case in STUDIED_CASES if case.startswith('case_2 ') and ' step ' in case],
+        cases=[f'case_2 {kind} step 200' for kind in ('alpha', 's', 'offset', 'k_r')],
     ),
 )
