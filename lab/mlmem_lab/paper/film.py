@@ -14,9 +14,6 @@ from mlmem.physics.potential import Array
 from ..studies import style
 from .figure import Data
 
-FRAME_TIME_MS = 90
-"""Time per frame."""
-
 
 def save_film(design: Design, data: Data, signal: Array, label: str, stem: Path) -> list[Path]:
     """Write a GIF of a stem; return the file. What does not move is drawn once.
@@ -79,8 +76,9 @@ def save_film(design: Design, data: Data, signal: Array, label: str, stem: Path)
         picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert('RGB')
         pictures.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
     path = stem.with_suffix('.gif')
+    # the duration of a frame is in ms
     pictures[0].save(
-        path, save_all=True, append_images=pictures[1:], duration=FRAME_TIME_MS, loop=0,
+        path, save_all=True, append_images=pictures[1:], duration=90, loop=0,
         optimize=True,
     )  # fmt: skip
     return [path]

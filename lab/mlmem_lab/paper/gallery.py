@@ -10,19 +10,18 @@ from pathlib import Path
 
 from .figure import Claim, Figure, Quality
 
-FIGURE_FILES = (
-    'fig_1c', 'fig_2a', 'fig_2b', 'fig_2c', 'fig_3a', 'fig_3b', 'fig_4a', 'fig_4b', 'fig_5',
-    'mov_s1', 'printed', 'gradient', 'carriers', 'peaks', 'launches', 'rigidity', 'design',
-    'kicked', 'byte', 'robust',
-)  # fmt: skip
-"""Those of the folder `figures`, each with a `definition`."""
-
 OUTPUT_FOLDER = 'figures'
 """Folder of what they write, below the output folder."""
 
 ALL_FIGURES: tuple[Figure, ...] = tuple(
-    importlib.import_module(f'.figures.{file}', __package__).definition for file in FIGURE_FILES
-)
+    importlib.import_module(f'.figures.{file}', __package__).definition
+    for file in (
+        'fig_1c', 'fig_2a', 'fig_2b', 'fig_2c', 'fig_3a', 'fig_3b', 'fig_4a', 'fig_4b', 'fig_5',
+        'mov_s1', 'printed', 'gradient', 'carriers', 'peaks', 'launches', 'rigidity', 'design',
+        'kicked', 'byte', 'robust',
+    )
+)  # fmt: skip
+"""The `definition` of each file of the folder `figures`."""
 
 FIGURES_BY_NAME = {figure.name: figure for figure in ALL_FIGURES}
 

@@ -19,10 +19,8 @@ from ..figure import Data, Figure, Quality
 
 definition = Figure('byte', 'Many walls in one element: a byte is written and heard', seconds=60)
 
-WRITTEN_WORD = 0xA7
-
-DRAWN_WORDS = (0x00, 0x80, WRITTEN_WORD)
-"""Words whose echoes are drawn: no wall, the farthest alone, five."""
+DRAWN_WORDS = (0x00, 0x80, 0xA7)
+"""Words whose echoes are drawn: no wall, the farthest alone, five. The last one is written."""
 
 
 @definition.register_data
@@ -42,7 +40,7 @@ def compute_data(quality: Quality) -> Data:
         t.append(element.ticks * element.tick)
         field.append(element.chain.configuration.astype(np.float32))
 
-    element.perform(Write(WRITTEN_WORD), between=follow_wall)
+    element.perform(Write(DRAWN_WORDS[-1]), between=follow_wall)
     heard, listen_time = [], register.listener.ticks * element.tick
     for word in DRAWN_WORDS:
         v = pin_walls(Specimen(byte.design), register.code.walls(word))
@@ -81,7 +79,9 @@ def draw_figure(data: Data) -> Any:
     above.set(ylabel='level')
     style.phase_bar(upper, mesh, above, (design.D_s1, design.D_s2))
     style.label_panel(
-        above, 'a', f'{WRITTEN_WORD:#04x} is written: five kicks, the farthest first, and a pulse'
+        above,
+        'a',
+        f'{DRAWN_WORDS[-1]:#04x} is written: five kicks, the farthest first, and a pulse',
     )
     below.plot(t, data['v_1'], color=style.INK_COLOUR, lw=1.0)
     below.set(ylabel='$v_1$', xlabel=style.TIME_LABEL, xlim=(t[0], t[-1]))

@@ -25,8 +25,6 @@ definition = Figure(
     '2a', 'Fig. 2a: energy landscape under strain, Eq. 3 and without ansatz', seconds=3
 )
 
-STRAIN_FAMILY = 1e-3 * np.array([-15, -12, -9, -6, -3, 0, 3, 6, 9, 12, 15])
-
 
 @definition.register_data
 def compute_data(quality: Quality) -> Data:
@@ -39,9 +37,10 @@ def compute_data(quality: Quality) -> Data:
     # cells at either end that are left out: there the wall feels the free ends
     end_margin_cells = 12.0
     X = np.arange(1.0 + end_margin_cells, design.N - end_margin_cells + 1e-9, step)
-    data: Data = {'X': X, 'strain': STRAIN_FAMILY, 'kink_e_rms': kink.e_rms}
+    strains = 1e-3 * np.array([-15, -12, -9, -6, -3, 0, 3, 6, 9, 12, 15])
+    data: Data = {'X': X, 'strain': strains, 'kink_e_rms': kink.e_rms}
     by_ansatz, as_printed, held, fits = [], [], [], []
-    for strain in STRAIN_FAMILY:
+    for strain in strains:
         v, V = strained_equilibrium(design, float(strain))
         v_0, V_0 = fit_displacement(design, v), fit_displacement(design, V)
         blank = 0.5 * np.sum(np.diff(v) ** 2) + np.sum(

@@ -22,9 +22,6 @@ definition = Figure('2b', 'Fig. 2b: position of a pinned wall under growing stra
 SOFTEST_SITES = (81.0, 100.0, 119.0)
 """Sites j_0 of least stiffness: before (Table I), at, and as far after the defect at j = 100."""
 
-MAX_STRAIN = 0.06
-"""Strain at the end of the growth, either sign."""
-
 
 @definition.register_data
 def compute_data(quality: Quality) -> Data:
@@ -33,28 +30,31 @@ def compute_data(quality: Quality) -> Data:
     The strain grows linearly; NaN marks a wall that has left through an end.
     """
     duration = quality.pick(20_000.0, 300_000.0)
-    data: Data = {'j_0': np.array(SOFTEST_SITES), 'defect': CASE_I.J, 'largest': MAX_STRAIN}
+    max_strain = 0.06  # at the end of the growth, either sign
+    data: Data = {'j_0': np.array(SOFTEST_SITES), 'defect': CASE_I.J, 'largest': max_strain}
     for number, j_0 in enumerate(SOFTEST_SITES):
         design = dataclasses.replace(CASE_I, j_0=j_0)
         for name, sign in (('compression', -1.0), ('tension', 1.0)):
-            strain, path = _grow_strain(design, sign, duration)
+            strain, path = _grow_strain(design, sign * max_strain, duration)
             data['strain'] = strain
             data[f'path_{name}_{number}'] = path
             data[f'depin_{name}_{number}'] = _departure_strain(strain, path)
             data[f'static_{name}_{number}'] = abs(
-                find_depinning_strain(design, 0, sign, MAX_STRAIN)
+                find_depinning_strain(design, 0, sign, max_strain)
             )
     return data
 
 
-def _grow_strain(design: Design, sign: float, duration: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return |strain| and the wall's position while the strain grows slowly."""
-    rate = MAX_STRAIN / duration
+def _grow_strain(
+    design: Design, last_strain: float, duration: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return |strain| and the wall's position while the strain grows slowly to the last one."""
+    rate = last_strain / duration
     run = simulate(
-        design, initial=wall_at(0), strain=lambda t: sign * rate * t, duration=duration,
+        design, initial=wall_at(0), strain=lambda t: rate * t, duration=duration,
         save_every=duration / 480, integrator=NOH_BATHE.name, progress=False,
     )  # fmt: skip
-    return rate * run.t[1:], wall_path(design, run.configuration)[1:] - design.J
+    return abs(rate) * run.t[1:], wall_path(design, run.configuration)[1:] - design.J
 
 
 def _departure_strain(strain: np.ndarray, path: np.ndarray) -> float:

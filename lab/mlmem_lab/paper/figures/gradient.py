@@ -18,9 +18,6 @@ from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 definition = Figure('gradient', 'A wall in the uniform gradient: speed and profile', seconds=3)
 
-UNIFORM_DESIGN = dataclasses.replace(CASE_I, beta=0.0)
-"""Case I without its defect: nothing but the gradient."""
-
 
 @definition.register_data
 def compute_data(quality: Quality) -> Data:
@@ -32,12 +29,13 @@ def compute_data(quality: Quality) -> Data:
         and `path_defect`, that of an anti-kink which meets the defect of Case I.
     """
     duration, every = quality.pick(2600.0, 4200.0), 10.0
-    data: Data = {'eta': np.array(UNIFORM_DESIGN.eta), 'gamma': np.array(UNIFORM_DESIGN.gamma)}
-    flat = make_uniform(UNIFORM_DESIGN)
+    uniform_design = dataclasses.replace(CASE_I, beta=0.0)  # nothing but the gradient
+    data: Data = {'eta': np.array(uniform_design.eta), 'gamma': np.array(uniform_design.gamma)}
+    flat = make_uniform(uniform_design)
     start_position = 25.0
     for name in ('anti_kink', 'kink'):
-        fields = _release_wall(UNIFORM_DESIGN, start_position, name, duration, every)
-        path = wall_path(UNIFORM_DESIGN, fields)
+        fields = _release_wall(uniform_design, start_position, name, duration, every)
+        path = wall_path(uniform_design, fields)
         data['t'] = every * np.arange(1, len(path) + 1)
         data[f'path_{name}'] = path
         data[f'speed_{name}'] = np.gradient(path, data['t'])

@@ -20,12 +20,6 @@ from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 definition = Figure('rigidity', 'How stiff the substrate has to be', seconds=10)
 
-SAMPLE_PERIOD = 10.0
-"""Time between looks."""
-
-SETTLE_TIME = 4000.0
-"""Time in which the substrate gives way under the wall and comes to rest: exp(-8) is left."""
-
 
 @definition.register_data
 def compute_data(quality: Quality) -> Data:
@@ -57,9 +51,8 @@ def compute_data(quality: Quality) -> Data:
                 for (path, _), (ideal, _) in zip(cycles, rigid, strict=True)
             ]
         )
-        other, dt = record_echo(
-            design, v, PAPER_PROBE, duration=400.0, dt=None, settle=SETTLE_TIME
-        )
+        # settling: the substrate gives way under the wall and comes to rest, exp(-8) is left
+        other, dt = record_echo(design, v, PAPER_PROBE, duration=400.0, dt=None, settle=4000.0)
         # The same step for both, or the integrator's own dispersion would be compared.
         heard, _ = record_echo(CASE_II, v, PAPER_PROBE, duration=400.0, dt=dt)
         echoes.append(float(np.abs(other - heard).max()) / PAPER_PROBE.A)
@@ -81,7 +74,7 @@ def _run_cycle(design: Design, level: int) -> tuple[np.ndarray, float]:
     cycle = Cycle.plan_cycle(CycleSettings(), peak)
     run = simulate(
         design, initial=wall_at(level), strain=cycle.strain, duration=cycle.duration,
-        save_every=SAMPLE_PERIOD, integrator=NOH_BATHE.name, progress=False,
+        save_every=10.0, integrator=NOH_BATHE.name, progress=False,
     )  # fmt: skip
     end = find_level(design, run.configuration[-1])
     return wall_path(design, run.configuration), float(end) if end >= 0 else np.nan
