@@ -99,7 +99,6 @@ setup(
         'console_scripts': [
             'memory_node = mlmem_ros.ros.main:main',
             'memory_bank = mlmem_ros.ros.main:bank',
-            'memory_clock = mlmem_ros.ros.clock:main',
             'memory_monitor = mlmem_tools.identification.monitor_node:main',
             'mlmem = mlmem_tools.cli.main:main',
         ],

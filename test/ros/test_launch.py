@@ -145,7 +145,7 @@ def test_colcon_build_installs_every_file(tmp_path):
     )  # fmt: skip
     assert built.returncode == 0, built.stderr
     prefix = tmp_path / 'install' / 'mlmem_ros'
-    for executable in ('memory_node', 'memory_bank', 'memory_clock', 'memory_monitor', 'mlmem'):
+    for executable in ('memory_node', 'memory_bank', 'memory_monitor', 'mlmem'):
         assert os.access(prefix / 'lib' / 'mlmem_ros' / executable, os.X_OK)
     share = prefix / 'share'
     assert (share / 'ament_index/resource_index/packages/mlmem_ros').exists()
