@@ -1,17 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Requests with arguments as messages: how they are decoded, and which are refused; the fast
-decoder of an Imu.
-"""
+"""Requests with arguments as messages: how they are decoded, and which are refused."""
 
 import math
-import struct
 
 import pytest
 from rclpy.duration import Duration
 from rclpy.parameter import Parameter
-from rclpy.serialization import deserialize_message, serialize_message
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from mlmem import Abort, Erase, FollowTrajectory, Kick, Read, Refused, Write
@@ -20,7 +16,6 @@ from mlmem.physics import CASE_II
 from mlmem.settings import ScaleSettings
 from mlmem_ros.contract.commands import COMMAND_TOPICS
 from mlmem_ros.contract.requests import Record, build_request, parse_request
-from mlmem_ros.ros.node.topics import decode_imu
 
 TOPICS = {topic.name: topic for topic in COMMAND_TOPICS}
 
@@ -129,30 +124,3 @@ def test_invalid_request_is_rejected(values, field):
 def test_argument_that_is_named_twice_is_rejected():
     with pytest.raises(Refused, match='a request must name every argument once'):
         parse_request([*parameters(request='write', level=1), *parameters(level=2)])
-
-
-@pytest.mark.parametrize('length', range(17))
-def test_imu_is_decoded_as_by_the_middleware(length):
-    """For every length of the frame's name, which moves the numbers after it."""
-    message = Imu()
-    message.header.frame_id = 'f' * length
-    message.header.stamp.nanosec = 123
-    message.linear_acceleration.x = 1.0 + length
-    message.linear_acceleration_covariance[0] = -1.0
-    cdr = serialize_message(message)
-    for found in (decode_imu(cdr), deserialize_message(cdr, Imu)):
-        assert found.linear_acceleration.x == 1.0 + length
-        assert found.linear_acceleration_covariance[0] == -1.0
-
-
-@pytest.mark.parametrize('kept', [200, 3, None], ids=['cut', 'no header', 'long name'])
-def test_malformed_imu_fails_as_in_the_middleware(kept):
-    cdr = serialize_message(Imu())
-    bad = cdr[:kept] if kept else cdr[:12] + struct.pack('<I', 2**32 - 1) + cdr[16:]
-    found = []
-    for decode in (decode_imu, lambda cdr: deserialize_message(cdr, Imu)):
-        try:
-            found.append(repr(decode(bad)))
-        except Exception as error:
-            found.append(type(error))
-    assert found[0] == found[1]

@@ -5,17 +5,15 @@
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from functools import cache, partial
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
-from sensor_msgs.msg import Image, Imu
+from sensor_msgs.msg import Image
 from visualization_msgs.msg import MarkerArray
 
 from mlmem import Event, MemoryElement, Unknown, threads
@@ -31,30 +29,6 @@ from ..views import ChainMarkers, Contour
 
 if TYPE_CHECKING:
     from ...host.recording import Recording
-
-NUMBERS, ACCELERATION, COVARIANCE = 37, 25, 28
-"""Numbers after the header; indices where linear acceleration and its covariance begin."""
-
-
-def decode_imu(cdr: bytes) -> Any:
-    """Return an Imu's linear acceleration along x and first covariance, under its own names.
-
-    Raises:
-        What the middleware raises if the bytes are not an Imu.
-    """
-    if cdr[:2] == b'\x00\x01' and len(cdr) >= 16:  # plain CDR, little-endian
-        header = 12 + struct.unpack_from('<I', cdr, 12)[0]  # stamp, and the name of the frame
-        begin = 4 + (header + 7) // 8 * 8
-        if len(cdr) >= begin + 8 * NUMBERS:
-            x, covariance = (
-                struct.unpack_from('<d', cdr, begin + 8 * place)[0]
-                for place in (ACCELERATION, COVARIANCE)
-            )
-            return SimpleNamespace(
-                linear_acceleration=SimpleNamespace(x=x),
-                linear_acceleration_covariance=(covariance,),
-            )
-    return deserialize_message(cdr, Imu)
 
 
 class Subscriptions:
@@ -73,14 +47,11 @@ class Subscriptions:
     def _create_listener(
         self, topic: CommandTopic, name: str, full: str
     ) -> Callable[[bytes], None]:
-        kind = topic.kind
-        whole = partial(deserialize_message, message_type=kind)
-        decode: Callable[[bytes], Any] = decode_imu if kind is Imu else whole
-        log = self._host.log
+        kind, log = topic.kind, self._host.log
 
         def handle_message(cdr: bytes) -> None:
             try:
-                message = decode(cdr)
+                message = deserialize_message(cdr, kind)
             except Exception as error:  # the bytes are not such a message
                 log.refused(name, f'the message must be a {kind.__name__}; {error}')
                 return
