@@ -6,10 +6,7 @@ test_contract.py has the whole contract over a rig in another process, as slow t
 """
 
 import socket
-from concurrent.futures import Future
 from dataclasses import replace
-from types import SimpleNamespace
-from unittest.mock import MagicMock
 
 import pytest
 from nodes import QUICK
@@ -18,8 +15,8 @@ from robot import Robot, values
 from mlmem import DriverError, DriverHangs, load_element
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.node import node as node_module
-from mlmem_ros.ros.node.starting import Retries
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 from mlmem_tools.rig.emulated import EmulatedRig, LineProperties
@@ -146,18 +143,15 @@ def test_start_without_a_rig_fails(refused, given, word):
     assert word in refused({'device.driver': 'rig'} | given)
 
 
-def test_driver_that_hangs_on_a_retry_is_given_up():
-    prepared = Future()
-    prepared.set_result(None)
-    host = SimpleNamespace(log=MagicMock(), stopped='')
-    node = MagicMock(unconfigured=True, host=host)
-    node.get_parameter.return_value.value = 1e-9
-    node.prepare.return_value = prepared
-    node.start.side_effect = [DriverError('off'), DriverHangs('opening takes too long')]
-    retries = Retries(node)
-    assert retries.begin(DriverError('lost'))
-    for _ in range(4):
-        retries.on_timer()
-    assert node.start.call_count == 2
-    assert not retries.waiting
-    host.log.error.assert_called_once()
+def test_driver_that_hangs_on_a_retry_is_given_up(start, monkeypatch):
+    monkeypatch.setattr(node_module, 'CHECK_PERIOD_S', 0.05)
+    errors = iter([DriverError('off'), DriverError('off'), DriverHangs('opening takes too long')])
+
+    def open_driver(*_):
+        raise next(errors)
+
+    monkeypatch.setattr('mlmem.instrument.drivers.open_driver', open_driver)
+    node = start({'device.driver': 'rig', 'device.retry': 0.1})
+    given_up = 'the element is back, but cannot be started: opening takes too long'
+    wait_until(lambda: given_up in node.output, 'the end of the attempts')
+    assert next(errors, None) is None

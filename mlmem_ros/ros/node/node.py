@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
@@ -17,8 +19,9 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
-from mlmem import DriverError, Event, Refused, threads
+from mlmem import DriverError, DriverHangs, Event, Refused, threads
 from mlmem.loop.timetable import Pacer, SteadyPacer
+from mlmem.physics import INTEGRATORS, is_kernel_cached
 
 from ...contract.services import NODE_SERVICES
 from ...host import REFUSALS, Host
@@ -31,7 +34,6 @@ from .diagnostics import Diagnostics
 from .parameters import ParameterSet
 from .services import Services, build_session_plan
 from .simulator import SimTimePacer, Simulator
-from .starting import Retries, report_preparation
 from .topics import Publishers, Subscriptions
 
 CHECK_PERIOD_S = 1.0
@@ -106,7 +108,8 @@ class MemoryNode(LifecycleNode):
         self._refusal: Exception | None = None
         self._building: Future[Built] | None = None  # the device, in a thread of its own
         self._prepared: Future[None] | None = None  # done, in the executor, when it is built
-        self._retries = Retries(self)
+        self._away_since: float | None = None  # while the node waits for its element
+        self._next_attempt = 0.0
         callback_guard.every(CHECK_PERIOD_S, 'checking disks and clock', self._on_timer)
         for service in self.services:
             if service.srv_name.endswith('/change_state'):
@@ -156,7 +159,7 @@ class MemoryNode(LifecycleNode):
         try:
             self.start()
         except DriverError as error:
-            if not self._retries.begin(error):
+            if not self._await_element(error):
                 raise
 
     def start(self) -> None:
@@ -239,11 +242,23 @@ class MemoryNode(LifecycleNode):
                 self.host.discard(building.result())
 
     def _build_device(self, given: Parameters, blank: bool = False) -> Built:
-        if not self._retries.waiting:
-            self.host.log.info('preparing the device')
-        integrator = given.settings.time.integrator
-        with report_preparation(self.host, given.design, integrator):
-            return self.host.build(given, blank)
+        """Build the device; `host.preparing` says what takes the time meanwhile."""
+        host, design, integrator = self.host, given.design, given.settings.time.integrator
+        begun, cached = time.monotonic(), is_kernel_cached(design, INTEGRATORS[integrator])
+        host.preparing = 'preparing the device'
+        if self._away_since is None:
+            host.log.info(host.preparing)
+        if not cached:
+            kernels = f'the kernels of the {design.substrate} substrate ({integrator})'
+            host.preparing = f'compiling {kernels}'
+            host.log.info(f'{host.preparing} (once; it takes some seconds)')
+        try:
+            built = host.build(given, blank)
+        finally:
+            host.preparing = ''
+        if not cached:
+            host.log.info(f'compiled in {time.monotonic() - begun:.1f} s, and cached')
+        return built
 
     def _run_transitions(
         self, *transitions: Callable[[], Any], blank: bool = False, held: bool = False
@@ -290,7 +305,7 @@ class MemoryNode(LifecycleNode):
 
     def close(self) -> None:
         """Stop time if it runs, save the content, close the session file."""
-        self._retries.waiting = False
+        self._away_since = None
         with self.host.log.guard_errors('closing'):
             self.host.close()
         self._discard_device()
@@ -330,7 +345,7 @@ class MemoryNode(LifecycleNode):
         with self.host.log.guard_errors('handling an error'):
             self.host.fail()
         self._release_publishers()
-        self._retries.begin(failure)
+        self._await_element(failure)
         return TransitionCallbackReturn.SUCCESS
 
     def _attempt_transition(
@@ -427,8 +442,60 @@ class MemoryNode(LifecycleNode):
     def _on_timer(self) -> None:
         self._handle_failure()
         self.host.on_timer()
-        self._retries.on_timer()
+        self._retry()
         self._check_clock()
+
+    def _await_element(self, why: BaseException | None) -> bool:
+        """Try again at intervals after an error, if its element is away and may come back, which
+        one with a driver that hangs never does; return whether it will.
+        """
+        interval = self.get_parameter('device.retry').value  # 0: give up
+        lost = isinstance(why, DriverError) and not isinstance(why, DriverHangs)
+        if not (lost and interval):
+            return False
+        now = time.monotonic()
+        if self._away_since is None:
+            self._away_since = now
+            self.host.log.warning(f'waiting for the element, every {interval:g} s: {why}')
+        self._next_attempt = now + interval
+        waited = f'{now - self._away_since:.0f} s'
+        self.host.stopped = f'waiting for the element since {waited}: {why}'
+        return True
+
+    def _retry(self) -> None:
+        """Prepare the device again if it is time; give up if somebody else configures the node."""
+        if self._away_since is None or time.monotonic() < self._next_attempt:
+            return
+        if not (self.get_parameter('device.retry').value and self.unconfigured):
+            self._away_since = None
+            return
+        self._next_attempt = math.inf
+        try:
+            prepared = self.prepare()
+        except REFUSALS as error:
+            self._stop_retrying(error)
+        else:
+            prepared.add_done_callback(lambda _: self._start_again())
+
+    def _start_again(self) -> None:
+        """Start with the device that has been built, in the executor's thread."""
+        since = self._away_since
+        if since is None or not self.unconfigured:  # closed, or configured by others
+            self._away_since = None
+            return
+        try:
+            self.start()
+        except REFUSALS as error:
+            if not self._await_element(error):
+                self._stop_retrying(error)
+        else:
+            self._away_since = None
+            waited = time.monotonic() - since
+            self.host.log.warning(f'the element is back after {waited:.3g} s')
+
+    def _stop_retrying(self, why: Exception) -> None:
+        self._away_since = None
+        self.host.log.error(f'the element is back, but cannot be started: {why}')
 
     def _check_clock(self) -> None:
         """Say in `host.held_up` if simulated time stands still; log that once."""
