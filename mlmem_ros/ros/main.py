@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 
 from .. import __version__
-from .process import RECEIVED_SIGNALS, use_profile
+from .node_process import RECEIVED_SIGNALS, use_profile
 
 BANK_NAMESPACE = '/bank'
 """Namespace of a bank, unless a remapping gives another."""

@@ -32,8 +32,12 @@ from ..host import REFUSALS
 from ..ros.main import parse_node_arguments
 from ..ros.node.node import MemoryNode
 from ..ros.node.run import SINGLE_ELEMENT, NodeOptions, end_nodes, spin_nodes, start_nodes
-from ..ros.node_process import Parameters, build_node_arguments, run_node_process
-from ..ros.process import find_profile_variable
+from ..ros.node_process import (
+    Parameters,
+    build_node_arguments,
+    find_profile_variable,
+    run_node_process,
+)
 
 if TYPE_CHECKING:
     from typing_extensions import Self

@@ -17,7 +17,7 @@ from mlmem_ros import MemoryClient, MemoryNode, RequestRefused
 from mlmem_ros.contract import services
 from mlmem_ros.host import store
 from mlmem_ros.ros.middleware import create_events_executor
-from mlmem_ros.ros.process import PROFILE_VARIABLES
+from mlmem_ros.ros.node_process import PROFILE_VARIABLES
 
 
 @pytest.fixture

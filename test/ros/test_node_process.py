@@ -12,8 +12,8 @@ import rclpy
 from nodes import program
 from rclpy.node import Node
 
-from mlmem_ros.ros.node_process import build_node_arguments
-from mlmem_ros.ros.process import (
+from mlmem_ros.ros.node_process import (
+    build_node_arguments,
     find_profile_variable,
     use_profile,
 )

@@ -23,7 +23,7 @@ import numpy as np
 from mlmem.loop.timetable import LoopStatistics
 from mlmem_ros.ros.node.node import MemoryNode
 from mlmem_ros.ros.node.run import SINGLE_ELEMENT, GuardedExecutor, end_nodes, start_nodes
-from mlmem_ros.ros.process import use_profile
+from mlmem_ros.ros.node_process import use_profile
 
 
 class LatenessRecord(LoopStatistics):

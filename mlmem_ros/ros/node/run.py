@@ -26,7 +26,7 @@ from rclpy.task import Future
 
 from ...host import REFUSALS, ThrottledLog
 from ..middleware import create_events_executor
-from ..process import RECEIVED_SIGNALS
+from ..node_process import RECEIVED_SIGNALS
 from .node import MemoryNode
 
 ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
