@@ -4,20 +4,21 @@
 how a client encodes a request, and how the node decodes it.
 
 Messages check their fields only if ROS_PYTHON_CHECK_FIELDS is 1, and never under `python -O`.
-Without a check a text where a number belongs may end the process. So values are checked before
-they are converted (`Type.convert`).
+Without a check a text where a number belongs may end the process. So `build_parameter` checks
+values before a message takes them.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import MISSING, dataclass, fields
-from numbers import Integral, Real
-from typing import TYPE_CHECKING, Any, NamedTuple
+from numbers import Integral
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from mlmem import Refused
+from mlmem.parsing import decode_value
 from mlmem.procedure_table import CONTENT_NAMES, PROCEDURES, UNSET_CONTENT, Write
 from mlmem.schema import short_repr
 
@@ -38,75 +39,6 @@ class Record:
     path: str = ''
 
 
-# --- types ------------------------------------------------------------------------------------
-
-
-class Type(NamedTuple):
-    """A type of rcl_interfaces/msg/ParameterValue.
-
-    Attributes:
-        name: Its name, which is also that of its field.
-        number: Its number in rcl_interfaces/msg/ParameterType.
-        kind: What its values are in Python.
-        meaning: What a value must be, for errors.
-    """
-
-    name: str
-    number: int
-    kind: Any
-    meaning: str
-
-    def of(self, value: Any) -> Any:
-        """Return a ParameterValue's value of this type."""
-        return getattr(value, f'{self.name}_value')
-
-    def convert(self, name: str, value: Any) -> Any:
-        """Return a value as a message takes it; numbers of NumPy are converted.
-
-        Raises:
-            ValueError: It is not of this type; the error begins with the name.
-        """
-        if isinstance(value, self.kind) and isinstance(value, bool) == (self is BOOL):
-            if self is DOUBLE_ARRAY and not isinstance(value, str):
-                return [DOUBLE.convert(name, item) for item in value]
-            if self is INTEGER and -(2**63) <= value < 2**63:
-                return int(value)
-            if self is DOUBLE:
-                with suppress(OverflowError):
-                    return float(value)
-            if self is BOOL or (self is STRING and '\0' not in value):
-                return value
-        raise ValueError(f'{name} must be {self.meaning}; got {short_repr(value)}')
-
-    def build_parameter(self, name: str, value: Any) -> Any:
-        """Return a rcl_interfaces/msg/Parameter; raises as `convert`."""
-        from rcl_interfaces.msg import Parameter
-
-        given = Parameter(name=name)
-        given.value.type = self.number
-        setattr(given.value, f'{self.name}_value', self.convert(name, value))
-        return given
-
-
-BOOL = Type('bool', 1, bool, 'true or false')
-INTEGER = Type('integer', 2, Integral, 'a whole number of at most 64 bits')
-DOUBLE = Type('double', 3, Real, 'a number')
-STRING = Type('string', 4, str, 'a text without NUL')  # messages end a text there
-DOUBLE_ARRAY = Type('double_array', 8, Sequence, 'a list of numbers')
-
-
-def find_type(name: str, value: Any) -> Type:
-    """Return the type of a parameter of the node with a value.
-
-    Raises:
-        ValueError: No parameter takes the value.
-    """
-    for each in (BOOL, INTEGER, DOUBLE, STRING):
-        if isinstance(value, each.kind):
-            return each
-    raise ValueError(f'{name} must be true or false, a number or a text; got {short_repr(value)}')
-
-
 # --- requests ---------------------------------------------------------------------------------
 
 NAME_ARGUMENT = 'request'
@@ -116,18 +48,23 @@ DEADLINE_ARGUMENT = 'deadline'
 """The parameter with the seconds within which a procedure must begin, if others run."""
 
 
-_TYPES = {'float': DOUBLE, 'int': INTEGER, 'str': STRING}
+PARAMETER_TYPES = {
+    bool: 'BOOL', int: 'INTEGER', float: 'DOUBLE', str: 'STRING', tuple[float, ...]: 'DOUBLE_ARRAY'
+}  # fmt: skip
+"""The types of arguments and parameters, and the names of `rclpy.parameter.Parameter.Type`."""
 
-REQUEST_ARGUMENTS: dict[str, Mapping[str, Type]] = {
+_TYPES = {'float': float, 'int': int, 'str': str}
+
+REQUEST_ARGUMENTS: dict[str, Mapping[str, Any]] = {
     **{
         name: {argument: _TYPES[kind] for argument, kind, *_ in row.arguments}
         for name, row in PROCEDURES.items()
     },
-    'write': dict.fromkeys(CONTENT_NAMES, INTEGER),
-    'follow': dict.fromkeys(('times', 'strains', 'rates'), DOUBLE_ARRAY),
-    'record': {'on': BOOL, 'path': STRING},
+    'write': dict.fromkeys(CONTENT_NAMES, int),
+    'follow': dict.fromkeys(('times', 'strains', 'rates'), tuple[float, ...]),
+    'record': {'on': bool, 'path': str},
 }
-"""The types of the arguments of all requests, by name."""
+"""The types of the arguments of all requests, by name: keys of `PARAMETER_TYPES`."""
 
 
 def find_command_type(name: str) -> type[Any]:
@@ -140,6 +77,30 @@ def find_command_type(name: str) -> type[Any]:
 
 
 # --- the client's side ------------------------------------------------------------------------
+
+
+def build_parameter(name: str, value: Any, kind: Any = None) -> Any:
+    """Return a rcl_interfaces/msg/Parameter.
+
+    Args:
+        value: Its value; one of NumPy is converted.
+        kind: Its type, a key of `PARAMETER_TYPES`; by default that of the value.
+
+    Raises:
+        ValueError: The value is not of this type, or of none that a parameter takes.
+    """
+    from rclpy.parameter import Parameter
+
+    plain = value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+    kind = kind or type(plain)
+    if kind not in PARAMETER_TYPES:
+        raise ValueError(
+            f'{name} must be true or false, a number or a text; got {short_repr(value)}'
+        )
+    plain = decode_value(kind, plain, name)
+    if kind is str and '\0' in plain:  # messages end a text there
+        raise ValueError(f'{name} must be a text without NUL; got {short_repr(value)}')
+    return Parameter(name, Parameter.Type[PARAMETER_TYPES[kind]], plain).to_parameter_msg()
 
 
 def build_request(name: str, **arguments: Any) -> Any:
@@ -156,13 +117,13 @@ def build_request(name: str, **arguments: Any) -> Any:
             f'request must be one of {", ".join(REQUEST_ARGUMENTS)}; got {short_repr(name)}'
         )
     takes = REQUEST_ARGUMENTS[name]
-    types = {NAME_ARGUMENT: STRING, DEADLINE_ARGUMENT: DOUBLE, **takes}
+    types = {NAME_ARGUMENT: str, DEADLINE_ARGUMENT: float, **takes}
     if strange := [key for key in arguments if key not in types]:
         known = ', '.join(takes) or 'no arguments'
         raise ValueError(f'{name} takes {known}; got {short_repr(strange[0])}')
     given = {NAME_ARGUMENT: name, **arguments}
     return SetParametersAtomically.Request(
-        parameters=[types[key].build_parameter(key, value) for key, value in given.items()]
+        parameters=[build_parameter(key, value, types[key]) for key, value in given.items()]
     )
 
 
@@ -191,7 +152,7 @@ def parse_request(parameters: Sequence[Any]) -> tuple[Command | Record, float]:
     if len(given) != len(parameters):
         raise Refused('a request must name every argument once')
     asked = given.pop(NAME_ARGUMENT, None)
-    name = None if asked is None else STRING.of(asked)
+    name = None if asked is None else _read_value(NAME_ARGUMENT, asked, str)
     if name not in REQUEST_ARGUMENTS:
         raise Refused(
             f'{NAME_ARGUMENT} must be one of {", ".join(REQUEST_ARGUMENTS)}; got '
@@ -199,22 +160,25 @@ def parse_request(parameters: Sequence[Any]) -> tuple[Command | Record, float]:
         )
     types, wait = REQUEST_ARGUMENTS[name], 0.0
     if name in PROCEDURES and DEADLINE_ARGUMENT in given:
-        value = given.pop(DEADLINE_ARGUMENT)
-        wait = float(DOUBLE.of(value)) if value.type == DOUBLE.number else math.nan
+        wait = _read_value(DEADLINE_ARGUMENT, given.pop(DEADLINE_ARGUMENT), float)
         if not wait > 0.0:
-            raise Refused(f'{DEADLINE_ARGUMENT} must be a number of seconds above 0')
-    for argument, value in given.items():
-        if argument not in types:
-            raise Refused(
-                f'{name} takes {", ".join(types) or "no arguments"}; got {short_repr(argument)}'
-            )
-        if value.type != types[argument].number:
-            raise Refused(
-                f'{argument} must be of type {types[argument].number} '
-                f'({types[argument].name}); got type {value.type}'
-            )
-    values = {argument: types[argument].of(value) for argument, value in given.items()}
+            raise Refused(f'{DEADLINE_ARGUMENT} must be a number of seconds above 0; got {wait:g}')
+    for argument in given.keys() - types.keys():
+        raise Refused(
+            f'{name} takes {", ".join(types) or "no arguments"}; got {short_repr(argument)}'
+        )
+    values = {key: _read_value(key, value, types[key]) for key, value in given.items()}
     return build_command(name, values), wait
+
+
+def _read_value(name: str, value: Any, kind: Any) -> Any:
+    """Return what is in a ParameterValue; raise `Refused` if it is not of a type."""
+    from rclpy.parameter import Parameter
+
+    wanted = Parameter.Type[PARAMETER_TYPES[kind]]
+    if value.type != wanted.value:
+        raise Refused(f'{name} must be of type {wanted.value} ({wanted.name}); got {value.type}')
+    return getattr(value, f'{wanted.name.lower()}_value')
 
 
 def build_command(name: str, given: Mapping[str, Any]) -> Any:

@@ -18,7 +18,7 @@ from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.contract import answers, services
 from mlmem_ros.contract.commands import COMMAND_TOPICS
-from mlmem_ros.contract.requests import REQUEST_ARGUMENTS
+from mlmem_ros.contract.requests import PARAMETER_TYPES, REQUEST_ARGUMENTS
 from mlmem_ros.contract.services import ACTION_TYPE_NAMES
 from mlmem_ros.contract.streams import STREAMS
 from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, Topic
@@ -36,7 +36,10 @@ def generate_interfaces() -> dict[str, str]:
     """Return the tables of topics, services, actions, answers and diagnostics."""
     published = (*STREAMS.values(), DIAGNOSTICS_TOPIC)
     requests = [
-        (f'`{name}`', ', '.join(f'`{key}` ({kind.name})' for key, kind in takes.items()))
+        (
+            f'`{name}`',
+            ', '.join(f'`{key}` ({PARAMETER_TYPES[kind].lower()})' for key, kind in takes.items()),
+        )
         for name, takes in REQUEST_ARGUMENTS.items()
         if takes
     ]

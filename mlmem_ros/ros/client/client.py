@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any, TypeVar
 
-import numpy as np
 import rclpy
 from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
@@ -44,7 +43,7 @@ from ...contract.calls import (
     parse_answer,
     parse_self_test,
 )
-from ...contract.requests import DEADLINE_ARGUMENT, build_request, check_content, find_type
+from ...contract.requests import DEADLINE_ARGUMENT, build_parameter, build_request, check_content
 from ...contract.services import load_action_types
 from ..middleware import ALIVE, create_events_executor
 from .connection import NodeConnection, get_client_thread
@@ -220,10 +219,7 @@ class MemoryClient:
                 refused = f'{was.format(names)} refused: {response.result.reason}'
                 raise RequestRefused({'error': refused})
 
-        values = {name: _to_plain(value) for name, value in values.items()}
-        given = [
-            find_type(name, value).build_parameter(name, value) for name, value in values.items()
-        ]
+        given = [build_parameter(name, value) for name, value in values.items()]
         kind, message = SetParametersAtomically, SetParametersAtomically.Request(parameters=given)
         return self._send('set_parameters_atomically', timeout, kind, message, check_result)
 
@@ -295,11 +291,6 @@ def _build_request_steps(
 
     message = build_request(name, **arguments)
     return _build_call_steps('request', SetParametersAtomically, message, parse)
-
-
-def _to_plain(value: Any) -> Any:
-    """Return a value of NumPy as Python's own."""
-    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
 
 
 def _parse_response(kind: type[SomeAnswer], response: Any) -> SomeAnswer:
