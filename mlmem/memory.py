@@ -206,12 +206,12 @@ class Memory(Instrument):
             return (End.RIGHT,)
         if self.phase(End.RIGHT) == 1:
             return (End.LEFT,)
-        return self.calibration.ends
+        return tuple(End)
 
     def passage_time(self, end: End) -> float:
         """Return in which time a pulse of an end comes back from the farthest reflector."""
         # an element may be a tenth slower than its calibration
-        return 1.1 * self.calibration.longest(end)
+        return 1.1 * self.calibration.table(end).longest
 
     def store_unreadable(self, reason: str) -> Reading:
         """Store why no pulse was fired."""

@@ -241,7 +241,7 @@ def calibrate_delays(reader: DelayReader, element: Memory) -> Procedure[dict[str
     with _keep_unless_measured(element):
         element.calibration = yield from _measure_delays(element)
     measured = element.calibration
-    return {'delays': {end: measured.table(end).delays for end in measured.ends}}
+    return {'delays': {end: measured.table(end).delays for end in End}}
 
 
 def _measure_delays(element: Memory) -> Procedure[Calibration]:
@@ -255,18 +255,16 @@ def _measure_delays(element: Memory) -> Procedure[Calibration]:
     try:
         for level in range(element.design.levels):
             levels.append((yield from _reach_level(element, level)))
+        left = DelayTable(
+            tuple(each.left_delay or 0.0 for each in levels),
+            shapes=tuple(each.shapes[End.LEFT] for each in levels),
+        )
         right = DelayTable(
             tuple(each.right_delay or 0.0 for each in levels),
             blank,
             tuple(each.shapes[End.RIGHT] for each in levels),
         )
-        measured = replace(element.calibration, right=right)
-        if measured.left is not None:
-            left = DelayTable(
-                tuple(each.left_delay or 0.0 for each in levels),
-                shapes=tuple(each.shapes[End.LEFT] for each in levels),
-            )
-            measured = replace(measured, left=left)
+        measured = replace(element.calibration, left=left, right=right)
         measured.check(element.design.levels, primary_end(element.settings.read))
     except (ProcedureFailed, SettingsError) as error:
         raise ProcedureFailed(f'the calibration was not taken: {error}') from error
@@ -409,7 +407,7 @@ def _find_side(element: Memory, level: int, reading: Reading) -> int:
         return -1  # it fell back
     if element.phase(End.RIGHT) == 1:
         return 1  # it ran out
-    for end in element.calibration.ends:
+    for end in End:
         delay = reading.left_delay if end is End.LEFT else reading.right_delay
         if delay is not None:
             late = delay - element.calibration.table(end).delays[level]
@@ -423,12 +421,12 @@ def _level_margin(element: Memory, level: int, reading: Reading) -> tuple[float,
     The reading itself does not say, because the calibration may be off while it is measured.
     """
     calibration, margin = element.calibration, 1.0
-    for end in calibration.ends:
+    for end in End:
         delay = reading.left_delay if end is End.LEFT else reading.right_delay
         if delay is None:
             return -math.inf, f'level {level} gives no echo at the {end} end'
         nearest, clear = calibration.table(end).nearest(delay)
-        if end is primary_end(element.settings.read) or len(calibration.ends) == 1:
+        if end is primary_end(element.settings.read):
             margin, right = clear, nearest == level
         else:
             probe = element.transducer.probes[end]

@@ -129,7 +129,7 @@ def _find_detecting_ends(element: Memory, phases: dict[End, int | None]) -> tupl
     for end, phase in phases.items():
         if phase is None:
             raise ProcedureFailed(f'the {end} end rests in neither phase')
-    able = [end for end in element.calibration.ends if phases[end] == (end is End.LEFT)]
+    able = [end for end in End if phases[end] == (end is End.LEFT)]
     if not able:
         raise ProcedureFailed(WALL_GONE_REASON)
     return tuple(able)

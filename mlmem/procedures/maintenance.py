@@ -52,9 +52,7 @@ def self_test(element: Memory) -> Procedure[Result]:
             'restored; write a level or erase first'
         )
     checks = []
-    for end in element.calibration.ends:
-        if end not in element.transducer.ends:
-            continue
+    for end in element.transducer.ends:
         checks.append((yield from _run_test(f'transducer {end}', _test_transducer(element, end))))
     able = _has_passed(checks)
     if able and element.settings.actuator.present:

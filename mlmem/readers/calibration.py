@@ -174,8 +174,7 @@ class Calibration:
     """The delay tables of both ends, the corrections of the pulses, and the records of contents.
 
     Attributes:
-        left: Table of the left end, or None if it is not read from: in a long element only the
-            right end hears the echoes, since waves are faster there.
+        left: Table of the left end.
         right: Table of the right end, which also detects a blank element.
         pulse_corrections: Corrections of launch and steps, or None if all are as in the settings.
         records: Those of an element with one transducer; empty before its calibration.
@@ -183,25 +182,20 @@ class Calibration:
             waveforms.
     """
 
-    left: DelayTable | None
+    left: DelayTable
     right: DelayTable
     pulse_corrections: PulseCorrections | None = None
     records: Records = ()
     loss_factor: float = 1.0
-
-    @property
-    def ends(self) -> tuple[End, ...]:
-        """Ends from which every level can be read."""
-        return (End.RIGHT,) if self.left is None else tuple(End)
 
     def check(self, levels: int, first: End | None = None) -> None:
         """Raise `SettingsError` unless the tables have this number of levels.
 
         If given, the end that names the level must be able to tell all levels apart.
         """
-        if first in self.ends:
+        if first is not None:
             self.table(first).check()
-        for end in self.ends:
+        for end in End:
             if (count := len(self.table(end).delays)) != levels:
                 raise SettingsError(
                     f'the calibration must have {levels} levels, like the design; got {count}',
@@ -230,23 +224,9 @@ class Calibration:
             settings = remove_kicks(settings, unkicked)
         return settings
 
-    def longest(self, end: End) -> float:
-        """Return the delay of the farthest echo at an end, or the other if it is not read from."""
-        return self.table(end if end in self.ends else end.opposite).longest
-
     def table(self, end: End) -> DelayTable:
-        """Return the table of an end.
-
-        Raises:
-            SettingsError: The left end has none.
-        """
-        if end is End.RIGHT:
-            return self.right
-        if self.left is None:
-            raise SettingsError(
-                'the left end is not read from (read.end is right)', ErrorCode.UNSUPPORTED, 'end'
-            )
-        return self.left
+        """Return the table of an end."""
+        return self.left if end is End.LEFT else self.right
 
 
 def calibration_key(design: Design, settings: Settings) -> str:

@@ -179,8 +179,6 @@ def _explain_unclear(
         return f'the {End.LEFT if phases[0] is None else End.RIGHT} end rests in neither phase'
     if end is End.LEFT and phases[0] == 0:
         return 'the left end is inactive and hears nothing: probe the right'
-    if end not in calibration.ends:
-        return f'the {end} end is not read from (read.end is right)'
     if end is End.RIGHT and phases[1] == 1:
         return WALL_GONE_REASON
     if echo.spoiled:
@@ -324,15 +322,10 @@ def find_exchanged_levels(
 
     Whatever the erring end hears, the other one hears the wall as calibrated. So it is enough that
     this end by itself accepts its level and no other, whether it names levels or confirms them.
-    The list is empty if that is so at every `read.end`. Where only one end is calibrated none
-    confirms it, and its error turns any level into any other.
+    The list is empty if that is so at every `read.end`.
     """
     found, levels, least = [], range(design.levels), settings.read.min_margin
-    if len(calibration.ends) == 1:
-        return [
-            (*calibration.ends, said, true) for true in levels for said in levels if said != true
-        ]
-    for honest in calibration.ends:
+    for honest in End:
         table, probe = calibration.table(honest), honest.probe(settings)
         for true in levels:
             low, delay, high = table.find_crossings(true)

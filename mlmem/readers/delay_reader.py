@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ..errors import Astray
 from ..instrument.blocks import Procedure
+from ..instrument.end import End
 from ..physics import Design, Specimen
 from ..settings import Settings
 from .echo import ECHO_TAIL_TIME
@@ -42,7 +43,7 @@ class DelayReader:
 
     def read_duration(self, element: Memory) -> float:
         """Return the time for the longest echo, and the rest before it."""
-        longest = max(element.calibration.longest(end) for end in element.calibration.ends)
+        longest = max(element.calibration.table(end).longest for end in End)
         return element.settings.read.rest + longest + ECHO_TAIL_TIME
 
     def read(self, element: Memory, end: str = '') -> Procedure[Reading]:

@@ -219,7 +219,7 @@ class _Trial:
         self._chain.set_specimen(specimen)
         delays = DelayTable(tuple(float(level) for level in range(design.levels)))
         self._memory = Memory(
-            design, intended.settings, Calibration(None, delays), Simulation(self._chain)
+            design, intended.settings, Calibration(delays, delays), Simulation(self._chain)
         )
 
     def place_wall(self, level: int) -> Array:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Disturb, Write
+from mlmem import Disturb, End, Write
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.contract.topics import OK, parse_status
 from mlmem_ros.session.data import find_only_node, iterate_timed, read_first_header
@@ -91,7 +91,7 @@ def load_frame(path: str | Path) -> bytes:
         'k': 'session',
         'name': Path(path).resolve().name,
         'element': about.json,
-        'delays': {end: known.table(end).delays for end in known.ends},
+        'delays': {end: known.table(end).delays for end in End},
         'lost': list(map(str, reader.losses)),
         'duration': t,
         't': fields.t,

@@ -3,7 +3,6 @@
 """Reads from both ends: no error of one end changes a level, and walls other than one are none."""
 
 import dataclasses
-import itertools
 
 import hypothesis
 import hypothesis.strategies as st
@@ -12,13 +11,10 @@ import pytest
 from mlmem import (
     ELEMENT_NAMES,
     UNDECODABLE,
-    Calibrate,
     Calibration,
     Faults,
     MemoryElement,
     Read,
-    SettingsError,
-    Write,
     factory_calibration,
     load_element,
 )
@@ -74,34 +70,6 @@ def test_no_table_at_all_lets_one_end_change_level(left, right, margin, names):
     read_from = rig.change(settings, read={'end': names, 'min_margin': margin})
     design = dataclasses.replace(CASE_II, N=25 * (n + 1))
     assert find_exchanged_levels(design, read_from, Calibration(one, other)) == []
-
-
-def test_calibration_of_one_end_alone_proves_nothing():
-    """Its error turns any level into any other, and none confirms it."""
-    design, settings = load_element('bits_2').design_and_settings
-    known = factory_calibration(design, settings)
-    found = find_exchanged_levels(design, settings, dataclasses.replace(known, left=None))
-    assert {(said, true) for _, said, true in found} == set(itertools.permutations(range(4), 2))
-    assert {end for end, *_ in found} == {End.RIGHT}
-
-
-def bits_1(**changes):
-    element = MemoryElement(*load_element('bits_1').design_and_settings)
-    element.calibration = dataclasses.replace(element.calibration, **changes)
-    return element
-
-
-def test_calibration_of_right_end_alone_is_read_from_there():
-    """As sessions before version 1.1 have it: no other end confirms the level."""
-    element = bits_1(left=None)
-    for command in (Write(1), Calibrate(), Read('left'), Read()):
-        outcome = rig.run(element, command)
-        assert outcome.success, outcome.error
-        assert (outcome.reading.level, outcome.reading.end) == (1, 'right')
-        assert outcome.reading.left_delay is None
-    assert element.calibration.left is None
-    with pytest.raises(SettingsError, match='the left end is not read from'):
-        element.calibration.table(End.LEFT)
 
 
 def test_rest_is_waited_for_before_pulse():

@@ -154,7 +154,7 @@ def test_calibration_verifies_the_forecast(element):
 def test_calibration_that_fails_keeps_the_known_one(element):
     known = element.calibration
     delays = replace(known.right, delays=known.right.delays[::-1], blank=None)
-    element.forecast = Calibration(None, delays)
+    element.forecast = Calibration(known.left, delays)
     assert not element.perform(Calibrate()).success
     assert element.calibration == known
 

@@ -110,7 +110,7 @@ def _draw_echo(axes: Any, row: int, t: Array, ratio: Array, delay: float) -> Non
 
 def _draw_delays(axes: Any, session: SessionData, delays: dict[int, float]) -> None:
     calibration = session.header.calibration
-    calibrated = calibration.table(calibration.ends[0]).delays
+    calibrated = calibration.left.delays
     axes.plot(
         range(len(calibrated)), calibrated, '+', color=style.INK_COLOUR, ms=10, label='calibrated'
     )

@@ -65,7 +65,7 @@ def report_transducer(element: MemoryElement) -> Status:
     part, reading = element.transducer, element.reading
     text = 'driving' if part.is_driving else 'listening'
     values: dict[str, Any] = {f'unrest_{end}': part.unrest(end) for end in End}
-    for end in element.calibration.ends:
+    for end in End:
         values[f'delays_{end}'] = element.calibration.table(end).delays
     if reading is None:
         return Status(OK, text, values)
