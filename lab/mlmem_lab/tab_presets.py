@@ -19,7 +19,7 @@ from typing import Any
 
 from mlmem import Erase, MemoryElement, Write, load_element
 from mlmem.element_file import Element
-from mlmem.instrument.end import BoundaryMotion, End, Kick, Pulse
+from mlmem.instrument.end import BoundaryMotion, End, KickMotion, Pulse
 from mlmem.instrument.motion import Ramp
 from mlmem.physics import Chain
 from mlmem.physics.potential import Array
@@ -206,7 +206,7 @@ def _describe_motion(motion: BoundaryMotion) -> dict[str, Any]:
     if isinstance(motion, Pulse):
         kept = {key: getattr(motion.probe, key) for key in ('A', 'omega_c', 'sigma')}
         return {'kind': 'pulse', 'duration': motion.duration, **kept}
-    if isinstance(motion, Kick):
+    if isinstance(motion, KickMotion):
         shape = {'late': motion.shape.late, 'hold': motion.shape.hold}
         return {'kind': 'kick', 'target': motion.target, 'speed': motion.speed, **shape}
     return {'kind': 'move', 'target': motion.target, 'speed': motion.speed}

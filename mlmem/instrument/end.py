@@ -146,7 +146,7 @@ class EndMove:
 
 
 @dataclass(frozen=True)
-class Kick:
+class KickMotion:
     """A smooth move from one ground state to the other, which launches a wall; its mean speed
     selects the level at which that stops.
 
@@ -178,7 +178,7 @@ class Kick:
         )
 
 
-BoundaryMotion = Pulse | EndMove | Kick
+BoundaryMotion = Pulse | EndMove | KickMotion
 """The motions that a boundary cell can be made to follow; then it is released."""
 
 

@@ -24,7 +24,7 @@ from ..rejections import ErrorCode
 from ..schema import describe_field
 from ..settings import ProbeSettings, Settings
 from .drivers import Driver
-from .end import BoundaryMotion, End, EndMove, Kick, Pulse, WaveformRecorder
+from .end import BoundaryMotion, End, EndMove, KickMotion, Pulse, WaveformRecorder
 from .faults import NO_FAULTS, Faults, apply_transducer_faults
 
 UNLIMITED_SAMPLES = 2**53
@@ -339,7 +339,7 @@ class Transducer:
     def kick(self, target: float, speed: float, end: End = End.LEFT) -> None:
         """Move an end smoothly to a ground state, hold it there, then release it."""
         start = self._driver.end(end.site(self._design))
-        self._hold_cell(end, Kick(start, target, speed, self._kick))
+        self._hold_cell(end, KickMotion(start, target, speed, self._kick))
 
     def clear(self, end: End, pulse: ClearingPulseSettings) -> None:
         """Fire a clearing pulse about the rest of an end."""

@@ -25,10 +25,18 @@ class ClearingPulse(Move):
     name: ClassVar[str] = 'clearing pulse'
 
     def drive(self, element: Memory, how: Drive) -> Procedure[None]:
-        """Bring back ends that strayed, fire the pulse, and let its waves decay."""
+        """Bring back ends that strayed, fire the pulse, and let its waves decay; raises as
+        `Instrument.require_phase`.
+        """
+        settings = element.settings.clearing_pulse
         yield from bring_ends_back(element)
-        yield from fire_clearing_pulse(element)
-        yield from wait(element, element.settings.clearing_pulse.settle)
+        element.require_phase(End(settings.end))
+        element.begin_cycle('cleared')
+        element.progress.phase = 'launching'
+        element.transducer.clear(End(settings.end), settings)
+        yield from wait_for_ends(element)
+        element.last_moved = element.ticks
+        yield from wait(element, settings.settle)
 
 
 def moves_from(
@@ -39,14 +47,3 @@ def moves_from(
         pulse = settings.clearing_pulse
         duration = pulse_duration(pulse) + pulse.settle
         yield ClearingPulse(start, blank_content(settings), duration)
-
-
-def fire_clearing_pulse(element: Memory) -> Procedure[None]:
-    """Drive an end with the clearing pulse; raises as `Instrument.require_phase`."""
-    settings = element.settings.clearing_pulse
-    element.require_phase(End(settings.end))
-    element.begin_cycle('cleared')
-    element.progress.phase = 'launching'
-    element.transducer.clear(End(settings.end), settings)
-    yield from wait_for_ends(element)
-    element.last_moved = element.ticks

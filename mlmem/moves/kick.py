@@ -41,8 +41,9 @@ class KickIn(Move):
 
     def drive(self, element: Memory, how: Drive) -> Procedure[None]:
         """Send the wall; it comes to rest at the level."""
+        yield from catch_up(element)  # where is the end?
         factor = how.corrections[self.target].speed * how.speed_factor
-        yield from kick(element, self.target, factor)
+        yield from kick_to(element, element.design.D_s2, factor * self.speed)
 
 
 @dataclass(frozen=True)
@@ -132,31 +133,15 @@ def moves_from(
             yield WordKickOut(start, 0, design.levels / settings.register.spacing * each)
     elif settings.write.method != 'strain':
         if start == BLANK:
+            shape, ringing = settings.kick, ringing_time(design)
             for level in range(design.levels):
-                if kick_speed(design, settings, level):
-                    yield kick_into(design, settings, level)
+                if speed := kick_speed(design, settings, level):
+                    duration = kick_duration(design, shape, speed, shape.settle)
+                    margin = shape.speed_margin(level)
+                    yield KickIn(start, level, duration, ringing, margin, speed=speed)
         elif erase_speed(design, settings):
-            yield kick_out_of(design, settings, start)
-
-
-def kick_into(design: Design, settings: Settings, level: int) -> KickIn:
-    """Return the kick from blank to a level, whether or not it is used.
-
-    Raises:
-        IndexError: The settings have no kick to this level, or its speed is 0.
-    """
-    shape, speed = settings.kick, settings.kick.wall_speeds[level]
-    if not speed:
-        raise IndexError(f'kick.speeds has no kick to level {level}')
-    duration = kick_duration(design, shape, speed, shape.settle)
-    return KickIn(
-        BLANK, level, duration, ringing_time(design), shape.speed_margin(level), speed=speed
-    )
-
-
-def kick_out_of(design: Design, settings: Settings, level: int) -> KickOut:
-    """Return the kick that erases a wall at a level, or at any, whether or not it is used."""
-    return KickOut(level, BLANK, _erase_duration(design, settings.kick), ringing_time(design))
+            duration = _erase_duration(design, settings.kick)
+            yield KickOut(start, BLANK, duration, ringing_time(design))
 
 
 def kick_duration(design: Design, shape: KickSettings, speed: float, settle: float) -> float:
@@ -198,16 +183,6 @@ def erase_speed(design: Design, settings: Settings) -> float:
     able &= abs(design.D_s2 - design.D_s1) <= limits.max_stroke
     able &= kick.peak_speed_ratio * kick.erase_speed <= limits.max_speed
     return kick.erase_speed if able else 0.0
-
-
-def kick(element: Memory, level: int, factor: float = 1.0) -> Procedure[None]:
-    """Send a wall from the left end of a blank element to a level.
-
-    `factor` is on the speed of the kick, within the transducer's limit.
-    """
-    speed = factor * kick_speed(element.design, element.settings, level)
-    yield from catch_up(element)  # where is the end?
-    yield from kick_to(element, element.design.D_s2, speed)
 
 
 def kick_out(element: Memory) -> Procedure[None]:

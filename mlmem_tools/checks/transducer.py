@@ -12,7 +12,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from mlmem.instrument.end import Kick
+from mlmem.instrument.end import KickMotion
 from mlmem.instrument.instrument import Units
 from mlmem.physics import Chain, HeldCell, StateError, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank, metamaterial_force
@@ -41,7 +41,7 @@ def check(subject: Subject) -> Iterator[Finding]:
             ),
         ):
             chain.place(v)
-            motion = Kick(chain.end(1), target, speed, kick)
+            motion = KickMotion(chain.end(1), target, speed, kick)
             # longer motions demand little of a transducer
             if motion.duration <= 20_000 * chain.dt:
                 min_samples = 200  # some end with a jump of the acceleration
@@ -70,7 +70,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         yield Finding(f'transducer_{name}', values, symbol, verdict, text)
 
 
-def simulate_kick(chain: Chain, kick: Kick) -> dict[str, Array]:
+def simulate_kick(chain: Chain, kick: KickMotion) -> dict[str, Array]:
     """Return stroke, speed, force and power of the left end at every step of a kick, in cells, k_r
     and time units, from the present state of a chain.
 

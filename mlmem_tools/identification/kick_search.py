@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from mlmem.instrument.drivers import Simulation
-from mlmem.instrument.end import BoundaryMotion, Kick
+from mlmem.instrument.end import BoundaryMotion, KickMotion
 from mlmem.move_settings import KickSettings
 from mlmem.physics import (
     Chain,
@@ -68,10 +68,12 @@ def drive_end(
     return find_level(chain.design, chain.configuration, near)
 
 
-def build_kick(chain: Chain, speed: float, shape: KickSettings) -> Kick:
+def build_kick(chain: Chain, speed: float, shape: KickSettings) -> KickMotion:
     """Return a kick from where the left end is to its other phase."""
     start, design = chain.end(1), chain.design
-    return Kick(start, design.D_s2 if start < design.D_barrier else design.D_s1, speed, shape)
+    return KickMotion(
+        start, design.D_s2 if start < design.D_barrier else design.D_s1, speed, shape
+    )
 
 
 def after_kick(chain: Chain, speed: float, shape: KickSettings) -> int:

@@ -8,7 +8,7 @@ import pytest
 
 from mlmem import load_element
 from mlmem.element_file import use_kicks
-from mlmem.instrument.end import Kick
+from mlmem.instrument.end import KickMotion
 from mlmem.instrument.instrument import Units
 from mlmem.physics import PEFRL, Chain
 from mlmem.physics.energy import energy
@@ -20,7 +20,7 @@ def test_force_of_a_kick_does_the_work_that_is_stored():
     """The sum of force times speed of every step, without damping; first order in the step."""
     design, settings = load_element('kick_2').design_and_settings
     chain = Chain(replace(design, eta=1e-9), 0.05, PEFRL)
-    kick = Kick(chain.end(1), design.D_s2, 0.1, replace(settings.kick, hold=0.0))
+    kick = KickMotion(chain.end(1), design.D_s2, 0.1, replace(settings.kick, hold=0.0))
     before = energy(chain).total
     asked = transducer.simulate_kick(chain, kick)
     put_in = energy(chain).total - before

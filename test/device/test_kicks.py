@@ -36,7 +36,7 @@ from mlmem.instrument import end
 from mlmem.instrument.blocks import run, wait
 from mlmem.instrument.drivers import Simulation
 from mlmem.move_settings import KickSettings
-from mlmem.moves.kick import kick, kick_out, kick_to
+from mlmem.moves.kick import kick_out, kick_speed, kick_to
 from mlmem.moves.move import blank_content
 from mlmem.moves.planner import find_moves, find_route, move_families
 from mlmem.physics import Scatter, find_level, find_walls, scattered
@@ -75,7 +75,7 @@ def by_method(name, method):
 def test_kick_is_smooth_ramp_then_held(late, peak, error):
     """A late kick begins slowly, and has a jerk where it ends."""
     shape = KickSettings(late=late, hold=20.0)
-    motion = end.Kick(-1.0, 1.0, 0.1, shape)
+    motion = end.KickMotion(-1.0, 1.0, 0.1, shape)
     t = np.linspace(0.0, motion.duration, 4001)
     x, v = motion.at(t)
     assert motion.duration == pytest.approx(40.0)
@@ -181,7 +181,8 @@ def test_wall_that_ran_out_comes_back_without_actuator(seed):
     design, _ = use_kicks(load_element('case_2')).design_and_settings
     alone = element('case_2', actuator={'present': False})
     alone.chain.set_specimen(scattered(design, Scatter(alpha=3e-4, k_r=3e-4), seed))
-    run(alone, kick(alone, 7, 1.5))
+    speed = 1.5 * kick_speed(alone.design, alone.settings, 7)
+    run(alone, kick_to(alone, alone.design.D_s2, speed))
     run(alone, wait(alone, 3000.0))  # until it stands still
     assert np.abs(alone.chain.configuration - design.D_s1).min() > 1.0  # no cell is inactive
     for command in (Erase(), Write(4)):

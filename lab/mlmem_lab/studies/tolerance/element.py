@@ -20,7 +20,7 @@ import numpy as np
 from mlmem import UNDECODABLE, Faults, MemoryElement, SetFaults
 from mlmem.errors import ProcedureFailed
 from mlmem.instrument.blocks import Procedure, run, wait
-from mlmem.moves.kick import kick
+from mlmem.moves.kick import kick_speed, kick_to
 from mlmem.physics import (
     Design,
     DesignError,
@@ -157,7 +157,8 @@ class _Made:
         if tried == STEP_TRIAL:
             return self._find_moved(go_to_level(element, given, given + 1))
         if tried == KICK_TRIAL:
-            return self._find_moved(kick(element, given))
+            speed = kick_speed(element.design, element.settings, given)
+            return self._find_moved(kick_to(element, element.design.D_s2, speed))
         if tried == READ_TRIAL:
             return self._decode(element.reader.read(element))
         if tried == WORD_TRIAL:
