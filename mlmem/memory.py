@@ -129,8 +129,8 @@ class Memory(Instrument):
         self._events: list[Event] = []
 
     def adopt(self, twin: Specimen) -> None:
-        """Let the reader forecast by a twin; raises as `Reader.adopt`."""
-        self.reader = self.reader.adopt(twin, self.settings)
+        """Let the reader forecast by a twin; raises as `choose_reader`."""
+        self.reader = choose_reader(self.design, self.settings, twin)
         self.twin = twin
 
     @property

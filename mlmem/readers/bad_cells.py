@@ -55,8 +55,7 @@ class HiddenPart(Forecasts):
 
     def confirm_reading(self, reading: Reading, shot: Shot, noise: float, least: float) -> Reading:
         """Return a reading if no wall is beyond the cell, or else an undecodable one."""
-        mirrored = replace(shot, samples=shot.samples[::-1], rest=shot.rest[::-1])
-        found = self.decode(mirrored, noise, (0, 0), least)
+        found = self.decode(shot, noise, (0, 0), least)
         if found.level == BLANK:
             return reading
         why = found.reason or f'the right end hears {found.walls} walls'

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ..errors import Astray
 from ..instrument.blocks import Procedure
 from ..instrument.end import End
-from ..physics import Design, Specimen
-from ..settings import Settings
+from ..physics import Design
 from .echo import ECHO_TAIL_TIME
 from .listening import probe_ends, wait_for_decay
 from .reading import UNDECODABLE, Reading
@@ -75,7 +74,3 @@ class DelayReader:
         """Return whether both ends detect an echo, but not of the same wall."""
         delays = reading.left_delay, reading.right_delay
         return reading.level == UNDECODABLE and None not in delays
-
-    def adopt(self, twin: Specimen, settings: Settings) -> DelayReader:
-        """Return itself: delays are calibrated, not forecast."""
-        return self

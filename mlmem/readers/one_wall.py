@@ -16,12 +16,12 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import partial
 
 import numpy as np
 
 from ..errors import SettingsError
-from ..instrument.end import End, Shot
+from ..instrument.end import End
 from ..physics import Design, Specimen, StateError
 from ..physics.held_wall import hold_walls
 from ..physics.potential import Array
@@ -29,8 +29,8 @@ from ..physics.waves import group_velocity, pass_band
 from ..rejections import ErrorCode
 from ..settings import Settings
 from .calibration import Calibration, DelayTable
-from .reading import BLANK, UNDECODABLE, Reading
-from .register import Content, Forecasts, Match, explain_unreadable, pin_walls
+from .reading import BLANK, UNDECODABLE
+from .register import Content, Forecasts, Match, pin_walls
 from .waveforms import Delays, Ends, Listener, simulate_answers
 
 
@@ -85,52 +85,30 @@ class WallForecasts(Forecasts):
             return None
         return self.contents[alike[int(along.argmax()) % len(alike)]]
 
-    def decode(
-        self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
-    ) -> Reading:
-        """Return the content whose forecast is nearest to what the ends did.
+    def _judge_match(self, part: Array, found: Match) -> tuple[str, int | None, float]:
+        """Return why a match names no content, empty if it does; the number of walls then, if it
+        is known; and the threshold margin.
 
         Scattered cells leave a residual in every direction, most of it in none that leads to
-        another content. So only the way towards each other content counts: the margin is 1 at the
-        forecast and 0 half-way to another, and must be at least `least`. The residual must not
-        exceed `max_residual` of the blank element's answer. A wall behind the last level
-        is nearer to one of its own forecasts than to any content.
+        another content, so the residual must not exceed `max_residual` of the blank element's
+        answer. A wall behind the last level is nearer to one of its own forecasts than to any
+        content.
         """
-        nothing = Reading(UNDECODABLE, '', self.end.value, None, 0.0, 0.0, math.inf)
-        if reason := explain_unreadable(shot, noise > self.quiet, phases):
-            return replace(nothing, reason=reason)
-        part = self.listener.project_shot(shot)
-        found = self.match(part, phases[End.LEFT.row] or 0)
         content, share = found.content, found.left / self.pulse
         if content.number == UNDECODABLE:
-            return replace(nothing, walls=len(content.walls), reason='there are two walls')
+            return 'there are two walls', len(content.walls), 0.0
         behind = np.linalg.norm(self.tail_parts - part, axis=1).min(initial=np.inf)
         if content.walls and behind < found.left:
-            return replace(
-                nothing, walls=1,
-                reason='the wall is behind the last level',
-            )  # fmt: skip
+            return 'the wall is behind the last level', 1, 0.0
+        reason = ''
         if late := self.find_late_content(part, found):
-            return replace(
-                nothing,
-                reason=f'what is heard may be {late.number} with a late end, or {content.number}',
+            reason = f'what is heard may be {late.number} with a late end, or {content.number}'
+        elif share > self.max_residual:
+            reason = (
+                f'the nearest forecast, of {content.number}, leaves {share:.3g} of the pulse; the '
+                f'limit is {self.max_residual:g}'
             )
-        if share > self.max_residual:
-            return replace(
-                nothing,
-                reason=f'the nearest forecast, of {content.number}, leaves {share:.3g} of the '
-                f'pulse; the limit is {self.max_residual:g}',
-            )
-        margin = round(1.0 - 2.0 * found.along, 6)
-        if margin < least:
-            return replace(
-                nothing, reason=f'the record lies between two contents (margin {margin:.2f})'
-            )
-        return replace(
-            nothing, level=content.number, code=content.code, level_margin=margin,
-            threshold_margin=round(self.max_residual / max(share, 1e-3), 6),
-            walls=len(content.walls),
-        )  # fmt: skip
+        return reason, None, self.max_residual / max(share, 1e-3)
 
 
 def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:
@@ -221,12 +199,6 @@ def hold_tail_walls(made: Specimen) -> Iterator[Array]:
     for position in np.arange(math.ceil(first), design.N - 1.0):
         with contextlib.suppress(StateError):  # too near the end
             yield hold_walls(made, np.array([position]), np.zeros(design.N)).v[0]
-
-
-@lru_cache(maxsize=8)
-def forecast_ideal_levels(design: Design, settings: Settings) -> WallForecasts:
-    """Return the forecasts of an ideal element; raises as `forecast_levels`."""
-    return forecast_levels(Specimen(design), settings)
 
 
 def estimate_travel_times(design: Design, settings: Settings) -> Calibration:

@@ -8,16 +8,22 @@ its reader: how many there are, which can be used, and at which levels each has 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+from ..errors import SettingsError
 from ..instrument.blocks import Procedure
 from ..physics import Design, Specimen
+from ..rejections import ErrorCode
 from ..settings import Settings
+from .delay_reader import DelayReader
 from .reading import Reading
 
 if TYPE_CHECKING:
     from ..memory import Memory
+
+T = TypeVar('T')
 
 
 class Reader(Protocol):
@@ -67,29 +73,46 @@ class Reader(Protocol):
     def needs_second_read(self, reading: Reading) -> bool:
         """Return whether a second read may decode what this one, after a move, has not."""
 
-    def adopt(self, twin: Specimen, settings: Settings) -> Reader:
-        """Return a reader that forecasts what the ends do by a twin.
 
-        Raises:
-            SettingsError: The twin does not hold every content.
-        """
-
-
-def choose_reader(design: Design, settings: Settings) -> Reader:
-    """Return the reader of an element, with the forecasts of an ideal one.
+def choose_reader(design: Design, settings: Settings, twin: Specimen | None = None) -> Reader:
+    """Return the reader of an element, which forecasts by a twin of it, or by the ideal one.
 
     Raises:
         SettingsError: Its contents cannot be forecast, or not be told; see `forecast_words`,
-            `forecast_bad_cells`, `forecast_levels`, `forecast_records` and `RecordReader`.
+            `forecast_bad_cells`, `forecast_levels`, `forecast_records` and `RecordReader`. Or
+            cells are known to be bad, which a twin has already.
     """
     if not settings.compares_waveforms:
-        from .delay_reader import DelayReader
-
         return DelayReader(design)
+    # most are read by delays
+    from .bad_cells import forecast_bad_cells
+    from .one_wall import forecast_levels
+    from .record_reader import RecordReader, forecast_records
+    from .register import forecast_words
+    from .waveform_reader import WaveformReader
+
+    def forecast_contents(forecast: Callable[[Specimen, Settings], T]) -> T:
+        if twin is not None:
+            return forecast(twin, settings)
+        found: T = _forecast_ideal(forecast, design, settings)
+        return found
+
+    if settings.register.spacing:
+        return WaveformReader(forecast_contents(forecast_words))
+    if settings.element.bad_cells:
+        if twin is not None:
+            raise SettingsError.of_value(
+                ErrorCode.CONFLICT, 'element.bad_cells', settings.element.bad_cells,
+                'empty for a reader that forecasts by a twin',
+            )  # fmt: skip
+        return WaveformReader(forecast_bad_cells(design, settings))
     if settings.read.method == 'records':
-        from .record_reader import RecordReader, forecast_ideal_records  # few are read by them
+        return RecordReader(*forecast_contents(forecast_records))
+    return WaveformReader(forecast_contents(forecast_levels), twin or Specimen(design))
 
-        return RecordReader(*forecast_ideal_records(design, settings))
-    from .waveform_reader import read_ideal  # most are read by delays
 
-    return read_ideal(design, settings)
+@lru_cache(maxsize=8)
+def _forecast_ideal(
+    forecast: Callable[[Specimen, Settings], Any], design: Design, settings: Settings
+) -> Any:
+    return forecast(Specimen(design), settings)

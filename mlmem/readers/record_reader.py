@@ -9,7 +9,6 @@ that breaks later fits none of them, and the element asks for a new calibration.
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +16,7 @@ import numpy as np
 from ..errors import Astray, ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
 from ..instrument.end import End
-from ..physics import Design, Specimen
+from ..physics import Specimen
 from ..physics.potential import Array
 from ..rejections import ErrorCode
 from ..settings import Settings
@@ -117,12 +116,6 @@ class RecordReader(WaveformReader):
         reading = forecasts.decode(shot, noise, phases, 0.0)
         return reading, tuple(map(float, forecasts.listener.project_shot(shot)))
 
-    def adopt(self, twin: Specimen, settings: Settings) -> RecordReader:
-        """Return a reader whose calibration compares with the forecasts of a twin; raises as
-        `forecast_levels`.
-        """
-        return RecordReader(*forecast_records(twin, settings))
-
 
 def forecast_records(made: Specimen, settings: Settings) -> tuple[WallForecasts, Array]:
     """Return the arguments of a `RecordReader`.
@@ -139,11 +132,3 @@ def forecast_records(made: Specimen, settings: Settings) -> tuple[WallForecasts,
     forecasts = forecast_levels(made, settings)
     ends = Ends(made, settings, forecasts.listener)
     return forecasts, ends.heard(made, [np.full(design.N, design.D_s2)])
-
-
-@lru_cache(maxsize=8)
-def forecast_ideal_records(design: Design, settings: Settings) -> tuple[WallForecasts, Array]:
-    """Return the arguments of the `RecordReader` of an ideal element; raises as
-    `forecast_records`.
-    """
-    return forecast_records(Specimen(design), settings)

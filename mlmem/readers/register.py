@@ -14,7 +14,7 @@ import contextlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -243,26 +243,35 @@ class Forecasts:
         difference of two words changes none; a greater one is the difference of two words, or is
         refused.
         """
-        nothing = Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf)
+        nothing = Reading(UNDECODABLE, '', self.end.value, None, 0.0, 0.0, math.inf)
         if reason := explain_unreadable(shot, noise > self.quiet, phases):
             return replace(nothing, reason=reason)
-        part = self.listener.project_band(shot.samples - shot.rest[:, None], shot.dt)
+        part = self.listener.project_shot(shot)
         found = self.match(part, phases[End.LEFT.row] or 0)
-        content, allowed = found.content, MAX_RESIDUAL_RATIO * found.nearest
-        if found.left > allowed:
-            return replace(
-                nothing,
-                reason=f'the nearest forecast, of {content.number}, leaves '
-                f'{found.left / allowed:.3g} times what it may: a wall is between levels, or '
-                'something else answers, or there is noise',
-            )
-        margin = round(1.0 - 2.0 * found.along, 6)
+        reason, walls, threshold_margin = self._judge_match(part, found)
+        if reason:
+            return replace(nothing, reason=reason, walls=walls)
+        margin, content = round(1.0 - 2.0 * found.along, 6), found.content
         if margin < least:
-            return replace(nothing, reason=f'what is heard lies between words ({margin:.2f})')
+            return replace(
+                nothing, reason=f'what is heard lies between two contents (margin {margin:.2f})'
+            )
         return replace(
             nothing, level=content.number, code=content.code, level_margin=margin,
-            threshold_margin=round(allowed / max(found.left, 1e-3 * allowed), 6),
-            walls=len(content.walls),
+            threshold_margin=round(threshold_margin, 6), walls=len(content.walls),
+        )  # fmt: skip
+
+    def _judge_match(self, part: Array, found: Match) -> tuple[str, int | None, float]:
+        """Return why a match names no content, empty if it does; the number of walls then, if it
+        is known; and the threshold margin.
+        """
+        allowed = MAX_RESIDUAL_RATIO * found.nearest
+        if found.left <= allowed:
+            return '', None, allowed / max(found.left, 1e-3 * allowed)
+        return (
+            f'the nearest forecast, of {found.content.number}, leaves '
+            f'{found.left / allowed:.3g} times what it may: a wall is between levels, or '
+            'something else answers, or there is noise', None, 0.0,
         )  # fmt: skip
 
 
@@ -339,12 +348,6 @@ def forecast_words(made: Specimen, settings: Settings) -> Register:
         active = np.stack(others)[:, [0, -1]] > made.design.D_barrier
         found.tighten_limits(ends.heard(made, others), active[:, 0] != active[:, 1])
     return found
-
-
-@lru_cache(maxsize=8)
-def forecast_ideal_words(design: Design, settings: Settings) -> Register:
-    """Return the forecasts of an ideal element in every word; raises as `forecast_words`."""
-    return forecast_words(Specimen(design), settings)
 
 
 def _number_surroundings(made: Design, code: Code) -> NDArray[np.int64]:

@@ -11,18 +11,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from ..errors import Astray, SettingsError
+from ..errors import Astray
 from ..instrument.blocks import Procedure
 from ..instrument.end import End, Shot
-from ..physics import Design, Specimen
-from ..rejections import ErrorCode
+from ..physics import Specimen
 from ..settings import Settings
-from .bad_cells import forecast_bad_cells
 from .echo import EchoDetector
 from .listening import record_waveforms, swinging_time, wait_until_pinned
-from .one_wall import fit_loss_factor, forecast_ideal_levels, forecast_levels, scale_losses
+from .one_wall import fit_loss_factor, forecast_levels, scale_losses
 from .reading import UNDECODABLE, Reading
-from .register import Forecasts, forecast_ideal_words, forecast_words
+from .register import Forecasts
 
 if TYPE_CHECKING:
     from ..memory import Memory
@@ -135,31 +133,3 @@ class WaveformReader:
     def needs_second_read(self, reading: Reading) -> bool:
         """Return whether nothing was decoded: waves of the last move are dying away."""
         return reading.level == UNDECODABLE
-
-    def adopt(self, twin: Specimen, settings: Settings) -> WaveformReader:
-        """Return a reader that compares with the forecasts of a twin.
-
-        Raises:
-            SettingsError: As `forecast_levels` and `forecast_words`, or for known bad cells.
-        """
-        if settings.element.bad_cells:
-            raise SettingsError.of_value(
-                ErrorCode.CONFLICT, 'element.bad_cells', settings.element.bad_cells,
-                'empty for a reader that forecasts by a twin',
-            )  # fmt: skip
-        if settings.register.spacing:
-            return WaveformReader(forecast_words(twin, settings))
-        return WaveformReader(forecast_levels(twin, settings), twin)
-
-
-def read_ideal(design: Design, settings: Settings) -> WaveformReader:
-    """Return the reader of an ideal element, or of one with the known bad cells.
-
-    Raises:
-        SettingsError: As `forecast_words`, `forecast_bad_cells` or `forecast_levels`.
-    """
-    if settings.register.spacing:
-        return WaveformReader(forecast_ideal_words(design, settings))
-    if settings.element.bad_cells:
-        return WaveformReader(forecast_bad_cells(design, settings))
-    return WaveformReader(forecast_ideal_levels(design, settings), Specimen(design))
