@@ -45,7 +45,7 @@ class DurableFile:
             self._written += taken
             rest = rest[taken:]
 
-    def sync(self) -> None:
+    def sync_file(self) -> None:
         """Wait until everything written is on the disk.
 
         Raises:
@@ -153,7 +153,7 @@ def write_atomically(path: Path, text: str) -> None:
     try:
         try:
             file.write(content)
-            file.sync()
+            file.sync_file()
         finally:
             file.close()
         os.replace(temporary, path)
@@ -217,13 +217,13 @@ class Claim:
             os.write(self._descriptor, f'{owner}\n'.encode())
         except BlockingIOError:
             text = os.read(self._descriptor, 500).decode(errors='replace')
-            self.release()
+            self.release_file()
             raise Claimed(f'{path} is in use by {text.partition(chr(10))[0]}') from None
         except BaseException:
-            self.release()
+            self.release_file()
             raise
 
-    def release(self) -> None:
+    def release_file(self) -> None:
         """Release the file."""
         with suppress(OSError):
             os.close(self._descriptor)

@@ -196,12 +196,12 @@ class Progress:
         """
         self._end = max(self._end, round(end))
 
-    def tried(self, procedure: str, attempts: int) -> None:
+    def record_attempts(self, procedure: str, attempts: int) -> None:
         """Set the attempts of the procedure itself; those of one that it calls do not count."""
         if procedure == self.procedure:
             self.attempts = attempts
 
-    def share(self, tick: int) -> float:
+    def find_elapsed_share(self, tick: int) -> float:
         """Return the elapsed share of the expected time, 0 to 1; 1 if it is late."""
         passed = tick - self.start_tick
         return passed / max(self._end - self.start_tick, passed, 1)

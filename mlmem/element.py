@@ -62,7 +62,7 @@ class MemoryElement(Memory):
         if calibration is None:
             calibration = factory.factory_calibration(design, settings)
         if driver is None and isinstance(element, Element):
-            driver = Simulation.of(element.timed_specimen, settings.time)
+            driver = Simulation.build_blank(element.timed_specimen, settings.time)
         super().__init__(design, settings, calibration, driver)
         if settings.element.bad_cells:
             from .readers.waveform_reader import WaveformReader  # few elements have any
@@ -77,20 +77,20 @@ class MemoryElement(Memory):
         """Name of the running procedure, empty when there is none."""
         return self.progress.procedure if self._running else ''
 
-    def runs(self, run: ProcedureRun | None) -> bool:
+    def is_running(self, run: ProcedureRun | None) -> bool:
         """Return whether a procedure is under way."""
         return run is not None and run is self._running
 
-    def feedback(self) -> Feedback:
+    def get_feedback(self) -> Feedback:
         """Return the progress of the running procedure."""
         progress = self.progress
-        share = progress.share(self.ticks)
-        return Feedback(progress.phase, share, self.transmission.encoder, progress.attempts)
+        share = progress.find_elapsed_share(self.ticks)
+        return Feedback(progress.phase, share, self.transmission.encoder_strain, progress.attempts)
 
     @property
-    def still(self) -> bool:
+    def is_still(self) -> bool:
         """Whether no procedure runs, and strain and base stand still."""
-        return not self._running and super().still
+        return not self._running and super().is_still
 
     @property
     def at_rest(self) -> bool:
@@ -103,7 +103,7 @@ class MemoryElement(Memory):
 
         It is 0 for a real element that moves, because that cannot be delayed.
         """
-        if not self.simulated and (self._running or not self.still):
+        if not self.is_simulated and (self._running or not self.is_still):
             return 0
         return self._running.due - self.ticks if self._running else 2**31  # more than are ever run
 
@@ -124,11 +124,11 @@ class MemoryElement(Memory):
         wanted = self._check_arguments(command) if name is not None else {}
         match command:  # allowed at any time
             case Abort(why):
-                self._stop(f'aborted: {why}' if why else 'aborted')
+                self._abort_procedure(f'aborted: {why}' if why else 'aborted')
                 if self.actuator.strain != 0.0 or self.actuator.is_moving:
-                    self.forget('aborted')
+                    self.forget_content('aborted')
             case commands.Disturb(acceleration):
-                self.base.disturb(acceleration)
+                self.base.accept_acceleration(acceleration)
                 return None
             case commands.SetFaults(faults):
                 self._apply_faults(faults)
@@ -154,11 +154,11 @@ class MemoryElement(Memory):
                 if not self.actuator.slew_to(strain):
                     return None
             case commands.FollowTrajectory():
-                self.actuator.follow(command, self.settings.scale.time)
+                self.actuator.follow_profile(command, self.settings.scale.time)
             case _:
                 known = ', '.join(commands.COMMANDS_BY_NAME)
                 raise Refused.out_of_range('command', command, f'one of {known}')
-        self.forget('strained by hand')
+        self.forget_content('strained by hand')
         return None
 
     def _set_method(self, method: str) -> None:
@@ -170,7 +170,7 @@ class MemoryElement(Memory):
         try:
             write = replace(self.settings.write, method=method)
         except SettingsError as error:
-            raise Refused.within('write', error) from error
+            raise Refused.name_owner('write', error) from error
         try:
             settings = replace(self.settings, write=write)
             self.transducer.set_probes(settings)
@@ -183,14 +183,14 @@ class MemoryElement(Memory):
         before = self.faults
         self.set_faults(faults)
         if not faults.has_same_material(before):
-            self.forget('faults were set')
+            self.forget_content('faults were set')
 
-    def forget(self, reason: str, after: int = 0) -> None:
+    def forget_content(self, reason: str, after: int = 0) -> None:
         """Treat the content as unknown, and say so at once; of what a procedure does, its outcome
         says it.
         """
         known = self.reading is not None
-        super().forget(reason, after)
+        super().forget_content(reason, after)
         if known and self.unknown is not None and not self._running:
             self._events.append(self.unknown)
 
@@ -215,7 +215,7 @@ class MemoryElement(Memory):
             field.name: getattr(command, field.name) for field, _ in find_descriptions(command)
         }
         for field in {'level', 'content'} & wanted.keys():
-            if why := self.reader.lost.get(wanted[field]):
+            if why := self.reader.unusable_reasons.get(wanted[field]):
                 text = f'level {wanted[field]} {why}'
                 raise Refused(text, code=ErrorCode.UNSUPPORTED, field=field)
         return wanted
@@ -258,7 +258,7 @@ class MemoryElement(Memory):
         self._running = ProcedureRun(command, steps.begin(self, **wanted), self.ticks)
         return self._running
 
-    def _stop(self, why: str) -> None:
+    def _abort_procedure(self, why: str) -> None:
         """End the running procedure, if there is one."""
         if self._running:
             self._running.steps.close()
@@ -292,17 +292,19 @@ class MemoryElement(Memory):
         for acceleration in shakes.values():
             self.base.check(acceleration)
         if 0 in shakes:
-            self.base.disturb(shakes[0])  # as `apply` does, before a procedure looks at it
+            self.base.accept_acceleration(
+                shakes[0]
+            )  # as `apply` does, before a procedure looks at it
         ticks = self._resume_procedure(self._running) if self._running else most
         shaken = self.base.find_harmful_tick(shakes)
         if shaken == 0:
             self.transducer.shaken = True
-            self.forget('shaken')
+            self.forget_content('shaken')
         if self._events:  # reported after the first
             ticks = 1
         ticks = min(ticks, most)
         if shaken is not None and shaken < ticks:
-            self.forget('shaken', shaken)
+            self.forget_content('shaken', shaken)
         self.pass_ticks(ticks, shakes)
         events, self._events = self._events, []
         return events
@@ -343,7 +345,7 @@ class MemoryElement(Memory):
     def stop_after_failure(self, why: str) -> None:
         """End everything under way after a failed tick."""
         super().stop_after_failure(why)
-        self.forget(why)
+        self.forget_content(why)
         if self._running:
             self._running.steps.close()
             self.statistics.count(
@@ -353,7 +355,7 @@ class MemoryElement(Memory):
     def _describe_remedy(self) -> str:
         """Return what to do about cells that have left their phases, as far as the ends show."""
         stray = None in (self.phase(End.LEFT), self.phase(End.RIGHT))
-        if not stray or not self.simulated or self.procedure == 'reset':
+        if not stray or not self.is_simulated or self.procedure == 'reset':
             return ''
         return '; if this remains so without faults, reset replaces the element by a blank one'
 
@@ -364,7 +366,7 @@ class MemoryElement(Memory):
         """
         outcome = self._end_procedure(success, error, result)
         self.statistics.count(outcome)
-        self.transducer.release()
+        self.transducer.release_ends()
         if PROCEDURES[outcome.procedure].changes and self.actuator.motion.target != 0.0:
             self.actuator.ramp_to(0.0, self.settings.erase.release)
 

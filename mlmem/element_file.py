@@ -134,8 +134,8 @@ class Element:
         if made.design.phase == made.design.usual_phase:
             del design['phase']
         values: dict[str, Any] = {'format': FORMAT_VERSION, 'design': design}
-        defaults = Settings().groups()
-        for name, group in self.settings.groups().items():
+        defaults = Settings().list_groups()
+        for name, group in self.settings.list_groups().items():
             if changed := _collect_differences(group, defaults[name]):
                 values[name] = changed
         if deviations.any() or (made.alpha != made.design.alpha).any():
@@ -202,7 +202,7 @@ def _add_defaults(data: Any) -> Any:
     if not isinstance(data, Mapping):
         return data
     found = dict(data)
-    groups: dict[str, Any] = {'design': Design, **Settings().groups()}
+    groups: dict[str, Any] = {'design': Design, **Settings().list_groups()}
     for name, group in groups.items():
         if not isinstance(given := data.get(name), Mapping):
             continue
@@ -245,7 +245,7 @@ class _File(Settings):
         try:
             self.design.require_memory()
         except DesignError as error:
-            raise ElementFileError.within('design', error) from error
+            raise ElementFileError.name_owner('design', error) from error
         n = self.design.N
         for name in ('alpha', 'alpha_std'):
             values = getattr(self, name)

@@ -56,7 +56,7 @@ def compute_calibration(made: Specimen, design: Design, settings: Settings) -> C
     """
     at_rest = replace(settings.read, rest=0.0)  # the ideal element is at rest
     converged = replace(settings.time, integrator='pefrl')
-    body = Simulation.of(made, converged)
+    body = Simulation.build_blank(made, converged)
     twin = Instrument(design, replace(settings, read=at_rest, time=converged), body)
     walls = [_relax_wall(made, level) for level in range(design.levels)]
     heard = [_measure_echoes(twin, wall, tuple(End)) for wall in walls]
@@ -125,7 +125,7 @@ def rehearse_levels(design: Design, settings: Settings) -> BadCells:
         return found
     plain = replace(settings, element=ElementSettings())
     made, once = add_bad_cells(design, settings), replace(settings.write, attempts=1)
-    body = Simulation.of(made, settings.time)
+    body = Simulation.build_blank(made, settings.time)
     twin = Memory(design, plain, factory_calibration(design, plain), body)
     twin.settings, twin.reader = replace(settings, write=once), WaveformReader(found)
     lost: dict[int, str] = {}

@@ -50,7 +50,7 @@ class MemoryStatistics:
     resets: int = _count(0, 'how often it was replaced by a fresh one')
 
     @classmethod
-    def of(cls, words: int) -> MemoryStatistics:
+    def for_contents(cls, words: int) -> MemoryStatistics:
         """Return the statistics of a new element with so many contents."""
         return cls([0] * words, [0] * words)
 
@@ -125,10 +125,10 @@ class Memory(Instrument):
         self.loudest: Mapping[End, float] = {}
         self.reader = choose_reader(design, settings)
         self.twin: Specimen | None = None
-        self.statistics = MemoryStatistics.of(self.reader.content_count)
+        self.statistics = MemoryStatistics.for_contents(self.reader.content_count)
         self._events: list[Event] = []
 
-    def adopt(self, twin: Specimen) -> None:
+    def adopt_twin(self, twin: Specimen) -> None:
         """Let the reader forecast by a twin; raises as `choose_reader`."""
         self.reader = choose_reader(self.design, self.settings, twin)
         self.twin = twin
@@ -151,7 +151,7 @@ class Memory(Instrument):
         )
         return make_undecodable(reading, why) if spoilt else reading
 
-    def forget(self, reason: str, after: int = 0) -> None:
+    def forget_content(self, reason: str, after: int = 0) -> None:
         """Treat the content as unknown, after so many ticks, because the wall may move.
 
         What is unknown already is so for its first reason.
@@ -188,16 +188,16 @@ class Memory(Instrument):
         if pinned is not None:
             self._place_configuration(pinned)
         self.statistics.resets += 1
-        self.forget('replaced')
+        self.forget_content('replaced')
 
-    def report(self, shot: Shot) -> None:
+    def report_shot(self, shot: Shot) -> None:
         """Report a shot of a survey."""
         self._events.append(shot)
 
     def begin_cycle(self, how: str = 'strained') -> None:
         """Count a cycle of strain, a kick or a clearing pulse that is about to move the wall."""
         self.statistics.cycles += 1
-        self.forget(f'{how} by a procedure')
+        self.forget_content(f'{how} by a procedure')
 
     @property
     def detecting_ends(self) -> tuple[End, ...]:
@@ -211,7 +211,7 @@ class Memory(Instrument):
     def passage_time(self, end: End) -> float:
         """Return in which time a pulse of an end comes back from the farthest reflector."""
         # an element may be a tenth slower than its calibration
-        return 1.1 * self.calibration.table(end).longest
+        return 1.1 * self.calibration.table(end).longest_delay
 
     def store_unreadable(self, reason: str) -> Reading:
         """Store why no pulse was fired."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import SettingsError
-from .physics import Design, Scatter, Specimen, scattered
+from .physics import Design, Scatter, Specimen, draw_specimen
 from .progress import track_progress
 
 Measurement = Callable[[Specimen], 'float | Mapping[str, Any]']
@@ -48,7 +48,7 @@ class Table:
         """Return a column, shape (rows,)."""
         return np.array([row[column] for row in self.rows])
 
-    def average(self, column: str, *by: str) -> Table:
+    def average_column(self, column: str, *by: str) -> Table:
         """Return mean and standard error of a column for each combination of others.
 
         The standard error of one value is NaN.
@@ -153,7 +153,7 @@ def _make_element(design: Design, point: Mapping[str, Any]) -> Specimen:
     changed = {
         name: value for name, value in point.items() if name not in SCATTER_AXES and name != 'seed'
     }
-    return scattered(replace(design, **changed), Scatter(**deviations), point['seed'])
+    return draw_specimen(replace(design, **changed), Scatter(**deviations), point['seed'])
 
 
 def _measure_all(

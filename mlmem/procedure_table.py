@@ -183,33 +183,33 @@ class Procedure(NamedTuple):
 
 PROCEDURES = {
     'write': Procedure(
-        Write, 'write a level or word and verify it by an echo', 'writing.write', 'writing_now'
+        Write, 'write a level or word and verify it by an echo', 'writing.write', 'estimate_write'
     ),
     'read': Procedure(
         Read,
         'fire a probe pulse at either end and decode the echoes',
         'reading.read',
-        'looking',
+        'estimate_settled_read',
         changes=False,
     ),
-    'erase': Procedure(Erase, 'make the element blank', 'driving.erase', 'erasing'),
+    'erase': Procedure(Erase, 'make the element blank', 'driving.erase', 'estimate_erase'),
     'calibrate': Procedure(
         Calibrate,
         'measure the echo delay of every level, then restore the content',
         'calibrating.calibrate',
-        'everything',
+        'estimate_all_levels',
     ),
     'self_test': Procedure(
         SelfTest,
         'test transducers, actuator, erase and every level, then restore the content',
         'maintenance.self_test',
-        'everything',
+        'estimate_all_levels',
     ),
     'locate': Procedure(
         Locate,
         'measure the position of the wall in cells, or of every wall of a register',
         'locating.locate',
-        'reading',
+        'estimate_read',
         changes=False,
         action=False,
         both_ends=True,
@@ -218,7 +218,7 @@ PROCEDURES = {
         Reset,
         'replace a simulated element by a fresh one, blank or with a given content',
         'maintenance.reset',
-        'resetting',
+        'estimate_reset',
         action=False,
     ),
     'survey': Procedure(
@@ -226,7 +226,7 @@ PROCEDURES = {
         'publish pulses through the element in several states for `mlmem fit`, then restore the '
         'content',
         'surveying.survey',
-        'surveying',
+        'estimate_survey',
         both_ends=True,
     ),
     'kick': Procedure(
@@ -234,7 +234,7 @@ PROCEDURES = {
         'kick a wall off from the left end, or a kink that takes one away; what rests then is '
         'not known until a read',
         'driving.kick_by_hand',
-        'kicking',
+        'estimate_kick',
         action=False,
         listens=False,
     ),
@@ -242,7 +242,7 @@ PROCEDURES = {
         Abort,
         'stop the running procedure and bring the strain to zero',
         'blocks.abort',
-        'releasing',
+        'estimate_abort',
         action=False,
         listens=False,
     ),

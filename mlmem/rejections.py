@@ -90,7 +90,7 @@ class Rejected(Exception):
         return cls(message, code=code, field=field, value=value, expected=expected)
 
     @classmethod
-    def within(cls, owner: str, error: Exception) -> Self:
+    def name_owner(cls, owner: str, error: Exception) -> Self:
         """Return the rejection of what a group or a file holds; `owner` is its name."""
         if not isinstance(error, Rejected):
             return cls(f'{owner}: {error}', field=owner)

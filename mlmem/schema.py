@@ -86,7 +86,7 @@ class Problem(NamedTuple):
         return f'{self.field} must be {self.expected}; got {short_repr(self.value)}'
 
 
-def problems(instance: Any, **most: float) -> list[str]:
+def describe_problems(instance: Any, **most: float) -> list[str]:
     """Return the sentences of `find_problems`."""
     return list(map(str, find_problems(instance, **most)))
 

@@ -179,7 +179,7 @@ class ElementSettings(Checked):
         return [_parse_bad_cell(word) for word in self.bad_cells.split()]
 
     @cached_property
-    def stuck(self) -> tuple[int, ...]:
+    def stuck_sites(self) -> tuple[int, ...]:
         """Sites of the stuck cells, from the left."""
         return tuple(sorted({site for site, factor in self._parsed_cells if factor is None}))
 
@@ -190,7 +190,7 @@ class ElementSettings(Checked):
 
     def explain_blocked(self, site: int) -> str:
         """Return why no wall reaches a site from the left; empty if one does."""
-        first = min(self.stuck, default=site + 1)
+        first = min(self.stuck_sites, default=site + 1)
         return f'cell {first} is stuck' if first <= site else ''
 
 
@@ -265,7 +265,7 @@ class Settings:
     def __post_init__(self) -> None:
         limit = self.actuator.max_strain
         peaks = ('compression', 'tension', 'start_strain')
-        for name, group in self.groups().items():
+        for name, group in self.list_groups().items():
             for peak in filter(group.__dict__.__contains__, peaks):
                 if abs(value := getattr(group, peak)) > limit:
                     raise SettingsError.of_value(
@@ -282,7 +282,9 @@ class Settings:
                 try:
                     self.read.amplify_probe(probe)
                 except SettingsError as error:
-                    raise SettingsError.within(f'read.kicked_gain times {name}', error) from None
+                    raise SettingsError.name_owner(
+                        f'read.kicked_gain times {name}', error
+                    ) from None
         if self.element.bad_cells and self.register.spacing:
             raise SettingsError.of_value(
                 ErrorCode.CONFLICT, 'element.bad_cells', self.element.bad_cells,
@@ -337,7 +339,7 @@ class Settings:
         bad = ' '.join((self.element.bad_cells, *map(str, sites))).strip()
         return dataclasses.replace(self, element=ElementSettings(bad))
 
-    def groups(self) -> dict[str, Checked]:
+    def list_groups(self) -> dict[str, Checked]:
         """Return the groups by name."""
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(Settings)}
 

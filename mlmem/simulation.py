@@ -257,7 +257,7 @@ def simulate(
         DesignError: The step is beyond the limit of stability.
         StateError: The initial state is none, or a cell is driven too far to be followed.
     """
-    specimen = Specimen.of(design)
+    specimen = Specimen.from_design(design)
     if eta is not None:
         specimen = replace(specimen, design=replace(specimen.design, eta=eta), eta_factor=1.0)
     if integrator not in INTEGRATORS:

@@ -56,7 +56,7 @@ class Snapshot:
     chain: ChainState | None = None
 
     @classmethod
-    def of(cls, element: MemoryElement) -> Snapshot:
+    def from_device(cls, element: MemoryElement) -> Snapshot:
         """Return the present state of a device."""
         return cls(
             element.design, element.calibration, element.statistics, element.actuator.state,
@@ -80,7 +80,7 @@ def take_snapshot(element: MemoryElement) -> dict[str, Any]:
             f'busy: {element.procedure} is running; only an idle device has a snapshot',
             code=ErrorCode.BUSY,
         )
-    values: dict[str, Any] = encode_value(Snapshot.of(element))
+    values: dict[str, Any] = encode_value(Snapshot.from_device(element))
     return values
 
 
@@ -103,13 +103,13 @@ def restore_snapshot(element: MemoryElement, snapshot: Mapping[str, Any]) -> Non
     except (KeyError, ValueError, Refused) as error:
         why = make_printable(str(error), 300)
         raise StateError(f'this is not a snapshot of a device: {why}') from error
-    if element.simulated and (wrong := _find_mismatches(element, saved)):
+    if element.is_simulated and (wrong := _find_mismatches(element, saved)):
         raise StateError(f'this is not a snapshot of such a device: {", ".join(wrong)} must agree')
     key = calibration_key(element.design, element.settings)
     if saved.calibration_key in ('', key):  # '' in a replay
         element.calibration = saved.calibration
     element.statistics = saved.statistics
-    if not element.simulated:
+    if not element.is_simulated:
         return
     element.driver.state = saved.chain
     element.chain.set_specimen(specimen)
@@ -124,7 +124,7 @@ def restore_snapshot(element: MemoryElement, snapshot: Mapping[str, Any]) -> Non
 
 def _check_values(element: MemoryElement, saved: Snapshot) -> None:
     """Raise `ValueError` or `Refused` unless a device can have these values."""
-    if element.simulated and saved.chain is None:
+    if element.is_simulated and saved.chain is None:
         raise ValueError('it is of a real element, or damaged')
     if saved.design != element.design:
         raise ValueError('its design must agree')
@@ -132,7 +132,7 @@ def _check_values(element: MemoryElement, saved: Snapshot) -> None:
     counted, statistics = len(element.statistics.level_writes), saved.statistics
     if {len(statistics.level_writes), len(statistics.level_ticks)} != {counted}:
         raise ValueError(f'the statistics must be for {counted} levels')
-    if not element.simulated:
+    if not element.is_simulated:
         return
     element.base.check(saved.base.acceleration)
     element.base.check(saved.base.target)
@@ -155,7 +155,8 @@ def _find_mismatches(element: MemoryElement, saved: Snapshot) -> list[str]:
         'its steps per tick (time.tick, time.integrator)': chain.steps
         == saved.ticks * element.steps_per_tick,
         'its recent samples': saved.transducer.recent.shape == recent.shape,
-        'its late samples': late.shape in ((2, 0), (2, element.sensors.delay(saved.faults))),
+        'its late samples': late.shape
+        in ((2, 0), (2, element.sensors.count_late_samples(saved.faults))),
         'its slow signals': sensors.slow is None or sensors.slow.shape == (2,),
         'its state': chain.values.shape == element.chain.state().shape
         # far beyond any real displacement, velocity or acceleration

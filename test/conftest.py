@@ -127,7 +127,7 @@ def compiled_once(tmp_path_factory):
         from mlmem.physics import CASE_II, Chain
 
         with alone(tmp_path_factory, 'compiled'):
-            Chain(CASE_II).rest(1)
+            Chain(CASE_II).advance_steps(1)
 
 
 @pytest.fixture(scope='module')

@@ -33,7 +33,7 @@ FOLDER = TemporaryDirectory(prefix='mlmem-elements-')
 
 IN_ELEMENT_FILES = {
     f'{group}.{field.name}'
-    for group, owner in {'design': CASE_II, **Settings().groups()}.items()
+    for group, owner in {'design': CASE_II, **Settings().list_groups()}.items()
     for field, _ in find_descriptions(owner)
 } - {name for name, *_ in declare_parameters()}
 """Values that belong to an element."""

@@ -24,7 +24,7 @@ def owned(find, here=threading.current_thread):
         find: Called with what was found, in words. What tests themselves read does not count.
         here: Returns the present thread.
     """
-    owners, run = {}, Loop._run
+    owners, run = {}, Loop._run_until_closed
 
     def _run(self):
         owners[id(self.element)] = here()
@@ -54,7 +54,7 @@ def owned(find, here=threading.current_thread):
         object.__setattr__(self, name, value)
 
     with ExitStack() as stack:
-        stack.enter_context(patch.object(Loop, '_run', _run))
+        stack.enter_context(patch.object(Loop, '_run_until_closed', _run))
         stack.enter_context(patch.object(MemoryElement, '__getattribute__', reads))
         stack.enter_context(patch.object(MemoryElement, '__setattr__', changes))
         yield

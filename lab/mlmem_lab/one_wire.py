@@ -19,7 +19,7 @@ import numpy as np
 
 from mlmem import BLANK, Calibrate, MemoryElement, Read, load_element
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import Scatter, Specimen, StateError, scattered
+from mlmem.physics import Scatter, Specimen, StateError, draw_specimen
 from mlmem.physics.wall import arrival_tolerance
 from mlmem.readers.register import pin_walls
 
@@ -62,11 +62,11 @@ def count_case(case: str, seed: int) -> dict[str, Any]:
 def _count_element(kind: str, when: str, seed: int) -> Counter[str]:
     shipped, found = load_element('robust_3_one_end'), Counter[str](elements=1)
     design, random = shipped.design, np.random.default_rng(seed)
-    good = scattered(design, Scatter(alpha=0.03, k_r=0.03, mass=0.03), seed)
+    good = draw_specimen(design, Scatter(alpha=0.03, k_r=0.03, mass=0.03), seed)
     # sites of the bad cell, one after the other
     sites = random.permutation(np.arange(2, design.N))[: 1 if when == 'before' else 12]
     broken = [break_cell(good, kind, int(site)) for site in sites]
-    driver = Simulation.of(broken[0] if when == 'before' else good, shipped.settings.time)
+    driver = Simulation.build_blank(broken[0] if when == 'before' else good, shipped.settings.time)
     element = MemoryElement(design, shipped.settings, driver=driver)
     try:
         is_calibrated = element.perform(Calibrate()).success
@@ -96,9 +96,11 @@ def _place(element: MemoryElement, good: Specimen, bad: Specimen, content: int) 
         return False
     chain.place(at)
     chain.set_specimen(bad)
-    chain.rest(math.ceil(3000.0 / chain.dt))  # until a wall that a bad cell moves has come to rest
+    chain.advance_steps(
+        math.ceil(3000.0 / chain.dt)
+    )  # until a wall that a bad cell moves has come to rest
     element.transducer.assume_equilibrium()
-    element.forget('placed')
+    element.forget_content('placed')
     return True
 
 

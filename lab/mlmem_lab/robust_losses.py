@@ -13,7 +13,7 @@ from typing import Any
 
 from mlmem import Calibrate, MemoryElement, load_element
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import Scatter, scattered
+from mlmem.physics import Scatter, draw_specimen
 
 from .robust_writes import write_at_random
 from .study import Study
@@ -33,8 +33,8 @@ def count_writes(case: str, seed: int) -> dict[str, Any]:
     other = replace(shipped.design, **{key: float(factor) * getattr(shipped.design, key)})
     counts = dict.fromkeys(('writes', 'right', 'wrong', 'failed', 'failed calibrations'), 0)
     for own_seed in range(seed, seed + 40):
-        made = scattered(other, Scatter(alpha=0.03, k_r=0.03, mass=0.03), own_seed)
-        driver = Simulation.of(made, shipped.settings.time)
+        made = draw_specimen(other, Scatter(alpha=0.03, k_r=0.03, mass=0.03), own_seed)
+        driver = Simulation.build_blank(made, shipped.settings.time)
         element = MemoryElement(shipped.design, shipped.settings, driver=driver)
         counts['failed calibrations'] += not element.perform(Calibrate()).success
         for outcome, arrived in write_at_random(element, 10_000 + own_seed, count=8):

@@ -20,7 +20,7 @@ import numpy as np
 
 from mlmem import Disturb, Faults, MemoryElement, Read, SetFaults, Write, load_element
 from mlmem.instrument.drivers import Simulation, steps_per_tick
-from mlmem.physics import INTEGRATORS, Chain, Scatter, Specimen, StateError, scattered
+from mlmem.physics import INTEGRATORS, Chain, Scatter, Specimen, StateError, draw_specimen
 from mlmem.physics.wall import arrival_tolerance
 
 from .one_wire import CELL_FACTORS, break_cell
@@ -74,7 +74,7 @@ def build_element(name: str, condition: Condition, seed: int) -> MemoryElement:
     """Return a blank element of scattered parts."""
     shipped = load_element(name)
     design, time, scatter = shipped.design, shipped.settings.time, condition.scatter
-    made = scattered(design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), seed)
+    made = draw_specimen(design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), seed)
     dt = time.tick / (steps_per_tick(Specimen(design), time) * condition.finer)
     chain = Chain(design, dt, INTEGRATORS[time.integrator])
     chain.set_specimen(made)
@@ -86,9 +86,11 @@ def _break_any_cell(element: MemoryElement, random: np.random.Generator) -> None
     chain = element.chain
     kind, site = str(random.choice(list(CELL_FACTORS))), int(random.integers(2, element.design.N))
     chain.set_specimen(break_cell(chain.specimen, kind, site))
-    chain.rest(math.ceil(3000.0 / chain.dt))  # until a wall that a bad cell moves has come to rest
+    chain.advance_steps(
+        math.ceil(3000.0 / chain.dt)
+    )  # until a wall that a bad cell moves has come to rest
     element.transducer.assume_equilibrium()
-    element.forget('a cell broke')
+    element.forget_content('a cell broke')
 
 
 def _make_faults(

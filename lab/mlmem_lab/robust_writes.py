@@ -18,7 +18,7 @@ import numpy as np
 
 from mlmem import Calibrate, MemoryElement, Outcome, Write, load_element
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import Scatter, find_walls, scattered
+from mlmem.physics import Scatter, draw_specimen, find_walls
 from mlmem.physics.wall import arrival_tolerance
 
 from .robust_reads import ROBUST_ELEMENTS
@@ -28,8 +28,8 @@ from .study import Study
 def scatter_parts(name: str, scatter: float, seed: int) -> MemoryElement:
     """Return an element of scattered parts, with the settings of its file."""
     shipped = load_element(name)
-    made = scattered(shipped.design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), seed)
-    driver = Simulation.of(made, shipped.settings.time)
+    made = draw_specimen(shipped.design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), seed)
+    driver = Simulation.build_blank(made, shipped.settings.time)
     return MemoryElement(shipped.design, shipped.settings, driver=driver)
 
 

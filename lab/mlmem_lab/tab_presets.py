@@ -108,7 +108,7 @@ def _describe_probes(element: MemoryElement, many: bool) -> dict[str, Any]:
     settings, dt = element.settings, element.chain.dt
     probes = {}
     for end in End:
-        probe: ProbeSettings = settings.register.probe if many else end.probe(settings)
+        probe: ProbeSettings = settings.register.probe if many else end.select_probe(settings)
         listen = settings.register.listen if many else listening_time(element.design, probe, end)
         probes[end.value] = {
             **{key: getattr(probe, key) for key in ('A', 'omega_c', 'sigma', 'v_th')},

@@ -21,7 +21,7 @@ from mlmem import Disturb, Faults, MemoryElement, Read, Write, load_element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Specimen, StateError, find_walls
 from mlmem.physics.equilibrium import DEFECT_OFFSET_CELLS, find_pinned_walls
-from mlmem.physics.specimen import Scatter, scattered
+from mlmem.physics.specimen import Scatter, draw_specimen
 from mlmem.readers.reading import UNDECODABLE
 from mlmem.readers.register import MAX_LEVEL_OFFSET_CELLS, pin_walls
 from mlmem.readers.words import make_code
@@ -137,7 +137,7 @@ def _read_word(element: MemoryElement, trouble: Trouble, random: Rng) -> int | N
             element.apply(Disturb(trouble.shaking * harmless * float(random.uniform(-1.0, 1.0))))
 
     outcome = element.perform(Read(), None if steady else yield_between)
-    element.transducer.release()
+    element.transducer.release_ends()
     if trouble.then is not None:
         element.set_faults(trouble.faults)
     return outcome.reading.level if outcome.success and outcome.reading else None
@@ -197,8 +197,8 @@ def make_specimens(name: str, scatter: Scatter) -> Iterator[MemoryElement]:
     """Yield ten elements of a preset that scatter."""
     design, settings = load_element(name).design_and_settings
     for number in range(10):
-        made = scattered(design, scatter, number)
-        yield MemoryElement(design, settings, driver=Simulation.of(made, settings.time))
+        made = draw_specimen(design, scatter, number)
+        yield MemoryElement(design, settings, driver=Simulation.build_blank(made, settings.time))
 
 
 def count_preset(name: str, seed: int) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from small_register import first_levels
 from mlmem import element_file, load_element
 from mlmem.element_file import Element
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
-from mlmem.physics import Scatter, scattered
+from mlmem.physics import Scatter, draw_specimen
 from mlmem_lab.studies.proof import Proof
 from mlmem_tools.cli.main import main
 from mlmem_tools.identification.plan import plan_pulses
@@ -27,7 +27,7 @@ JUDGES = {
 
 @pytest.fixture(scope='module')
 def element():
-    made = scattered(CHOSEN.design, Scatter(alpha=0.01), 3)
+    made = draw_specimen(CHOSEN.design, Scatter(alpha=0.01), 3)
     trims = plan_pulses(made, CHOSEN).corrections
     deviations = np.full(CHOSEN.design.N, 1e-4)
     return Element(made, deviations, 1.001, plan=trims, settings=CHOSEN.settings)
@@ -74,7 +74,7 @@ def test_a_proof_has_the_element_with_its_delays_and_pulses(element):
 
 def test_a_proof_reads_and_kicks_a_register_as_known():
     chosen = first_levels(3)
-    made = scattered(chosen.design, Scatter(alpha=0.003), 1)
+    made = draw_specimen(chosen.design, Scatter(alpha=0.003), 1)
     factors = tuple(1.0 + 0.01 * level for level in range(3))
     plan = PulseCorrections(
         tuple(PulseCorrection(speed=each) for each in factors), hash_schedule(chosen.settings),

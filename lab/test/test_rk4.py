@@ -10,7 +10,16 @@ from sampled import sampled
 
 from mlmem import Settings
 from mlmem.instrument.end import Pulse
-from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, HeldCell, Scatter, Specimen, scattered
+from mlmem.physics import (
+    CASE_II,
+    NOH_BATHE,
+    PEFRL,
+    Chain,
+    HeldCell,
+    Scatter,
+    Specimen,
+    draw_specimen,
+)
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.stepping import substep_times
 from mlmem_lab.rk4 import Rk4Element
@@ -23,7 +32,7 @@ def probed(element, samples=2400):
     """Fire the left pulse while the strain rises, and return the samples of both ends."""
     times = DT * np.arange(1, samples + 1)
     held = times[times <= 12 * PULSE.sigma]
-    motion = Pulse(element.end(1), PULSE).at(held)
+    motion = Pulse(element.end(1), PULSE).evaluate_motion(held)
     return element.advance(1e-4 * times, HeldCell(1, motion))
 
 
@@ -33,7 +42,7 @@ def probed(element, samples=2400):
 def test_it_agrees_with_the_chain(method, relative):
     """An echo of another integrator, another interpolation: 1e-4 of the pulse."""
     parts = 4 if method is PEFRL else 40  # the one is of fourth order, the other of second
-    made = scattered(CASE_II, Scatter(alpha=0.01, k_r=0.01, s=0.01, mass=0.003), 5)
+    made = draw_specimen(CASE_II, Scatter(alpha=0.01, k_r=0.01, s=0.01, mass=0.003), 5)
     made = dataclasses.replace(made, damped_by_substrate=relative)
     ours = Rk4Element(made, DT, step=0.05)
     theirs = Chain(CASE_II, DT / parts, method)
@@ -42,7 +51,7 @@ def test_it_agrees_with_the_chain(method, relative):
     theirs.place(find_pinned_wall(made, 2))
     found = probed(ours)
     times = substep_times(2400 * parts, DT / parts, method)
-    motion = Pulse(theirs.end(1), PULSE).at(times[times <= 12 * PULSE.sigma])
+    motion = Pulse(theirs.end(1), PULSE).evaluate_motion(times[times <= 12 * PULSE.sigma])
     expected = theirs.advance(1e-4 * times, HeldCell(1, motion))[:, parts - 1 :: parts]
     assert np.abs(expected - expected[:, :1]).max() > 5e-3  # it was probed
     assert found == pytest.approx(expected, abs=1e-6 if method is PEFRL else 2e-6)

@@ -65,7 +65,7 @@ class Actuator:
         return self.elapsed < self.motion.duration
 
     @property
-    def goal(self) -> float:
+    def target_strain(self) -> float:
         """Strain after the present or last move."""
         limit = self.settings.max_strain
         return max(-limit, min(self.motion.target, limit))
@@ -147,7 +147,7 @@ class Actuator:
         )
         self._begin_motion(shape_ramp(ramp, delay) if two else ramp)
 
-    def follow(self, command: FollowTrajectory, time_unit: float) -> None:
+    def follow_profile(self, command: FollowTrajectory, time_unit: float) -> None:
         """Move along a timed profile from the current strain; a time unit is given in seconds.
 
         Raises:
@@ -173,7 +173,7 @@ class Actuator:
             over = bisect_left(starts, self.motion.duration)
             self.elapsed = starts[min(over, ticks)]
         else:
-            strain = np.full(ticks * len(times), self.goal)
+            strain = np.full(ticks * len(times), self.target_strain)
         self.strain = float(strain[-1])
         return strain
 
@@ -298,7 +298,7 @@ class Transmission:
         self._settings = settings
 
     @property
-    def encoder(self) -> float:
+    def encoder_strain(self) -> float:
         """Strain of the motor; the device cannot read that of the substrate."""
         return self.state.encoder_strain
 

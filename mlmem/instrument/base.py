@@ -69,7 +69,7 @@ class Base:
             )
 
     @property
-    def still(self) -> bool:
+    def is_still(self) -> bool:
         """Whether it is at rest, and stays so without a message."""
         return self.state.acceleration == self.state.target == 0.0
 
@@ -82,7 +82,7 @@ class Base:
             return 0
         return min((tick for tick, shake in shakes.items() if abs(shake) > limit), default=None)
 
-    def disturb(self, acceleration: float) -> None:
+    def accept_acceleration(self, acceleration: float) -> None:
         """Take an acceleration message.
 
         Raises:
@@ -98,12 +98,12 @@ class Base:
             progress: End of each of the m sub-steps as a fraction of the tick.
             shakes: Accelerations as in `disturb`, each from its tick on.
         """
-        if self.still and not shakes:
+        if self.is_still and not shakes:
             return None
         courses = []
         for tick in range(ticks):
             if tick in shakes:
-                self.disturb(shakes[tick])
+                self.accept_acceleration(shakes[tick])
             courses.append(self._advance_tick(progress))
         return np.concatenate(courses)
 

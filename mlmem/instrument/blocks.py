@@ -54,7 +54,7 @@ def catch_up(element: Instrument) -> Procedure[None]:
     yield from wait(element, element.driver.lag * element.tick)
 
 
-def ramp(
+def ramp_strain(
     element: Instrument, strain: float, duration: float, delay: float = 0.0
 ) -> Procedure[None]:
     """Move the strain smoothly and wait until it arrives.
@@ -69,7 +69,7 @@ def ramp(
     # the actuator may be off by a tenth of its largest strain
     allowed = 0.1 * element.settings.actuator.max_strain
     patience = math.ceil(duration / element.tick)
-    while abs((encoder := element.transmission.encoder) - strain) > allowed:
+    while abs((encoder := element.transmission.encoder_strain) - strain) > allowed:
         if patience == 0:
             raise NotFollowed(
                 f'the actuator does not follow: it is at a strain of {encoder:.4f} instead of '
@@ -79,13 +79,13 @@ def ramp(
         yield 1
 
 
-def play(element: Instrument, cycle: Cycle, delay: float = 0.0) -> Procedure[None]:
+def follow_ramps(element: Instrument, cycle: Cycle, delay: float = 0.0) -> Procedure[None]:
     """Strain the element through ramps and waits; see `ramp` and `wait`."""
     for motion in cycle.motions:
-        if motion.still and not element.actuator.is_moving:
+        if motion.is_wait and not element.actuator.is_moving:
             yield from wait(element, motion.duration)
         else:
-            yield from ramp(element, motion.target, motion.duration, delay)
+            yield from ramp_strain(element, motion.target, motion.duration, delay)
 
 
 def wait_for_ends(element: Instrument) -> Procedure[None]:

@@ -151,7 +151,7 @@ def steps_per_tick(made: Design | Specimen, time: TimeSettings) -> int:
     Raises:
         SettingsError: The tick needs more than `MAX_CELL_STEPS`.
     """
-    made = Specimen.of(made)
+    made = Specimen.from_design(made)
     dt = default_step(made, INTEGRATORS[time.integrator])
     steps, most = math.ceil(time.tick / dt), MAX_CELL_STEPS // max(made.design.N, 1000)
     if steps > most:
@@ -173,7 +173,9 @@ class Simulation(Driver):
         self.nodes = chain.integrator.nodes
 
     @classmethod
-    def of(cls, made: Design | Specimen, time: TimeSettings, finer: int = 1) -> Simulation:
+    def build_blank(
+        cls, made: Design | Specimen, time: TimeSettings, finer: int = 1
+    ) -> Simulation:
         """Return the driver of a blank element at rest, exactly as designed if a design is given.
 
         Args:
@@ -261,7 +263,7 @@ def open_driver(
             raise SettingsError.of_value(
                 ErrorCode.CONFLICT, 'device.address', address, 'empty for a simulated element'
             )
-        return Simulation.of(made or design, settings.time)
+        return Simulation.build_blank(made or design, settings.time)
     make = load_driver_class(name)
 
     return Watchdog(name, lambda: make(design, settings, address), settings.scale.time)
@@ -324,9 +326,9 @@ class Watchdog(Driver):
         self._work: SimpleQueue[Callable[[], Any] | None] = SimpleQueue()
         self._done: SimpleQueue[tuple[Any, BaseException | None]] = SimpleQueue()
         self._hangs = self._closed = False
-        threads.Thread(target=self._run, name='mlmem-driver', daemon=True).start()
+        threads.Thread(target=self._run_calls, name='mlmem-driver', daemon=True).start()
         try:
-            self.driver = self._asked('opening', make)
+            self.driver = self._call_driver('opening', make)
         except BaseException:
             self._work.put(None)
             raise
@@ -352,7 +354,7 @@ class Watchdog(Driver):
     ) -> Array:
         """Return the samples of the driver; raises `DriverError` if it takes too long."""
         playing = len(V_N) / len(self.nodes) * self.dt * self._seconds
-        return self._asked(
+        return self._call_driver(
             'playing', lambda: self.driver.advance(V_N, held_cell, shake, looks), playing
         )
 
@@ -375,10 +377,10 @@ class Watchdog(Driver):
         """Close the driver, unless it hangs."""
         if not (self._closed or self._hangs):
             self._closed = True
-            self._asked('closing', self.driver.close)
+            self._call_driver('closing', self.driver.close)
             self._work.put(None)
 
-    def _asked(self, what: str, work: Callable[[], T], more: float = 0.0) -> T:
+    def _call_driver(self, what: str, work: Callable[[], T], more: float = 0.0) -> T:
         if self._hangs:
             raise DriverHangs(f'the driver {self._name} hangs')
         self._work.put(work)
@@ -410,7 +412,7 @@ class Watchdog(Driver):
                 f'{make_printable(repr(error), 300)}'
             ) from error
 
-    def _run(self) -> None:
+    def _run_calls(self) -> None:
         while (work := self._work.get()) is not None:
             try:
                 self._done.put((work(), None))

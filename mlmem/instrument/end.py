@@ -57,11 +57,11 @@ class End(str, Enum):
         """Return the place of a reflector that is at some distance from it."""
         return 1.0 + distance if self is End.LEFT else design.N - distance
 
-    def displacement(self, design: Design, strain: float) -> float:
+    def find_displacement(self, design: Design, strain: float) -> float:
         """Return how far a substrate strain moves it."""
         return 0.0 if self is End.LEFT else design.end_displacement(strain)
 
-    def probe(self, settings: Settings) -> ProbeSettings:
+    def select_probe(self, settings: Settings) -> ProbeSettings:
         """Return its pulse and detector, which depend on how walls are written."""
         probe = settings.probe if self is End.LEFT else settings.probe_right
         return settings.read.amplify_probe(probe) if settings.amplifies_pulses else probe
@@ -117,7 +117,7 @@ class Pulse:
         """Time for which the cell is held, in time units: 2 t_0."""
         return 2.0 * self.t_0
 
-    def at(self, t: Array) -> Array:
+    def evaluate_motion(self, t: Array) -> Array:
         """Return displacement and velocity at times t, stacked: shape (2,) + t.shape."""
         p = self.probe
         x = (t - self.t_0) / p.sigma
@@ -139,7 +139,7 @@ class EndMove:
         """Time the move takes."""
         return abs(self.target - self.start) / self.speed
 
-    def at(self, t: Array) -> Array:
+    def evaluate_motion(self, t: Array) -> Array:
         """Return displacement and velocity at times t."""
         velocity = math.copysign(self.speed, self.target - self.start)
         return np.stack((self.start + velocity * t, np.full_like(t, velocity)))
@@ -167,7 +167,7 @@ class KickMotion:
         """Time for which the cell is held, in time units."""
         return abs(self.target - self.start) / self.speed + self.shape.hold
 
-    def at(self, t: Array) -> Array:
+    def evaluate_motion(self, t: Array) -> Array:
         """Return displacement and velocity at times t."""
         way, late = self.target - self.start, self.shape.late
         rate = self.speed / abs(way) if way else 0.0
@@ -196,7 +196,7 @@ class WaveformRecorder:
         self._parts: list[Array] = []
         self._broken = False
 
-    def take(self, ends: Array, ticks: int, interrupted: bool) -> None:
+    def take_samples(self, ends: Array, ticks: int, interrupted: bool) -> None:
         """Take the samples of ticks, shape (2, m).
 
         From an interruption on, when they were taken is not known: they are NaN.

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import Checked, SettingsError
-from ..physics import HeldCell, Scatter, Specimen, scattered
+from ..physics import HeldCell, Scatter, Specimen, draw_specimen
 from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..rejections import ErrorCode
@@ -154,7 +154,7 @@ def apply_faults(made: Specimen, faults: Faults) -> Specimen:
     scatter = Scatter(
         faults.disorder_alpha, faults.disorder_k_r, faults.disorder_s, depth=faults.disorder_depth
     )
-    disorder = scattered(design, scatter, faults.seed)
+    disorder = draw_specimen(design, scatter, faults.seed)
     alpha = np.asarray(made.alpha_factor * disorder.alpha_factor)
     stuck = made.stuck
     if faults.weak_cell:
@@ -207,16 +207,16 @@ class Sensors:
         self.dt = dt
         self.state = SensorsState(np.empty((2, 0)))
 
-    def delay(self, faults: Faults) -> int:
+    def count_late_samples(self, faults: Faults) -> int:
         """Return how many samples late the signals are."""
         return round(faults.sensor_delay / self.dt)
 
-    def change(self, faults: Faults) -> None:
+    def change_faults(self, faults: Faults) -> None:
         """Forget what the signals have still to show, unless they stay as late as they are, and
         where they are unless they stay slow.
         """
         late, slow = self.state.late, self.state.slow
-        if late.shape[1] != self.delay(faults):
+        if late.shape[1] != self.count_late_samples(faults):
             late = np.empty((2, 0))
         self.state = SensorsState(late, slow if faults.sensor_lag else None)
 
@@ -228,7 +228,7 @@ class Sensors:
         """
         if faults.has_only_material_faults:
             return ends
-        present = self._delay_signal(ends, last, self.delay(faults))
+        present = self._delay_signal(ends, last, self.count_late_samples(faults))
         found = 0.0 * present if faults.sensor_off else faults.sensor_gain * present
         if faults.sensor_lag:
             found = self._lag_signal(found, last, faults.sensor_lag)

@@ -60,11 +60,11 @@ class Instrument:
         """
         self.design = design
         self.tick = settings.time.tick
-        self.driver = driver or Simulation.of(design, settings.time)
+        self.driver = driver or Simulation.build_blank(design, settings.time)
         if not self.driver.strains:
             settings = replace(settings, actuator=replace(settings.actuator, present=False))
         self.settings = settings
-        self.made = self.chain.specimen if self.simulated else Specimen(design)
+        self.made = self.chain.specimen if self.is_simulated else Specimen(design)
         self.steps_per_tick = _count_samples(self.tick, self.driver.dt)
         self.actuator = Actuator(settings.actuator)
         self.transmission = Transmission(settings.actuator)
@@ -96,7 +96,7 @@ class Instrument:
         return chain
 
     @property
-    def simulated(self) -> bool:
+    def is_simulated(self) -> bool:
         """Whether there is a `chain`."""
         return self.driver.chain is not None
 
@@ -106,19 +106,19 @@ class Instrument:
         return Units(self.design, self.settings.scale)
 
     @property
-    def still(self) -> bool:
+    def is_still(self) -> bool:
         """Whether strain and base stand still."""
-        return not self.actuator.is_moving and self.base.still
+        return not self.actuator.is_moving and self.base.is_still
 
     @property
     def at_rest(self) -> bool:
         """Whether ticks change nothing but clocks until something is set."""
         actuator = self.actuator
         if actuator.is_moving or not (
-            self.base.still and self.transducer.at_rest and self.is_faultless
+            self.base.is_still and self.transducer.at_rest and self.is_faultless
         ):
             return False
-        goal = actuator.goal
+        goal = actuator.target_strain
         V_N = goal * self.design.end_displacement(1.0)
         if goal != self.transmission.state.commanded or not self.driver.at_rest(V_N):
             return False
@@ -140,8 +140,8 @@ class Instrument:
 
     def phase(self, end: End) -> int | None:
         """Return the phase an end rests in: 0 inactive, 1 active, None in between."""
-        substrate = end.displacement(self.design, self.transmission.encoder)
-        return find_phase(self.design, self.transducer.rest(end) - substrate)
+        substrate = end.find_displacement(self.design, self.transmission.encoder_strain)
+        return find_phase(self.design, self.transducer.measure_rest(end) - substrate)
 
     def require_phase(self, end: End) -> None:
         """Make sure that an end rests where a pulse about its rest begins without a jump.
@@ -149,7 +149,9 @@ class Instrument:
         Raises:
             Astray: It does not, or a transducer shows it elsewhere.
         """
-        rest = self.transducer.rest(end) - end.displacement(self.design, self.transmission.encoder)
+        rest = self.transducer.measure_rest(end) - end.find_displacement(
+            self.design, self.transmission.encoder_strain
+        )
         # At the left a strain moves the rest by 0.06 of the distance of ground states, and a
         # pulse that begins with a jump of 0.13 takes a wall away. The right end follows the
         # substrate, whose strain may have an offset that the encoder does not measure.
@@ -166,7 +168,7 @@ class Instrument:
             Refused: The design has no such cell, the step is too long for this material, or the
                 element is real.
         """
-        if not self.simulated and (wrong := faults.list_material_faults()):
+        if not self.is_simulated and (wrong := faults.list_material_faults()):
             raise Refused(
                 f'faults: {", ".join(wrong)} apply only to a simulated element',
                 code=ErrorCode.UNSUPPORTED, field=f'faults.{next(iter(wrong))}',
@@ -176,7 +178,7 @@ class Instrument:
             if (chain := self.driver.chain) is not None:
                 chain.check(specimen)
         except SettingsError as error:
-            raise Refused.within('faults', error) from error
+            raise Refused.name_owner('faults', error) from error
         except DesignError as error:  # its field is one of the material, which the faults make
             raise Refused(f'faults: {error}', code=error.code, field='faults') from error
         return specimen
@@ -184,10 +186,10 @@ class Instrument:
     def set_faults(self, faults: Faults) -> None:
         """Replace all faults by these; raises as `specimen` does, with nothing changed."""
         specimen = self.specimen(faults)
-        if self.simulated:
+        if self.is_simulated:
             self.chain.set_specimen(specimen)
             self.last_moved = self.ticks
-        self.sensors.change(faults)
+        self.sensors.change_faults(faults)
         self.faults = faults
 
     def restart_random_numbers(self, seed: int) -> None:
@@ -209,7 +211,7 @@ class Instrument:
         self.chain.place(make_blank(self.made))
         self.actuator.hold(0.0)
         self.transmission.state = TransmissionState()
-        self.transducer.release()
+        self.transducer.release_ends()
         self.transducer.assume_equilibrium()
         self.last_moved = -UNLIMITED_SAMPLES
 
@@ -263,7 +265,7 @@ class Instrument:
         except StateError:
             actuator.state, transmission.state, transducer.held, self.base.state = before
             raise
-        if not self.simulated:
+        if not self.is_simulated:
             _check_samples(ends, ticks * self.steps_per_tick)
         before_last = start if ticks == 1 else V_N[-len(self._times) - 1]
         self.substrate_speed = (float(V_N[-1]) - float(before_last)) / self.tick
@@ -281,7 +283,7 @@ class Instrument:
         """End everything under way after a failed tick."""
         self.base.state = BaseState()
         self.substrate_speed = 0.0
-        self.transducer.release()
+        self.transducer.release_ends()
 
 
 @compile_kernel

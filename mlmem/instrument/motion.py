@@ -46,7 +46,7 @@ class Ramp:
         return cls(start, target, max(duration, least))
 
     @property
-    def still(self) -> bool:
+    def is_wait(self) -> bool:
         """Whether it is a wait."""
         return self.start == self.target
 
@@ -117,10 +117,12 @@ class Cycle:
         optional pause), settle; ramps that exceed the rate limit take longer.
         """
         rise = cls.build_from_targets([(peak, times.ramp), (peak, times.hold)], 0.0, max_rate)
-        return rise + cls.release(times, peak, max_rate)
+        return rise + cls.plan_release(times, peak, max_rate)
 
     @classmethod
-    def release(cls, times: CycleSettings, strain: float, max_rate: float = math.inf) -> Cycle:
+    def plan_release(
+        cls, times: CycleSettings, strain: float, max_rate: float = math.inf
+    ) -> Cycle:
         """Return the way back of a strain cycle, from a strain to zero, and the rest after it."""
         ease = [(times.ease_to * strain, times.ease)] if times.ease else []
         return cls.build_from_targets(

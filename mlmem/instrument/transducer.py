@@ -67,7 +67,7 @@ class Reverberation:
         self.gain = math.sqrt(float(np.square(self._weights).sum()))
         self.memory = len(self._weights) - 1
 
-    def ignore(self, samples: int) -> None:
+    def ignore_samples(self, samples: int) -> None:
         """Ignore the end while it is driven, for some samples: its waves are yet to return."""
         self.returns = Returns(self.returns.bound, 0, samples + self.memory)
 
@@ -105,7 +105,7 @@ class Reverberation:
         since = min(since + n * ticks, UNLIMITED_SAMPLES)
         self.returns = Returns(max(bound, loudness), since, seen)
 
-    def follow(self, v: Array, ticks: int) -> None:
+    def follow_samples(self, v: Array, ticks: int) -> None:
         """Take the samples of ticks, shape (memory + n,), after those that the filter needs."""
         n = (len(v) - self.memory) // ticks
         kept = self._compute_remaining(n)
@@ -201,7 +201,7 @@ class Transducer:
 
     def set_probes(self, settings: Settings) -> None:
         """Fire the pulses of these settings from now on."""
-        self.probes = {end: end.probe(settings) for end in End}
+        self.probes = {end: end.select_probe(settings) for end in End}
 
     @property
     def state(self) -> TransducerState:
@@ -211,7 +211,7 @@ class Transducer:
 
     @state.setter
     def state(self, state: TransducerState) -> None:
-        self.release()
+        self.release_ends()
         self.recent = state.recent
         for end, each in self.reverberation.items():
             each.returns = state.returns[end]
@@ -229,7 +229,7 @@ class Transducer:
         return self.held.motion.duration - self.held.steps * self._driver.dt
 
     @property
-    def busy(self) -> bool:
+    def is_busy(self) -> bool:
         """Whether a cell is held or a detector is listening."""
         return self.is_driving or bool(self.detectors)
 
@@ -245,7 +245,7 @@ class Transducer:
     @property
     def at_rest(self) -> bool:
         """Whether nothing is driven or recorded, and all recent samples of an end are the same."""
-        if self.busy or self.recorders:
+        if self.is_busy or self.recorders:
             return False
         for each in self.reverberation.values():
             if each.returns.since < each.returns.seen:  # its own drive is still seen
@@ -269,11 +269,11 @@ class Transducer:
             return self._design.D_s1
         return self._driver.end(end.site(self._design))
 
-    def rest(self, end: End) -> float:
+    def measure_rest(self, end: End) -> float:
         """Return the mean displacement of an end over the recent samples."""
         return float(self.recent[end.row].mean())
 
-    def unrest(self, end: End) -> float:
+    def measure_unrest(self, end: End) -> float:
         """Return the mean departure of an end from its rest over the recent samples."""
         samples = self.recent[end.row]
         return float(np.abs(samples - samples.mean()).mean())
@@ -297,21 +297,21 @@ class Transducer:
 
     # --- driving -------------------------------------------------------------------------
 
-    def fire(self, end: End, floor: float = 0.0) -> EchoDetector:
+    def fire_probe(self, end: End, floor: float = 0.0) -> EchoDetector:
         """Fire the probe pulse of an end, about its rest, and listen for the echo.
 
         `floor` is the contribution of noise alone to v_c, in cells.
         """
-        detector = self.listen(end, floor)
+        detector = self.listen_only(end, floor)
         self._begin_recording(end, self.probes[end])
         self._hold_cell(end, Pulse(self._rest[end], self.probes[end]))
         return detector
 
-    def listen(self, end: End, floor: float = 0.0) -> EchoDetector:
+    def listen_only(self, end: End, floor: float = 0.0) -> EchoDetector:
         """Listen as after a pulse (see `fire`) without firing one."""
         if not self.detectors:
             self.interrupted = self.shaken = False
-        rest = self._rest[end] = self.rest(end)
+        rest = self._rest[end] = self.measure_rest(end)
         self._late[end] = self._driver.lag
         least = MIN_THRESHOLD_CELLS * max(1.0, abs(rest))  # relative rounding
         past = self.recent[end.row] - rest
@@ -323,7 +323,7 @@ class Transducer:
         """Fire a pulse of any shape about the rest of an end, and record both ends."""
         self.shaken = False
         recorder = self._begin_recording(end, probe)
-        self._hold_cell(end, Pulse(self.rest(end), probe))
+        self._hold_cell(end, Pulse(self.measure_rest(end), probe))
         return recorder
 
     def _begin_recording(self, end: End, probe: ProbeSettings) -> WaveformRecorder:
@@ -331,26 +331,26 @@ class Transducer:
         self.recorders.append(recorder)
         return recorder
 
-    def move(self, end: End, target: float, speed: float) -> None:
+    def move_end(self, end: End, target: float, speed: float) -> None:
         """Move a boundary cell at constant speed to a displacement, then release it."""
         start = self._driver.end(end.site(self._design))
         self._hold_cell(end, EndMove(start, target, speed))
 
-    def kick(self, target: float, speed: float, end: End = End.LEFT) -> None:
+    def kick_end(self, target: float, speed: float, end: End = End.LEFT) -> None:
         """Move an end smoothly to a ground state, hold it there, then release it."""
         start = self._driver.end(end.site(self._design))
         self._hold_cell(end, KickMotion(start, target, speed, self._kick))
 
-    def clear(self, end: End, pulse: ClearingPulseSettings) -> None:
+    def fire_clearing_pulse(self, end: End, pulse: ClearingPulseSettings) -> None:
         """Fire a clearing pulse about the rest of an end."""
-        self._hold_cell(end, Pulse(self.rest(end), pulse))
+        self._hold_cell(end, Pulse(self.measure_rest(end), pulse))
 
     def _hold_cell(self, end: End, motion: BoundaryMotion) -> None:
         self.held = Held(motion, end.site(self._design), 0)
         samples = math.ceil(motion.duration / self._driver.dt)
-        self.reverberation[end].ignore(samples + self._lag)
+        self.reverberation[end].ignore_samples(samples + self._lag)
 
-    def release(self) -> None:
+    def release_ends(self) -> None:
         """Release a held cell, and stop listening at both ends."""
         self.held = None
         self.detectors = {}
@@ -370,7 +370,9 @@ class Transducer:
         if not len(driven):
             return None
         return apply_transducer_faults(
-            HeldCell(site, motion.at(driven)), motion.at(np.zeros(1)), faults
+            HeldCell(site, motion.evaluate_motion(driven)),
+            motion.evaluate_motion(np.zeros(1)),
+            faults,
         )
 
     def pass_by(self, n: int, ticks: int) -> None:
@@ -392,16 +394,16 @@ class Transducer:
         known = np.concatenate((self.recent, ends), axis=1)
         self.recent = self._recorded = known[:, -width:].copy()  # a view would keep all
         for end, reverberation in self.reverberation.items():
-            reverberation.follow(known[end.row, width - reverberation.memory :], ticks)
+            reverberation.follow_samples(known[end.row, width - reverberation.memory :], ticks)
         for recorder in self.recorders:
-            recorder.take(ends, ticks, interrupted)
+            recorder.take_samples(ends, ticks, interrupted)
         self.interrupted |= bool(self.detectors) and interrupted
         for end, detector in self.detectors.items():
             late = min(self._late[end], ticks)
             self._late[end] -= late
             if late < ticks:
                 heard = ends[end.row, late * ends.shape[1] // ticks :]
-                detector.feed(heard - self._rest[end])
+                detector.feed_displacements(heard - self._rest[end])
 
 
 def _compute_noise_gain(order: int) -> float:

@@ -88,7 +88,9 @@ class Loop:
             element, self._pacer, self.statistics, speed=speed, batch=batch,
             has_subscribers=has_subscribers, stream_period=stream_period,
         )  # fmt: skip
-        self._thread = threads.Thread(target=self._run, name='mlmem-loop', daemon=True)
+        self._thread = threads.Thread(
+            target=self._run_until_closed, name='mlmem-loop', daemon=True
+        )
 
     # --- from any thread -----------------------------------------------------------------
 
@@ -101,7 +103,7 @@ class Loop:
         """End the loop after the present tick, and refuse pending requests."""
         self._end_loop(Ending.STOP)
 
-    def finish(self) -> None:
+    def shut_down(self) -> None:
         """Abort any procedure, bring the strain to zero regardless of the clock, and stop."""
         self._end_loop(Ending.FINISH)
 
@@ -160,14 +162,14 @@ class Loop:
                 self._check_shake(command.acceleration)
             except Refused as refusal:
                 return Request(command).refuse(refusal)
-            return self._box.shake(self._pacer.now(), command)
+            return self._box.post_acceleration(self._pacer.now(), command)
         request: Asked = Request(command)
         if wait is not None:
             request.waits, request.deadline = True, threads.monotonic() + wait
         return self._box.submit(request)
 
     @property
-    def paused(self) -> bool:
+    def is_paused(self) -> bool:
         """Whether time is paused."""
         return self._box.paused
 
@@ -190,7 +192,7 @@ class Loop:
 
     # --- in the loop's thread ------------------------------------------------------------
 
-    def _run(self) -> None:
+    def _run_until_closed(self) -> None:
         refusal = Refused(SHUTDOWN_MESSAGE)
         try:
             self._run_ticks()
@@ -212,10 +214,10 @@ class Loop:
                 due = self._run_deferred(turn.due, turn.batch)
             else:
                 commands: list[Stamped] = []
-                while (request := self._box.take(self._box.commands)) is not None:
+                while (request := self._box.take_request(self._box.commands)) is not None:
                     commands += self._asked.apply(request)
                 ended = self._run_tick(turn.due, commands, turn.asked_for)
-                due = math.inf if turn.asked_for else self._times.after(turn.due, ended)
+                due = math.inf if turn.asked_for else self._times.schedule_next(turn.due, ended)
 
     def _release_strain(self) -> None:
         """Abort any procedure and bring the strain to zero, without pacing."""
@@ -255,7 +257,7 @@ class Loop:
                 for number in range(run):
                     self.statistics.count(max(0.0, begun + number * busy - latest), busy)
             due, ticks = due + run * period, ticks - run
-        return self._times.after(latest - period, self._pacer.now())
+        return self._times.schedule_next(latest - period, self._pacer.now())
 
     def _run_tick(self, due: float, commands: list[Stamped], asked_for: bool = False) -> float:
         """Run a tick with the commands that take effect in it; return when it ended.
@@ -297,28 +299,32 @@ class Loop:
                 continue
             if not made_up and (overdue := self._count_overdue(due)):
                 return _Turn(due, overdue)
-            while (call := box.take(box.calls)) is not None:
+            while (call := box.take_request(box.calls)) is not None:
                 _call_function(call)
             with box.changed:
                 if box.ending is not Ending.NOT:
                     return None
                 self._paused = box.paused
-                if box.held:
+                if box.is_held:
                     within = None if left == math.inf else left
-                    box.changed.wait_for(lambda: not box.held or bool(box.calls), within)
+                    box.changed.wait_for(lambda: not box.is_held or bool(box.calls), within)
                     due = math.inf if box.paused else self._pacer.now()
                     continue
                 now = self._pacer.now()
                 if box.speed != times.speed:
-                    if times.slept and (ticks := times.deferred(now - due, box)) and now >= due:
+                    if (
+                        times.slept
+                        and (ticks := times.count_deferred(now - due, box))
+                        and now >= due
+                    ):
                         return _Turn(due, min(ticks, 1 + int((now - due) / times.period)))
                     times.slept = False
                     times.set_speed(box.speed)
                 if box.steps:
                     return _Turn(min(due, now), asked_for=True)
                 due = min(due, now + times.period)  # do not wait for a clock that jumped back
-                batch = 0 if made_up and box.commands else times.deferred(now - due, box)
-                wake = times.wake(due, batch)
+                batch = 0 if made_up and box.commands else times.count_deferred(now - due, box)
+                wake = times.find_wake_time(due, batch)
                 if now >= wake:
                     return _Turn(due, batch)
                 if not box.calls:
@@ -335,7 +341,7 @@ class Loop:
             none = self._paused or not box.calls  # a paused loop defers no ticks
             if none or box.ending is not Ending.NOT or box.speed != self._times.speed:
                 return 0
-            return self._times.deferred(self._pacer.now() - due, box)
+            return self._times.count_deferred(self._pacer.now() - due, box)
 
 
 def _call_function(call: Request[Any]) -> None:

@@ -134,7 +134,7 @@ class Mailbox:
         with self.changed:
             return self._post_request(self.commands, request, _refuse_if_full(self.commands))
 
-    def shake(self, when: float, command: Disturb) -> Asked:
+    def post_acceleration(self, when: float, command: Disturb) -> Asked:
         """Leave an acceleration of the base for the tick that a time falls into: it is accepted.
 
         It does not wake the loop, unless `asleep`, because such messages are frequent. While time
@@ -144,7 +144,7 @@ class Mailbox:
         with self.changed:
             if self._closed is not None:
                 return request.refuse(self._closed)
-            if self.shakes and (self.held or len(self.shakes) == MAX_PENDING_REQUESTS):
+            if self.shakes and (self.is_held or len(self.shakes) == MAX_PENDING_REQUESTS):
                 self.shakes.pop()
             self.shakes.append((when, command))
             if self.asleep:
@@ -225,11 +225,11 @@ class Mailbox:
                 self.commands.appendleft(request)
 
     @property
-    def held(self) -> bool:
+    def is_held(self) -> bool:
         """Whether ticks are held back; call with the lock held."""
         return self.paused and not self.steps and self.ending is Ending.NOT
 
-    def take(self, queue: deque[Request[T]]) -> Request[T] | None:
+    def take_request(self, queue: deque[Request[T]]) -> Request[T] | None:
         """Take out the oldest request that was not withdrawn; it no longer can be."""
         while True:
             with self.changed:
@@ -244,7 +244,7 @@ class Mailbox:
         the last.
         """
         with self.changed:  # or a pause in between would miss the request
-            if (request := self.take(self.steps)) is None:
+            if (request := self.take_request(self.steps)) is None:
                 return
             steps: TickRequest = request.asked
             steps.done, steps.left = steps.done + 1, steps.left - 1

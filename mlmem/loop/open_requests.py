@@ -63,7 +63,7 @@ class OpenRequests:
             why = 'canceled by its client'
             if command.of in self.waiting:
                 self._drop_request(command.of, why)
-            if not self._element.runs(command.of.run):
+            if not self._element.is_running(command.of.run):
                 request.resolve(None)
                 return []
             command = Abort(why)

@@ -181,7 +181,7 @@ class Timetable:
             if ticks == 1 or (self._batch % ticks == 0 and 0.0 < ticks * period <= longest)
         )
 
-    def deferred(self, late: float, box: Mailbox) -> int:
+    def count_deferred(self, late: float, box: Mailbox) -> int:
         """Return how many ticks to run together if the next is late by a given time; 0 if none.
 
         A pending request in the box makes them end where it takes effect.
@@ -208,7 +208,7 @@ class Timetable:
     def _count_passed(self, late: float) -> int:
         return int(max(0.0, late) / self.period)
 
-    def wake(self, due: float, deferred: int) -> float:
+    def find_wake_time(self, due: float, deferred: int) -> float:
         """Return when to begin with the `deferred` ticks, the first due at a given time.
 
         As long before the next one as they take, so that one wake-up serves both, and a procedure
@@ -231,7 +231,7 @@ class Timetable:
         """Return whether so many ticks are deferred only at rest."""
         return deferred > self._most_deferred
 
-    def after(self, due: float, now: float) -> float:
+    def schedule_next(self, due: float, now: float) -> float:
         """Return when the next tick is due; count and skip lost time."""
         if self.period == 0.0:
             return now

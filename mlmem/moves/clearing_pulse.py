@@ -33,7 +33,7 @@ class ClearingPulse(Move):
         element.require_phase(End(settings.end))
         element.begin_cycle('cleared')
         element.progress.phase = 'launching'
-        element.transducer.clear(End(settings.end), settings)
+        element.transducer.fire_clearing_pulse(End(settings.end), settings)
         yield from wait_for_ends(element)
         element.last_moved = element.ticks
         yield from wait(element, settings.settle)

@@ -17,9 +17,9 @@ def bring_back(element: Memory, end: End) -> Procedure[None]:
     A wall driven over a free end returns as a wall between the active phase and the next. No
     strain moves it, but the wall launched here removes it within some 90 cells.
     """
-    element.forget('an end was brought back')
+    element.forget_content('an end was brought back')
     element.progress.phase = 'launching'
-    element.transducer.move(end, element.design.D_s2, 0.2)  # speeds of 0.1 to 0.4 work
+    element.transducer.move_end(end, element.design.D_s2, 0.2)  # speeds of 0.1 to 0.4 work
     yield from wait_for_ends(element)
     yield from wait(element, element.settings.erase.settle)
     yield from catch_up(element)

@@ -228,7 +228,7 @@ def kick_to(
     element.begin_cycle('kicked')
     element.progress.phase = 'launching'
     speed = min(speed, element.settings.transducer.max_speed / settings.peak_speed_ratio)
-    element.transducer.kick(target, speed, end)
+    element.transducer.kick_end(target, speed, end)
     yield from wait_for_ends(element)
     element.last_moved = element.ticks
     yield from wait(element, settings.settle if settle is None else settle)

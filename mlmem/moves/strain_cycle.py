@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from ..errors import NotFollowed, ProcedureFailed
-from ..instrument.blocks import Procedure, catch_up, play, wait_for_ends
+from ..instrument.blocks import Procedure, catch_up, follow_ramps, wait_for_ends
 from ..instrument.end import End
 from ..instrument.instrument import Instrument
 from ..instrument.motion import Cycle
@@ -40,7 +40,7 @@ class Launch(Move):
         element.begin_cycle()
         write = apply_correction(self.settings, how.corrections[self.target]).write
         try:
-            yield from launch(element, write, element.design.D_s2)
+            yield from launch_wall(element, write, element.design.D_s2)
         except NotFollowed as failure:
             raise _strain_needed(self, failure) from None
 
@@ -58,12 +58,12 @@ class StepUp(Move):
         """Strain the element once, gently if it is read after it; raises `NotFollowed`."""
         design = element.design
         element.begin_cycle()
-        settings = gentle(self.settings) if how.is_last else self.settings
+        settings = soften_steps(self.settings) if how.is_last else self.settings
         settings = apply_correction(settings, how.corrections[self.target])
         delay = half_period(design) if settings.write.shaped else 0.0
         cycle = step_cycle(design, settings, self.start, how.strain_factor)
         try:
-            yield from play(element, cycle, delay)
+            yield from follow_ramps(element, cycle, delay)
         except NotFollowed as failure:
             raise _strain_needed(self, failure) from None
 
@@ -96,7 +96,7 @@ class KinkDrive(Move):
                     yield from bring_back(element, end)
             if element.phase(End.LEFT) != 0:
                 element.begin_cycle()
-                yield from launch(element, settings, design.D_s1)
+                yield from launch_wall(element, settings, design.D_s1)
                 if kink:  # launched again: the prediction no longer holds
                     kink = meeting = 0
             late = kink - meeting
@@ -108,7 +108,9 @@ class KinkDrive(Move):
                     return reading
             element.begin_cycle()
             compress = not design.is_freed_by_compression(kink % 2)
-            yield from play(element, Cycle.plan_cycle(settings, select_peak(settings, compress)))
+            yield from follow_ramps(
+                element, Cycle.plan_cycle(settings, select_peak(settings, compress))
+            )
             kink += 1
         raise ProcedureFailed(
             f'the element is not blank after {cycles} strain cycles; read last: '
@@ -148,7 +150,7 @@ def step_cycle(design: Design, settings: Settings, start: int, factor: float = 1
     )
 
 
-def gentle(settings: Settings) -> Settings:
+def soften_steps(settings: Settings) -> Settings:
     """Return settings whose steps up end as gently as the last one of a write."""
     write = settings.write
     release = max(write.release, write.last_release)
@@ -169,17 +171,17 @@ def ringing_time(design: Design) -> float:
     return 12.0 / design.eta if design.eta > 0.0 else 0.0
 
 
-def launch(
+def launch_wall(
     element: Instrument, times: WriteSettings | EraseSettings, target: float
 ) -> Procedure[None]:
     """Under a strain, move v_1 to another ground state at constant speed, and release it."""
     rise, *rest = Cycle.plan_cycle(times, times.start_strain).motions
-    yield from play(element, Cycle((rise,)))
+    yield from follow_ramps(element, Cycle((rise,)))
     yield from catch_up(element)  # where is the end?
     element.progress.phase = 'launching'
-    element.transducer.move(End.LEFT, target, times.launch_speed)
+    element.transducer.move_end(End.LEFT, target, times.launch_speed)
     yield from wait_for_ends(element)
-    yield from play(element, Cycle(tuple(rest)))
+    yield from follow_ramps(element, Cycle(tuple(rest)))
 
 
 def return_to_zero(element: Memory) -> Procedure[None]:
@@ -188,8 +190,10 @@ def return_to_zero(element: Memory) -> Procedure[None]:
     With the slow times of an erase: a write may return within a tick.
     """
     if element.actuator.strain != 0.0 or element.actuator.is_moving:
-        element.forget('strained by a procedure')
-        yield from play(element, Cycle.release(element.settings.erase, element.actuator.strain))
+        element.forget_content('strained by a procedure')
+        yield from follow_ramps(
+            element, Cycle.plan_release(element.settings.erase, element.actuator.strain)
+        )
 
 
 def _strain_needed(move: Launch | StepUp, failure: NotFollowed) -> NotFollowed:

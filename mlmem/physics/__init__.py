@@ -7,7 +7,7 @@ from .design import CASE_I, CASE_II, Design
 from .jit import ARITHMETIC_VERSION
 from .methods import DEFAULT_INTEGRATOR, INTEGRATORS, NOH_BATHE, PEFRL, Integrator
 from .potential import DesignError, Potential, StateError
-from .specimen import Scatter, Specimen, scattered
+from .specimen import Scatter, Specimen, draw_specimen
 from .stepping import HeldCell, default_step, stable_step, substep_times
 from .wall import Wall, find_level, find_walls, wall_energy
 
@@ -30,10 +30,10 @@ __all__ = [
     'StateError',
     'Wall',
     'default_step',
+    'draw_specimen',
     'find_level',
     'find_walls',
     'is_kernel_cached',
-    'scattered',
     'stable_step',
     'substep_times',
     'wall_energy',

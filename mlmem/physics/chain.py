@@ -191,7 +191,7 @@ class Chain:
             DesignError: It is of another design, or the step is beyond its stability limit;
                 nothing is changed.
         """
-        specimen = Specimen.of(specimen)
+        specimen = Specimen.from_design(specimen)
         self.check(specimen)
         self.specimen = specimen
         self._build_cells()
@@ -290,7 +290,9 @@ class Chain:
         every = max(1, steps // looks) if looks else 0
         ends, strayed = self._advance_stretch(inputs, every)
         while not strayed and ends.shape[1] < steps:
-            part, strayed = self._advance_stretch(inputs.after(substeps * ends.shape[1]), every)
+            part, strayed = self._advance_stretch(
+                inputs.skip_substeps(substeps * ends.shape[1]), every
+            )
             ends = np.concatenate((ends, part), axis=1)
         # A non-finite value anywhere reaches a velocity of the metamaterial within the sub-step.
         finite = np.isfinite(self.velocity).all()
@@ -311,7 +313,11 @@ class Chain:
     def _advance_stretch(self, inputs: Inputs, every: int) -> tuple[Array, bool]:
         """Advance until a rest begins or ends; `every` is the number of steps of a tick, or 0."""
         substeps = self.integrator.substeps
-        if every and self.at_rest and (ticks := inputs.still(self.V_N) // (substeps * every)):
+        if (
+            every
+            and self.at_rest
+            and (ticks := inputs.count_still_substeps(self.V_N) // (substeps * every))
+        ):
             steps = every * ticks
             self.pass_by(steps)
             return np.repeat([[self.end(1)], [self.end(self.design.N)]], steps, axis=1), False
@@ -376,7 +382,7 @@ class Chain:
             velocity[:] = acceleration[:] = 0.0
         self.steps_done += steps
 
-    def rest(self, steps: int) -> Array:
+    def advance_steps(self, steps: int) -> Array:
         """Advance by whole steps with the substrate's end held where it is."""
         return self.advance(np.full(self.integrator.substeps * steps, self.V_N))
 

@@ -85,7 +85,7 @@ class Curve:
             raise DesignError.of_problems(found)
 
     @classmethod
-    def of(
+    def sample_formula(
         cls, force: Callable[[Array], ArrayLike], low: float, high: float, number: int = 256
     ) -> Curve:
         """Return a formula's curve, of a number of forces from low to high."""

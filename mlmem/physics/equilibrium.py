@@ -27,7 +27,7 @@ def compute_energies(
     specimen: Design | Specimen, v: Array, V: Array
 ) -> tuple[Array, Array, Array]:
     """Return the energies of coupling, on-site and substrate springs, shape (...) each."""
-    specimen = Specimen.of(specimen)
+    specimen = Specimen.from_design(specimen)
     D = v - (V + specimen.offsets)
     on_site = specimen.alpha * specimen.potential.energy(D)
     on_site = on_site - specimen.depth_force * (D - specimen.design.D_s1)
@@ -103,7 +103,7 @@ def make_blank(specimen: Design | Specimen) -> Array:
     Raises:
         StateError: As `relax_to_equilibrium`.
     """
-    specimen = Specimen.of(specimen)
+    specimen = Specimen.from_design(specimen)
     design = specimen.design
     v = np.full(design.N, design.D_s1)
     if not (specimen.offsets.any() or specimen.depths.any()):
@@ -147,7 +147,7 @@ def relax_to_equilibrium(
     Raises:
         StateError: No equilibrium was reached, or only an unstable one.
     """
-    specimen = Specimen.of(specimen)
+    specimen = Specimen.from_design(specimen)
     v = np.array(v, dtype=np.float64)
     held = _list_stuck_indices(specimen)
     tolerance = 1e-12  # of the residual force per cell, over the stiffness of the stiffest cell
@@ -180,7 +180,7 @@ def find_pinned_wall(specimen: Design | Specimen, level: int) -> Array:
     Raises:
         StateError: There is no such level, or its defect does not pin the wall.
     """
-    specimen = Specimen.of(specimen)
+    specimen = Specimen.from_design(specimen)
     design = specimen.design
     if not 0 <= level < design.levels:
         expected = f'from 0 to {design.levels - 1}'
@@ -209,7 +209,7 @@ def find_pinned_walls(
     Raises:
         StateError: As `relax_to_equilibrium`.
     """
-    specimen = Specimen.of(specimen)
+    specimen = Specimen.from_design(specimen)
     design = specimen.design
     share = np.zeros(design.N)  # of the active phase
     step = design.D_s2 - design.D_s1

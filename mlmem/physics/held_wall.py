@@ -63,7 +63,7 @@ def cut_excerpt(made: Design | Specimen, low: float, high: float) -> Excerpt:
     Raises:
         StateError: They are not a valid element on their own.
     """
-    made = Specimen.of(made)
+    made = Specimen.from_design(made)
     design, margin = made.design, decay_reach(made.design)
     # Whole levels are left out, so that the defects stay at the multiples of J.
     before = max(0, math.floor((low - margin) / design.J) * design.J)

@@ -94,7 +94,7 @@ class Specimen:
             )
 
     @classmethod
-    def of(cls, made: Design | Specimen) -> Specimen:
+    def from_design(cls, made: Design | Specimen) -> Specimen:
         """Return an element: of a design, exactly as designed."""
         return cls(made) if isinstance(made, Design) else made
 
@@ -199,7 +199,7 @@ class Scatter:
     depth: float = 0.0
 
 
-def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
+def draw_specimen(design: Design, scatter: Scatter, seed: int) -> Specimen:
     """Return a random element of a design; the same seed gives the same element.
 
     Every quantity has its own random stream, so that one scatter does not change the others'

@@ -39,14 +39,14 @@ def highest_frequency(specimen: Specimen, reach: float | None = None) -> float:
 
 def stable_step(specimen: Design | Specimen, integrator: Integrator = DEFAULT_INTEGRATOR) -> float:
     """Return the largest step that keeps the margin to the limit of the integrator."""
-    return STABILITY_MARGIN * _stability_limit(Specimen.of(specimen), integrator)
+    return STABILITY_MARGIN * _stability_limit(Specimen.from_design(specimen), integrator)
 
 
 def default_step(
     specimen: Design | Specimen, integrator: Integrator = DEFAULT_INTEGRATOR
 ) -> float:
     """Return the largest step that is both accurate and stable."""
-    specimen = Specimen.of(specimen)
+    specimen = Specimen.from_design(specimen)
     followed = integrator.accurate_turn / math.sqrt(_bound_cell_frequency(specimen)[0])
     return min(integrator.accurate_step, followed, stable_step(specimen, integrator))
 
@@ -166,14 +166,14 @@ class Inputs(NamedTuple):
         if not np.isfinite(motion).all():
             raise StateError.out_of_range('motion', 'NaN or infinity', 'finite')
 
-    def after(self, done: int) -> Inputs:
+    def skip_substeps(self, done: int) -> Inputs:
         """Return those that come after some sub-steps."""
         V_N, held_cell, shake = self
         if held_cell is not None:
             held_cell = HeldCell(held_cell.site, held_cell.motion[:, done:])
         return Inputs(V_N[done:], held_cell, None if shake is None else shake[done:])
 
-    def still(self, V_N: float) -> int:
+    def count_still_substeps(self, V_N: float) -> int:
         """Return for how many sub-steps nothing moves whose substrate's end is at V_N."""
         if self.held_cell is not None and self.held_cell.motion.size:
             return 0

@@ -97,7 +97,7 @@ class Tones(NamedTuple):
     loss: Complex
 
     @classmethod
-    def of(cls, made: Specimen, omega: Complex, method: Integrator, dt: float) -> Tones:
+    def from_steps(cls, made: Specimen, omega: Complex, method: Integrator, dt: float) -> Tones:
         """Return frequencies of an element that a method advances by steps of dt; see
         `Integrator.squared_frequency`.
         """

@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ..commands import Check
-from ..instrument.blocks import Procedure, ramp
+from ..instrument.blocks import Procedure, ramp_strain
 from ..memory import Memory
 from ..readers.reading import Reading
 
@@ -30,7 +30,7 @@ def abort(element: Memory) -> Procedure[Result]:
     third ground state, which no strain clears (see `bring_back`).
     """
     times = element.settings.erase
-    element.transducer.release()
+    element.transducer.release_ends()
     if element.actuator.strain != 0.0 or element.actuator.is_moving:
-        yield from ramp(element, 0.0, times.release)
+        yield from ramp_strain(element, 0.0, times.release)
     return Result(None)

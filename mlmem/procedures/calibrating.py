@@ -425,7 +425,7 @@ def _level_margin(element: Memory, level: int, reading: Reading) -> tuple[float,
         delay = reading.left_delay if end is End.LEFT else reading.right_delay
         if delay is None:
             return -math.inf, f'level {level} gives no echo at the {end} end'
-        nearest, clear = calibration.table(end).nearest(delay)
+        nearest, clear = calibration.table(end).find_nearest(delay)
         if end is primary_end(element.settings.read):
             margin, right = clear, nearest == level
         else:

@@ -37,7 +37,7 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
         if move.listens:
             return Result((yield from move.drive(element, how)))
         for attempt in range(1, settings.write.attempts + 1):
-            element.progress.tried('erase', attempt)
+            element.progress.record_attempts('erase', attempt)
             if attempt > 1 or not (yield from seems_blank(element)):
                 yield from move.drive(element, how)
             reading = yield from element.reader.read(element)
@@ -70,7 +70,7 @@ def kick_by_hand(element: Memory, speed: float) -> Procedure[Result]:
         NotFollowed: The strain was not zero, and the actuator does not bring it there.
     """
     yield from return_to_zero(element)
-    element.forget('kicked by hand')
+    element.forget_content('kicked by hand')
     yield from kick_to_other_phase(element, speed)
     return Result(None)
 

@@ -34,7 +34,7 @@ def expect_duration(element: Memory, duration: float) -> None:
     element.progress.expect_end(element.ticks + duration / element.tick)
 
 
-def reading(element: Memory) -> float:
+def estimate_read(element: Memory) -> float:
     """Return how long a read of an element at rest takes."""
     return element.reader.read_duration(element)
 
@@ -56,10 +56,12 @@ def driving_time(element: Memory, present: int, target: int) -> float:
 
 def writing_time(element: Memory, present: int, target: int) -> float:
     """Return the time to drive the wall to a level, and to verify it."""
-    return max(driving_time(element, present, target), expected_wait(element)) + reading(element)
+    return max(driving_time(element, present, target), expected_wait(element)) + estimate_read(
+        element
+    )
 
 
-def everything(element: Memory) -> float:
+def estimate_all_levels(element: Memory) -> float:
     """Return the time of a calibration or self-test.
 
     That is to erase, write and read every level, and restore the content.
@@ -72,12 +74,12 @@ def everything(element: Memory) -> float:
     return (
         writing_time(element, top, BLANK)
         + steps
-        + (len(levels) - 1) * reading(element)
+        + (len(levels) - 1) * estimate_read(element)
         + restoring
     )
 
 
-def surveying(element: Memory) -> float:
+def estimate_survey(element: Memory) -> float:
     """Return the time of a survey."""
     content = max(BLANK, find_content(element))
     top = max(element.reader.single_walls.values(), default=BLANK)
@@ -94,29 +96,29 @@ def find_content(element: Memory) -> int:
 # --- of procedures, when they begin -----------------------------------------------------------
 
 
-def writing_now(element: Memory, level: int) -> float:
+def estimate_write(element: Memory, level: int) -> float:
     """Return the time of a write; what is not known is read first."""
     if (present := find_content(element)) == UNDECODABLE:
-        return 2.0 * reading(element) + driving_time(element, BLANK, level)
+        return 2.0 * estimate_read(element) + driving_time(element, BLANK, level)
     return writing_time(element, present, level)
 
 
-def looking(element: Memory, end: str) -> float:
+def estimate_settled_read(element: Memory, end: str) -> float:
     """Return the time of a read, and before it of the wait for what is still on its way."""
-    return expected_wait(element) + reading(element)
+    return expected_wait(element) + estimate_read(element)
 
 
-def resetting(element: Memory, content: int, seed: int) -> float:
+def estimate_reset(element: Memory, content: int, seed: int) -> float:
     """Return the time of a reset, which reads the new element."""
-    return reading(element)
+    return estimate_read(element)
 
 
-def erasing(element: Memory) -> float:
+def estimate_erase(element: Memory) -> float:
     """Return the time of an erase."""
     return writing_time(element, find_content(element), BLANK)
 
 
-def kicking(element: Memory, speed: float) -> float:
+def estimate_kick(element: Memory, speed: float) -> float:
     """Return the time of a kick by hand.
 
     Raises:
@@ -134,6 +136,6 @@ def kicking(element: Memory, speed: float) -> float:
     return kick_duration(design, settings.kick, speed, settings.kick.settle)
 
 
-def releasing(element: Memory) -> float:
+def estimate_abort(element: Memory) -> float:
     """Return the time of an abort."""
     return element.settings.erase.release if element.actuator.strain else 0.0

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..commands import Check
 from ..errors import ProcedureFailed, Refused
-from ..instrument.blocks import Procedure, catch_up, ramp, wait
+from ..instrument.blocks import Procedure, catch_up, ramp_strain, wait
 from ..instrument.end import End
 from ..memory import Memory
 from ..moves.corrections import is_kicked
@@ -84,7 +84,7 @@ def _is_strainless(element: Memory) -> bool:
     settings = element.settings
     kicks = all(is_kicked(settings, level) for level in range(element.design.levels))
     erased = bool(erase_speed(element.design, settings))
-    return kicks and erased and element.transmission.encoder == 0.0
+    return kicks and erased and element.transmission.encoder_strain == 0.0
 
 
 def _test_transducer(element: Memory, end: End) -> Procedure[Tested]:
@@ -95,7 +95,7 @@ def _test_transducer(element: Memory, end: End) -> Procedure[Tested]:
     yield from wait_for_decay(element)
     floor = noise_floor(element, end)
     table, probe = element.calibration.table(end), element.transducer.probes[end]
-    last = np.array(table.longest)
+    last = np.array(table.longest_delay)
     needed = float(detection_threshold(probe, last))
     raised = float(detection_threshold(probe, last, floor)) / needed
     heard = (
@@ -119,10 +119,10 @@ def _test_actuator(element: Memory) -> Procedure[Tested]:
     # a third of the strain that moves a wall
     asked = min(0.01, element.settings.actuator.max_strain)
     offset = yield from _measure_strain(element)
-    yield from ramp(element, asked, times.ramp)
+    yield from ramp_strain(element, asked, times.ramp)
     yield from wait(element, times.settle)
     felt = yield from _measure_strain(element)
-    yield from ramp(element, 0.0, times.release)
+    yield from ramp_strain(element, 0.0, times.release)
     yield from wait(element, times.settle)
     error = max(abs(offset), abs(felt - asked))
     return (
@@ -135,7 +135,7 @@ def _test_actuator(element: Memory) -> Procedure[Tested]:
 def _measure_strain(element: Memory) -> Procedure[float]:
     """Return the strain measured at the right end, which is inactive."""
     yield from catch_up(element)
-    stretched = element.transducer.rest(End.RIGHT) - element.design.D_s1
+    stretched = element.transducer.measure_rest(End.RIGHT) - element.design.D_s1
     return stretched / element.design.end_displacement(1.0)
 
 
@@ -179,7 +179,7 @@ def reset(element: Memory, content: int = BLANK, seed: int = UNSET_SEED) -> Proc
             material has the faults with this seed, or the new element is not read as that
             content, for instance because of a fault.
     """
-    if not element.simulated:
+    if not element.is_simulated:
         raise ProcedureFailed('a real element has to be replaced by hand; its history is kept')
     try:
         if seed != UNSET_SEED:

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ..errors import ProcedureFailed
-from ..instrument.blocks import Procedure, ramp, wait
+from ..instrument.blocks import Procedure, ramp_strain, wait
 from ..instrument.end import End
 from ..memory import Memory
 from ..moves.corrections import PulseCorrection
@@ -127,7 +127,7 @@ def _record_shot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
     strain = max(-actuator.max_strain, min(aim.strain, actuator.max_strain))
     strained = actuator.present and strain != 0.0
     if strained:
-        yield from ramp(element, strain, times.ramp)
+        yield from ramp_strain(element, strain, times.ramp)
     yield from wait_for_decay(element)
     yield from wait(element, QUIET_DAMPING_TIMES / element.design.eta)
     yield from _wait_for_fading(element)
@@ -140,10 +140,12 @@ def _record_shot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
     end = element.ticks + ticks
     while element.ticks < end:
         yield end - element.ticks
-    transducer.release()
-    element.report(recorder.shot(wall, element.transmission.encoder, element.driver.dt))
+    transducer.release_ends()
+    element.report_shot(
+        recorder.shot(wall, element.transmission.encoder_strain, element.driver.dt)
+    )
     if strained:
-        yield from ramp(element, 0.0, times.release)
+        yield from ramp_strain(element, 0.0, times.release)
 
 
 def _wait_for_fading(element: Memory) -> Procedure[None]:
@@ -152,7 +154,9 @@ def _wait_for_fading(element: Memory) -> Procedure[None]:
     for _ in range(round(QUIET_DAMPING_TIMES)):
         # Noise alone has up to 1.2 times its mean departure from rest. Waves of 3e-7 cells are a
         # third of those that a fit detects.
-        if all(transducer.unrest(end) <= max(1.2 * transducer.noise(end), 3e-7) for end in End):
+        if all(
+            transducer.measure_unrest(end) <= max(1.2 * transducer.noise(end), 3e-7) for end in End
+        ):
             return
         yield from wait(element, step)
 

@@ -39,7 +39,7 @@ def write(element: Memory, level: int) -> Procedure[Result]:
     method = element.settings.write.method
     strained = element.settings.actuator.present
     for attempt in range(1, attempts + 1):
-        element.progress.tried('write', attempt)
+        element.progress.record_attempts('write', attempt)
         estimates.expect_duration(element, estimates.writing_time(element, present, level))
         try:
             plainly = strained and method != 'kick' and 1 < attempt == attempts

@@ -48,8 +48,8 @@ class HiddenPart(Forecasts):
         self, contents: Sequence[Content], parts: Array, listener: Listener, cell: int
     ) -> None:
         super().__init__(contents, parts, listener)
-        self.nearest = np.minimum(
-            self.nearest, MAX_FORECAST_DISTANCE * float(np.linalg.norm(parts[0]))
+        self.nearest_distances = np.minimum(
+            self.nearest_distances, MAX_FORECAST_DISTANCE * float(np.linalg.norm(parts[0]))
         )
         self.cell = cell
 
@@ -84,19 +84,19 @@ class BadCells(Forecasts):
         from_blank = np.linalg.norm(parts - parts[0], axis=1)
         from_blank[0] = from_blank[1:].min(initial=np.inf)
         pulse = float(np.linalg.norm(parts[0]))  # of the blank element: mostly the pulse itself
-        self.nearest = np.minimum(
-            self.nearest, np.minimum(from_blank, MAX_FORECAST_DISTANCE * pulse)
+        self.nearest_distances = np.minimum(
+            self.nearest_distances, np.minimum(from_blank, MAX_FORECAST_DISTANCE * pulse)
         )
         alike = {
             each.number: 'cannot be told: it sounds like another level'
-            for each, near in zip(contents, self.nearest, strict=True)
+            for each, near in zip(contents, self.nearest_distances, strict=True)
             if near < 0.02 * pulse  # a forecast must differ by 2 % of the pulse from any other
         }
         alike.pop(UNDECODABLE, None)
         self.lost: Mapping[int, str] = dict(sorted({**alike, **lost}.items()))
         for row, each in enumerate(contents):
             if each.number in self.lost:  # what sounds like it is refused anyway
-                self.nearest[row] = MAX_FORECAST_DISTANCE * pulse
+                self.nearest_distances[row] = MAX_FORECAST_DISTANCE * pulse
         levels = {each.number for each in contents if len(each.walls) == 1}
         self.usable = tuple(sorted(levels - set(self.lost)))
         if BLANK in self.lost or not self.usable:
@@ -111,10 +111,10 @@ class BadCells(Forecasts):
         return BadCells(self.contents, self.parts, self.listener, lost, self.hidden_part)
 
     @property
-    def least(self) -> float:
+    def least_distance(self) -> float:
         """The least distance between a level that is used, or blank, and any other."""
         told = [each.number in (BLANK, *self.usable) for each in self.contents]
-        return float(self.nearest[told].min())
+        return float(self.nearest_distances[told].min())
 
     def decode(
         self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
@@ -147,13 +147,13 @@ def add_bad_cells(design: Design, settings: Settings) -> Specimen:
         SettingsError: The design has no such cell.
     """
     alpha, given = np.ones(design.N), settings.element
-    most = design.N - 1 if given.stuck else design.N
-    if (last := max((*given.stuck, *given.weak_factors), default=0)) > most:
+    most = design.N - 1 if given.stuck_sites else design.N
+    if (last := max((*given.stuck_sites, *given.weak_factors), default=0)) > most:
         expected = f'from 2 to {most} in a design of {design.N} cells'
         raise SettingsError.of_value(ErrorCode.CONFLICT, 'bad_cells', last, expected)
     for site, factor in given.weak_factors.items():
         alpha[site - 1] = factor
-    return Specimen(design, alpha_factor=alpha, stuck=given.stuck)
+    return Specimen(design, alpha_factor=alpha, stuck=given.stuck_sites)
 
 
 def _list_wall_sets(levels: int, reached: int) -> Iterator[tuple[int, ...]]:
@@ -195,7 +195,7 @@ def forecast_bad_cells(design: Design, settings: Settings) -> BadCells:
         contents.append(Content(number, levels, code))
     listener = Listener(settings)
     ends = Ends(made, settings, listener)
-    parts = ends.heard(made, at)
+    parts = ends.compute_answers(made, at)
     return BadCells(
         contents, parts, listener, lost, _forecast_hidden_part(made, settings, ends, listener)
     )
@@ -207,9 +207,9 @@ def _forecast_hidden_part(
     """Return the forecasts for the part that stuck cells hide from the left end, if there is one:
     without walls, and with two near each other.
     """
-    if not settings.element.stuck:
+    if not settings.element.stuck_sites:
         return None
-    design, cell = made.design, max(settings.element.stuck)
+    design, cell = made.design, max(settings.element.stuck_sites)
     contents, at = [Content(BLANK, (), '')], [pin_walls(made, ())]
     first = next((n for n in range(design.levels) if design.defect_site(n) > cell), design.levels)
     for low, apart in itertools.product(range(first, design.levels), (1, 2)):
@@ -217,7 +217,7 @@ def _forecast_hidden_part(
             with contextlib.suppress(StateError):
                 at.append(pin_walls(made, (low, low + apart)))
                 contents.append(Content(UNDECODABLE, (low, low + apart), ''))
-    return HiddenPart(contents, ends.heard(made, at, End.RIGHT), listener, cell)
+    return HiddenPart(contents, ends.compute_answers(made, at, End.RIGHT), listener, cell)
 
 
 def forecast_stuck_cells(design: Design, settings: Settings, sites: Iterable[int]) -> Forecasts:
@@ -230,7 +230,7 @@ def forecast_stuck_cells(design: Design, settings: Settings, sites: Iterable[int
     listener, rest = Listener(settings), [pin_walls(Specimen(design), ())]
     made = [Specimen(design), *(Specimen(design, stuck=(site,)) for site in sites)]
     ends = Ends(made[0], settings, listener)
-    parts = np.concatenate([ends.heard(each, rest) for each in made])
+    parts = np.concatenate([ends.compute_answers(each, rest) for each in made])
     return Forecasts([Content(sum(each.stuck), (), '') for each in made], parts, listener)
 
 

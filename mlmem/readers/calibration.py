@@ -76,11 +76,11 @@ class DelayTable:
             )  # fmt: skip
 
     @property
-    def longest(self) -> float:
+    def longest_delay(self) -> float:
         """The delay of the farthest echo."""
         return max(self.delays if self.blank is None else (*self.delays, self.blank))
 
-    def nearest(self, delay: float, without: int | None = None) -> tuple[int, float]:
+    def find_nearest(self, delay: float, without: int | None = None) -> tuple[int, float]:
         """Return the entry nearest to a delay `without` a level, or -1 for the blank entry, and
         how clear the choice is.
 

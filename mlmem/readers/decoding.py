@@ -116,7 +116,7 @@ def _decode_echo(
     # kink behind it there is no wall at the first defect.
     impossible = BLANK if phases[0] == 1 else 0
     table = calibration.table(echo.end)
-    level, margin = table.nearest(echo.delay, impossible)
+    level, margin = table.find_nearest(echo.delay, impossible)
     if echo.is_early and margin < 1.0:  # unless the calibrated delay of a level is that short
         return replace(
             nothing,
@@ -237,7 +237,7 @@ def _confirm_reading(
             f'{describe_level(said.level)} is not confirmed: the {other.end} end does not tell it '
             f'from {describe_level(like)}',
         )
-    level, _ = calibration.table(other.end).nearest(other.delay, BLANK)
+    level, _ = calibration.table(other.end).find_nearest(other.delay, BLANK)
     here, there = (
         (end, design.defect_site(n)) for end, n in ((said.end, said.level), (other.end, level))
     )
@@ -326,7 +326,7 @@ def find_exchanged_levels(
     """
     found, levels, least = [], range(design.levels), settings.read.min_margin
     for honest in End:
-        table, probe = calibration.table(honest), honest.probe(settings)
+        table, probe = calibration.table(honest), honest.select_probe(settings)
         for true in levels:
             low, delay, high = table.find_crossings(true)
             said = set()
@@ -336,7 +336,7 @@ def find_exchanged_levels(
                 )
                 if margin >= least and like is None:
                     said.add(level)
-            named, _ = table.nearest(delay, BLANK)
+            named, _ = table.find_nearest(delay, BLANK)
             said |= {named} if true in said else {named, UNDECODABLE}
             found += [(honest.opposite, level, true) for level in sorted(said - {true})]
     return found

@@ -28,7 +28,7 @@ class DelayReader:
     """Decodes the level of one wall from the delays at both ends; see `Reader`."""
 
     holds_words: ClassVar[bool] = False
-    lost: ClassVar[Mapping[int, str]] = MappingProxyType({})
+    unusable_reasons: ClassVar[Mapping[int, str]] = MappingProxyType({})
     limits: ClassVar[str] = ''
 
     def __init__(self, design: Design) -> None:
@@ -42,7 +42,7 @@ class DelayReader:
 
     def read_duration(self, element: Memory) -> float:
         """Return the time for the longest echo, and the rest before it."""
-        longest = max(element.calibration.table(end).longest for end in End)
+        longest = max(element.calibration.table(end).longest_delay for end in End)
         return element.settings.read.rest + longest + ECHO_TAIL_TIME
 
     def read(self, element: Memory, end: str = '') -> Procedure[Reading]:

@@ -180,7 +180,7 @@ class Echo:
         return self.delay is not None and is_hidden(self.probe, self.delay)
 
     @cached_property
-    def _heard(self) -> tuple[Array, Array, Array]:
+    def _received(self) -> tuple[Array, Array, Array]:
         """Times from when listening begins on, v_c then, and the threshold."""
         begin = int(np.searchsorted(self.t, blanking_time(self.probe), side='right'))
         t = self.t[begin:]
@@ -189,14 +189,14 @@ class Echo:
     @cached_property
     def shape(self) -> Shape:
         """When it crosses 0.8 and 1.25 of the threshold, and how loud it is."""
-        t, v_c, whole = self._heard
+        t, v_c, whole = self._received
         over = [v_c > share * whole for share in (0.8, 1.25)]
         low, high = (float(t[np.argmax(each)]) if each.any() else None for each in over)
         return low, high, self.threshold_margin
 
     def measure_amplitude(self, until: float) -> float:
         """Return the greatest v_c over the threshold up to a time; 0 if nothing was received."""
-        t, v_c, whole = self._heard
+        t, v_c, whole = self._received
         n = int(np.searchsorted(t, until, side='right'))
         return float((v_c[:n] / whole[:n]).max(initial=0.0))
 
@@ -259,23 +259,23 @@ class EchoDetector:
         """Time up to which v_c is known."""
         return len(self._v_c) * self._dt
 
-    def loudest(self, duration: float, ago: float = 0.0) -> float:
+    def find_loudest(self, duration: float, ago: float = 0.0) -> float:
         """Return the greatest v_c in an interval that ended some time ago; 0 if nothing was
         received.
         """
         n, last = round(duration / self._dt), len(self._v_c) - round(ago / self._dt)
         return float(self._v_c[max(0, last - n) : max(0, last)].max(initial=0.0))
 
-    def feed(self, v: Array) -> None:
+    def feed_displacements(self, v: Array) -> None:
         """Take displacements from rest, shape (n,), and look for a threshold crossing.
 
         The bits do not depend on how many come at once.
         """
         known = np.concatenate((self._past, v))
         self._past = known[len(known) - min(len(known), len(self._weights) - 1) :]
-        self.take(np.abs(filter_carrier(known, self._weights)))
+        self.feed_carrier(np.abs(filter_carrier(known, self._weights)))
 
-    def take(self, v_m: Array) -> None:
+    def feed_carrier(self, v_m: Array) -> None:
         """Take the magnitudes of the carrier's part instead."""
         self._v_m = np.concatenate((self._v_m, v_m))
         self._sums = np.concatenate((self._sums, v_m))
@@ -302,7 +302,7 @@ class EchoDetector:
             self._floor, self.delay, self.threshold_margin = floor, None, 0.0
             self._find_crossing(0)
 
-    def echo(self, end: End, *, shaken: bool = False, spoiled: bool = False) -> Echo:
+    def build_echo(self, end: End, *, shaken: bool = False, spoiled: bool = False) -> Echo:
         """Return everything received at an end, up to the time where v_c is known."""
         n = len(self._v_c)
         t = np.arange(1.0, n + 1.0) * self._dt

@@ -42,7 +42,7 @@ def wait_for_decay(element: Instrument) -> Procedure[None]:
     yield from catch_up(element)
     element.progress.phase = 'quieting'
     patience = math.ceil(element.settings.read.settle_timeout / element.tick)
-    while element.base.still and (
+    while element.base.is_still and (
         ticks := _count_arrival_ticks(element) or _estimate_fading(element)[0]
     ):
         if patience <= 0 and _count_arrival_ticks(element):
@@ -70,7 +70,7 @@ def try_wait_for_decay(element: Instrument, longest: float) -> Procedure[None]:
 def has_decayed(element: Instrument) -> bool:
     """Whether nothing is on its way that an echo detector would hear."""
     return (
-        element.base.still
+        element.base.is_still
         and not _count_arrival_ticks(element)
         and not _estimate_fading(element)[0]
     )
@@ -80,7 +80,7 @@ def expected_wait(element: Instrument) -> float:
     """Return how long `wait_for_decay` waits now, at the earliest, for waves that fade as
     expected.
     """
-    if not element.base.still:
+    if not element.base.is_still:
         return 0.0
     ticks = _count_arrival_ticks(element) or _estimate_fading(element)[0]
     return min(ticks * element.tick, element.settings.read.settle_timeout)
@@ -140,7 +140,7 @@ def measure_vibration(element: Instrument, wanted: Iterable[End]) -> Procedure[d
     """
     element.progress.phase = 'listening'
     factor = element.settings.read.noise_factor
-    detectors = {end: element.transducer.listen(end) for end in wanted}
+    detectors = {end: element.transducer.listen_only(end) for end in wanted}
     while True:
         yield 1
         loudest, done = {}, True
@@ -148,7 +148,7 @@ def measure_vibration(element: Instrument, wanted: Iterable[End]) -> Procedure[d
             longest = element.passage_time(end)
             # a third of waves with lifetime 2 / eta remains after 500 time units
             span = max(500.0, longest)
-            loud, before = (factor * detector.loudest(span, ago) for ago in (0.0, span))
+            loud, before = (factor * detector.find_loudest(span, ago) for ago in (0.0, span))
             # a vibration of 0.3 of the threshold at the last echo raises it by 4 %
             faint = 0.3 * float(detection_threshold(detector.probe, np.array(longest)))
             passed = detector.time >= span and loud <= faint
@@ -156,7 +156,7 @@ def measure_vibration(element: Instrument, wanted: Iterable[End]) -> Procedure[d
             done &= passed or (detector.time >= 2.0 * span and loud > 0.7 * before)
             loudest[end] = loud
         if done:
-            element.transducer.release()
+            element.transducer.release_ends()
             return loudest
 
 
@@ -188,7 +188,7 @@ def _probe_ends_once(element: Instrument, wanted: tuple[End, ...]) -> Procedure[
     """
     yield from wait_for_decay(element)
     yield from wait(element, element.settings.read.rest)
-    transducer, shaken, spoiled = element.transducer, not element.base.still, False
+    transducer, shaken, spoiled = element.transducer, not element.base.is_still, False
     if shaken:
         floors = yield from measure_vibration(element, wanted)
     else:
@@ -197,28 +197,28 @@ def _probe_ends_once(element: Instrument, wanted: tuple[End, ...]) -> Procedure[
     for end in wanted:
         element.require_phase(end)
     for end in sorted(wanted, key=lambda end: pulse_duration(transducer.probes[end])):
-        transducer.fire(end, floors[end])
+        transducer.fire_probe(end, floors[end])
         while transducer.is_driving:
             yield element.count_ticks_to_check(transducer.remaining_time)
-            spoiled |= not (shaken or element.base.still)
+            spoiled |= not (shaken or element.base.is_still)
     detectors = transducer.detectors
     last = {end: element.passage_time(end) + ECHO_TAIL_TIME for end in detectors}
     while (remaining := max(last[end] - each.time for end, each in detectors.items())) > 0.0:
         yield element.count_ticks_to_check(
             min(remaining, ECHO_TAIL_TIME)
         )  # any delay is yet to come; TAIL follows it
-        spoiled |= not (shaken or element.base.still)
+        spoiled |= not (shaken or element.base.is_still)
         for end, detector in detectors.items():
             if detector.delay is not None and not spoiled:  # or it comes after the next pulse
                 last[end] = min(last[end], detector.delay + ECHO_TAIL_TIME)
     for end, detector in detectors.items():
         detector.raise_noise_floor(0.0 if shaken else noise_floor(element, end))
-    strain, dt = element.transmission.encoder, element.driver.dt
+    strain, dt = element.transmission.encoder_strain, element.driver.dt
     shots = {recorder.end: recorder.shot(0.0, strain, dt) for recorder in transducer.recorders}
-    transducer.release()
+    transducer.release_ends()
     return {
         end: replace(
-            detector.echo(end, shaken=shaken or spoiled, spoiled=spoiled), shot=shots[end]
+            detector.build_echo(end, shaken=shaken or spoiled, spoiled=spoiled), shot=shots[end]
         )
         for end, detector in detectors.items()
     }
@@ -236,7 +236,7 @@ def swinging_time(element: Instrument) -> float:
     """
     if element.design.eta == 0.0:
         return 0.0
-    if not element.base.still:  # it was heard as often as may be
+    if not element.base.is_still:  # it was heard as often as may be
         return 0.0
     # A wall swings by half a cell once substrate and ends stand still, which makes an echo 1.5
     # times as large. After ten damping times the swing is below 4e-3 cells.
@@ -266,7 +266,7 @@ def record_waveforms(
     patience = element.ticks + math.ceil(element.settings.read.settle_timeout / element.tick)
     passage = math.ceil(element.passage_time(End.LEFT) / element.tick)
     loud = noise = listener.noise(transducer.recent, element.driver.dt)
-    since = passage if noise < forecasts.quiet and is_undisturbed(element) else 0
+    since = passage if noise < forecasts.max_noise and is_undisturbed(element) else 0
     while since < passage:  # what is inside comes to an end within that time
         before, begin, n = transducer.recent, element.ticks, element.steps_per_tick
         width = before.shape[1]
@@ -277,13 +277,13 @@ def record_waveforms(
             end_of_tick = heard.shape[1] - later * n
             recent = heard[:, end_of_tick - width : end_of_tick]
             noise = listener.noise(recent, element.driver.dt)
-            since = since + 1 if noise < forecasts.quiet else 0
+            since = since + 1 if noise < forecasts.max_noise else 0
             loud = loud if since else noise
         if since < passage and element.ticks >= patience:
             raise ProcedureFailed(
                 'the element does not come to rest: what both ends hear in the band of the pulse '
-                f'was {math.sqrt(loud / forecasts.quiet):.3g} times as loud as it may be {since} '
-                f'ticks ago; they must be quiet for {passage}'
+                f'was {math.sqrt(loud / forecasts.max_noise):.3g} times as loud as it may be '
+                f'{since} ticks ago; they must be quiet for {passage}'
             )
     element.require_phase(end)
     element.progress.phase = 'listening'
@@ -296,8 +296,8 @@ def fire_pulse(element: Instrument, end: End, probe: ProbeSettings, ticks: int) 
     until = element.ticks + ticks + element.driver.lag
     while element.ticks < until:
         yield until - element.ticks
-    element.transducer.release()
-    return recorder.shot(0.0, element.transmission.encoder, element.driver.dt)
+    element.transducer.release_ends()
+    return recorder.shot(0.0, element.transmission.encoder_strain, element.driver.dt)
 
 
 def is_undisturbed(element: Memory) -> bool:
@@ -306,4 +306,4 @@ def is_undisturbed(element: Memory) -> bool:
     moved = (element.ticks - element.last_moved) * element.tick
     quiet = min(since * element.driver.dt, moved) * element.design.eta
     # waves have 5e-5 of their amplitude after 20 damping times
-    return element.base.still and quiet > 20.0
+    return element.base.is_still and quiet > 20.0

@@ -94,7 +94,7 @@ class WallForecasts(Forecasts):
         answer. A wall behind the last level is nearer to one of its own forecasts than to any
         content.
         """
-        content, share = found.content, found.left / self.pulse
+        content, share = found.content, found.left / self.pulse_size
         if content.number == UNDECODABLE:
             return 'there are two walls', len(content.walls), 0.0
         behind = np.linalg.norm(self.tail_parts - part, axis=1).min(initial=np.inf)
@@ -149,7 +149,7 @@ def make_forecast(
     """
     if made.design.friction:
         return partial(simulate_answers, made, settings=settings, listener=listener, end=end)
-    return partial(Ends(made, settings, listener).heard, made, end=end)
+    return partial(Ends(made, settings, listener).compute_answers, made, end=end)
 
 
 def scale_losses(made: Specimen, factor: float) -> Specimen:

@@ -38,7 +38,7 @@ class Reader(Protocol):
         """How many contents it tells apart, as numbers from 0."""
 
     @property
-    def lost(self) -> Mapping[int, str]:
+    def unusable_reasons(self) -> Mapping[int, str]:
         """Why a content cannot be used, by content; empty if all can."""
 
     @property

@@ -56,7 +56,7 @@ class RecordReader(WaveformReader):
         self._tail_parts = np.concatenate((forecasts.tail_parts, departed))
         self._contents = forecasts.contents[: forecasts.content_count + 1]
         levels = forecasts.parts[1 : len(self._contents)]
-        apart = np.linalg.norm(levels[:, None] - levels, axis=2) / forecasts.pulse
+        apart = np.linalg.norm(levels[:, None] - levels, axis=2) / forecasts.pulse_size
         near = float(apart[np.triu_indices(len(levels), 1)].min(initial=np.inf))
         # Elements with a distance of 0.19 decoded wrong levels with a bad cell, with 0.22 none.
         if near < (least := 0.2):
@@ -131,4 +131,4 @@ def forecast_records(made: Specimen, settings: Settings) -> tuple[WallForecasts,
         )  # fmt: skip
     forecasts = forecast_levels(made, settings)
     ends = Ends(made, settings, forecasts.listener)
-    return forecasts, ends.heard(made, [np.full(design.N, design.D_s2)])
+    return forecasts, ends.compute_answers(made, [np.full(design.N, design.D_s2)])

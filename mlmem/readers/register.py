@@ -177,7 +177,7 @@ class Forecasts:
         return ''
 
     @cached_property
-    def nearest(self) -> Array:
+    def nearest_distances(self) -> Array:
         """Distance of every part to the nearest one with the same phase at the left end, shape
         (contents,); at most the pulse, as far as the blank element answers it.
         """
@@ -201,22 +201,28 @@ class Forecasts:
         return found
 
     @property
-    def pulse(self) -> float:
+    def pulse_size(self) -> float:
         """The size of what the blank element answers, in the unit of `parts`."""
         return float(np.linalg.norm(self.parts[0]))
 
     @property
-    def least(self) -> float:
+    def least_distance(self) -> float:
         """The least distance between what is told apart."""
-        return float(self.nearest.min())
+        return float(self.nearest_distances.min())
 
     @cached_property
-    def quiet(self) -> float:
+    def max_noise(self) -> float:
         """Noise (`Listener.noise`) up to which every content can be told from all others."""
         # the noise during a read may be twice that before it
-        return MAX_RESIDUAL_RATIO * MAX_RESIDUAL_RATIO * self.least * self.least / 2.0
+        return (
+            MAX_RESIDUAL_RATIO
+            * MAX_RESIDUAL_RATIO
+            * self.least_distance
+            * self.least_distance
+            / 2.0
+        )
 
-    def match(self, part: Array, phase: int) -> Match:
+    def find_match(self, part: Array, phase: int) -> Match:
         """Return the nearest content to a part with a phase at the left end."""
         same = self.odd == phase
         left = np.where(same, self._square - 2.0 * self.parts @ part, np.inf)
@@ -227,7 +233,7 @@ class Forecasts:
         apart = (self._square - 2.0 * self.parts @ forecast + self._square[row])[same]
         along = (self.parts @ off - forecast @ off)[same] / np.maximum(apart, 1e-30)
         return Match(
-            self.contents[row], float(np.linalg.norm(off)), float(self.nearest[row]),
+            self.contents[row], float(np.linalg.norm(off)), float(self.nearest_distances[row]),
             float(along.max(initial=0.0)),
         )  # fmt: skip
 
@@ -244,10 +250,10 @@ class Forecasts:
         refused.
         """
         nothing = Reading(UNDECODABLE, '', self.end.value, None, 0.0, 0.0, math.inf)
-        if reason := explain_unreadable(shot, noise > self.quiet, phases):
+        if reason := explain_unreadable(shot, noise > self.max_noise, phases):
             return replace(nothing, reason=reason)
         part = self.listener.project_shot(shot)
-        found = self.match(part, phases[End.LEFT.row] or 0)
+        found = self.find_match(part, phases[End.LEFT.row] or 0)
         reason, walls, threshold_margin = self._judge_match(part, found)
         if reason:
             return replace(nothing, reason=reason, walls=walls)
@@ -302,7 +308,7 @@ class Register(Forecasts):
 
     def __init__(self, code: Code, parts: Array, listener: Listener) -> None:
         words = range(code.words)
-        contents = [Content(word, code.walls(word), code.binary(word)) for word in words]
+        contents = [Content(word, code.walls(word), code.format_binary(word)) for word in words]
         super().__init__(contents, parts, listener)
         self.code = code
 
@@ -319,8 +325,10 @@ class Register(Forecasts):
             left = self._square[words] - 2.0 * these @ self.parts[words].T
             nearest = words[left.argmin(axis=1)]
             off = np.linalg.norm(these - self.parts[nearest], axis=1)
-            least = (off / self.nearest[nearest]).min(initial=least)
-        self.nearest = self.nearest * (least * OFF_LEVEL_SHARE / MAX_RESIDUAL_RATIO)
+            least = (off / self.nearest_distances[nearest]).min(initial=least)
+        self.nearest_distances = self.nearest_distances * (
+            least * OFF_LEVEL_SHARE / MAX_RESIDUAL_RATIO
+        )
 
 
 def forecast_words(made: Specimen, settings: Settings) -> Register:
@@ -339,14 +347,14 @@ def forecast_words(made: Specimen, settings: Settings) -> Register:
     ends = Ends(made, settings, listener)
     parts = np.concatenate(
         [
-            ends.parts(combine_rows(*each))
+            ends.compute_parts(combine_rows(*each))
             for each in _build_word_parts(made, code, ends.tones.square, ends.tones.loss)
         ]
     )
     found, others = Register(code, parts, listener), list(find_off_level_states(made, code))
     if others:
         active = np.stack(others)[:, [0, -1]] > made.design.D_barrier
-        found.tighten_limits(ends.heard(made, others), active[:, 0] != active[:, 1])
+        found.tighten_limits(ends.compute_answers(made, others), active[:, 0] != active[:, 1])
     return found
 
 
@@ -392,7 +400,9 @@ def _build_word_parts(
             v = pin_walls(made, code.walls(int(word)))
         except StateError as error:
             raise SettingsError(
-                f'{code.binary(word)} cannot be held: {error}', ErrorCode.UNSUPPORTED, 'word'
+                f'{code.format_binary(word)} cannot be held: {error}',
+                ErrorCode.UNSUPPORTED,
+                'word',
             ) from error
         stiffness, mass, spring = linearize_cells(made, v)
         for level, number in enumerate(chosen[word]):

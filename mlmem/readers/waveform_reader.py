@@ -51,7 +51,7 @@ class WaveformReader:
         return self.forecasts.content_count
 
     @property
-    def lost(self) -> Mapping[int, str]:
+    def unusable_reasons(self) -> Mapping[int, str]:
         """Why a content cannot be used, by content: because of a known bad cell."""
         return self.forecasts.lost
 
@@ -66,7 +66,7 @@ class WaveformReader:
         return {
             walls[0]: number
             for number, walls, _ in self.forecasts.contents
-            if len(walls) == 1 and number >= 0 and number not in self.lost
+            if len(walls) == 1 and number >= 0 and number not in self.unusable_reasons
         }
 
     def list_walls(self, content: int) -> tuple[int, ...]:
@@ -116,7 +116,7 @@ class WaveformReader:
         try:
             shot, noise = yield from record_waveforms(element, forecasts, forecasts.end)
             row = forecasts.end.row
-            detector.feed(shot.samples[row] - shot.rest[row])
+            detector.feed_displacements(shot.samples[row] - shot.rest[row])
             phases = element.phase(End.LEFT), element.phase(End.RIGHT)
             reading = forecasts.decode(shot, noise, phases, settings.min_margin)
             if hidden is not None and reading.level != UNDECODABLE:
@@ -124,7 +124,7 @@ class WaveformReader:
                 reading = hidden.confirm_reading(reading, shot, noise, settings.min_margin)
         except Astray as error:
             return element.store_unreadable(str(error))
-        return element.store_word(reading, detector.echo(forecasts.end))
+        return element.store_word(reading, detector.build_echo(forecasts.end))
 
     def needs_calibration(self, element: Memory) -> bool:
         """Return False: forecasts serve."""

@@ -130,10 +130,12 @@ class Ends:
         omega = np.asarray(
             2.0 * math.pi / period * lines - 1j * DECAY_EXPONENT / period, dtype=np.complex128
         )
-        self.tones = Tones.of(made, omega, PEFRL, dt)
+        self.tones = Tones.from_steps(made, omega, PEFRL, dt)
         pulse = Pulse(0.0, probe)
         t = dt / 8.0 * np.arange(1.0, 8.0 * pulse.duration / dt)  # zero at its begin and end
-        self._pulse: Complex = np.exp(-1j * np.outer(omega, t)) @ pulse.at(t)[0] * (t[1] - t[0])
+        self._pulse: Complex = (
+            np.exp(-1j * np.outer(omega, t)) @ pulse.evaluate_motion(t)[0] * (t[1] - t[0])
+        )
         # The spectrum of what ends with the pulse, from those of it and its complex conjugate.
         same, other = (
             _integrate_exponential(each[:, None] - omega, pulse.duration) / period
@@ -156,7 +158,7 @@ class Ends:
         ended = np.concatenate((held.real, held.imag), axis=1) @ self._ended
         return np.asarray(ended[:, : len(held.T)] + 1j * ended[:, len(held.T) :])
 
-    def parts(self, lower: Complex, delays: Delays = NO_DELAYS) -> Array:
+    def compute_parts(self, lower: Complex, delays: Delays = NO_DELAYS) -> Array:
         """Return the parts, shape (m, 4 lines), of elements with lower rows (p, q), shape
         (m, 2, F), as late signals show them.
         """
@@ -169,7 +171,7 @@ class Ends:
         by_end = heard.reshape(len(lower), 2, -1)[:, : self._compared_ends]
         return np.asarray(by_end.reshape(len(lower), -1))
 
-    def heard(
+    def compute_answers(
         self,
         made: Specimen,
         walls_at: Sequence[Array],
@@ -190,7 +192,7 @@ class Ends:
             ]
         matrices = np.array([multiply_matrices(*each, square, loss) for each in found])
         lower = combine_rows(matrices, np.arange(len(matrices))[:, None])
-        return np.concatenate([self.parts(lower, each) for each in delays])
+        return np.concatenate([self.compute_parts(lower, each) for each in delays])
 
 
 def simulate_answers(
@@ -207,7 +209,7 @@ def simulate_answers(
     pulse as strong as it is.
     """
     converged = replace(settings, time=replace(settings.time, integrator=PEFRL.name))
-    driver = Simulation.of(made, converged.time)
+    driver = Simulation.build_blank(made, converged.time)
     twin, shots = Instrument(made.design, converged, driver), []
     for v in walls_at:
         driver.chain.place(v)

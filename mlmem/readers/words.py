@@ -74,11 +74,11 @@ class Code(NamedTuple):
         return found
 
     @property
-    def each(self) -> list[int]:
+    def single_wall_words(self) -> list[int]:
         """The words of one wall, at every level."""
         return [self.word([level]) for level in range(self.levels)]
 
-    def binary(self, word: int) -> str:
+    def format_binary(self, word: int) -> str:
         """Return a word in binary digits."""
         return f'{word:0{(self.words - 1).bit_length()}b}'
 

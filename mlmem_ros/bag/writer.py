@@ -247,7 +247,7 @@ class BagWriter:
     def _sync_file(self, finish: Callable[[], object]) -> None:
         """Finish the open chunk, or the file, and wait until all of it is on the disk."""
         finish()
-        self._file.sync()
+        self._file.sync_file()
         if self._file.is_deleted:
             raise BagError(f'Cannot write {self._file_path}: it was deleted while being written.')
 

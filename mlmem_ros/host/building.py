@@ -86,7 +86,7 @@ def place_initial_content(element: MemoryElement, content: int) -> None:
     Raises:
         SettingsError: The element is real, has no such content, or its walls do not rest there.
     """
-    if not element.simulated:
+    if not element.is_simulated:
         raise SettingsError(
             f'initial_content must be {UNSET_CONTENT} for a real element; got {content}'
         )
@@ -127,7 +127,7 @@ def attach_twin(element: MemoryElement, twin: Element, log: ThrottledLog) -> Non
     settings = element.settings
     if settings.compares_waveforms and not settings.element.bad_cells:
         try:
-            element.adopt(twin.timed_specimen)
+            element.adopt_twin(twin.timed_specimen)
         except SettingsError as error:
             raise SettingsError(f'twin: {error}') from error
     else:

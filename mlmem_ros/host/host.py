@@ -222,7 +222,7 @@ class Host:
             StateError: The device has failed: `fail` is due.
         """
         loop = self.open_loop()
-        loop.finish()
+        loop.shut_down()
         if loop.failure is not None:
             raise StateError(f'the device has stopped: {loop.failure}')
         self.loop = None
@@ -242,7 +242,7 @@ class Host:
                 self.log.exception('the device', loop.failure)
             self._end_recording(None)
             saved = self._save_failed(element)
-            again = '; if it fails again, reset the element' if element.simulated else ''
+            again = '; if it fails again, reset the element' if element.is_simulated else ''
             self.log.error(f'{saved}; configure and activate to go on{again}')
         self.release()
 
@@ -321,8 +321,12 @@ class Host:
         """
         element = self.element
         if element is not None and (place := request.place):
-            return Feedback('waiting', 0.0, element.transmission.encoder, 0, place)
-        return element.feedback() if element is not None and element.runs(request.run) else None
+            return Feedback('waiting', 0.0, element.transmission.encoder_strain, 0, place)
+        return (
+            element.get_feedback()
+            if element is not None and element.is_running(request.run)
+            else None
+        )
 
     def step(self, steps: TickRequest | None = None) -> Request[int]:
         """Run ticks while paused, by default one; see `Loop.step`."""
@@ -386,7 +390,7 @@ class Host:
 
     def _save_failed(self, element: MemoryElement) -> str:
         """Save what can be saved of a failed device; return a message that says what."""
-        if not element.simulated:
+        if not element.is_simulated:
             if not element.procedure:
                 self._save_stopped(element)
                 self._rescued = snapshot.take_snapshot(element)
@@ -410,10 +414,10 @@ class Host:
         try:
             snapshot.restore_snapshot(element, rescued)
         except StateError:
-            blank = ': the element is blank' if element.simulated else ''
+            blank = ': the element is blank' if element.is_simulated else ''
             self.log.warning(f'the failed device had another design{blank}')
         else:
-            what = 'content' if element.simulated else 'calibration'
+            what = 'content' if element.is_simulated else 'calibration'
             self.log.info(f'the {what} of the failed device is restored')
 
     def _end_recording(self, element: MemoryElement | None) -> None:

@@ -191,7 +191,7 @@ class Recording:
             self._put_hash(element)
 
     def _put_hash(self, element: MemoryElement) -> None:
-        if element.simulated:  # the state of a real element is unknown
+        if element.is_simulated:  # the state of a real element is unknown
             self._put_record(records.STATE_HASH_TOPIC, records.build_state_hash(element))
 
     def _put_record(self, topic: str, cdr: bytes) -> None:

@@ -107,14 +107,14 @@ class Store:
         if path is None:
             return
         if saved is None:
-            blank = ': the element is blank' if element.simulated else ''
+            blank = ': the element is blank' if element.is_simulated else ''
             self._log.info(f'no state in {path} yet{blank}')
             return
         try:
             snapshot.restore_snapshot(element, saved)
         except StateError as error:
             raise StateError(f'{path} does not belong to this design: {error}') from error
-        what = 'state' if element.simulated else 'calibration and statistics'
+        what = 'state' if element.is_simulated else 'calibration and statistics'
         self._log.info(f'{what} restored from {path}')
 
     def keep(self, element: MemoryElement) -> Future[None]:
@@ -171,7 +171,7 @@ class Store:
     def close(self) -> bool:
         """Release the file once all states are saved; return whether they are."""
         if (claim := self._claim) is not None:
-            self._worker.do(f'releasing {self.path}', claim.release, anyway=True)
+            self._worker.do(f'releasing {self.path}', claim.release_file, anyway=True)
             self._claim = None
         return self.flush()
 
@@ -187,7 +187,7 @@ class Store:
         try:
             self._worker.unless_given_up(lambda: setattr(self, '_claim', claim))
         except Refused:
-            claim.release()
+            claim.release_file()
             raise
 
     def _keep_if_idle(self, element: MemoryElement) -> None:

@@ -56,12 +56,12 @@ def build_element(session: SessionData) -> MemoryElement:
         )
     unknown = DelayTable(tuple(float(level) for level in range(header.design.levels)))
     with name_errors('the initial state in the session header'):
-        driver = Simulation.of(header.made, header.settings.time)
+        driver = Simulation.build_blank(header.made, header.settings.time)
         known = Calibration(unknown, unknown)
         element = MemoryElement(header.design, header.settings, known, driver)
         element.forecast = header.forecast
         if header.twin is not None:
-            element.adopt(header.twin)
+            element.adopt_twin(header.twin)
         initial = dict(header.initial)
         # The delays belong to exactly these settings, even if a later version changes the key.
         initial.pop('calibration_key', None)

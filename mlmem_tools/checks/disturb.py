@@ -39,7 +39,10 @@ def check(subject: Subject) -> Iterator[Finding]:
     settings = subject.settings
     if settings.register.spacing:
         return
-    made, probes = subject.element or subject.design, {end: end.probe(settings) for end in End}
+    made, probes = (
+        subject.element or subject.design,
+        {end: end.select_probe(settings) for end in End},
+    )
     loudest = {
         end: find_safe_limit(made, settings.time, end, probe) for end, probe in probes.items()
     }
@@ -61,7 +64,7 @@ def build_bare_chain(made: Specimen, time: TimeSettings) -> Chain:
     that. Its substrate is rigid, as a soft one takes a hundred times as long.
     """
     design = dataclasses.replace(made.design, substrate='rigid')
-    return Simulation.of(dataclasses.replace(made, design=design), time).chain
+    return Simulation.build_blank(dataclasses.replace(made, design=design), time).chain
 
 
 @lru_cache(maxsize=32)  # whatever else is set
@@ -73,7 +76,7 @@ def find_safe_limit(
 
     If the probe's own amplitude moves something, fainter ones are tried.
     """
-    chain = build_bare_chain(Specimen.of(made), time)
+    chain = build_bare_chain(Specimen.from_design(made), time)
     levels = range(chain.design.levels)
     least = 0.5  # cells; no read may be set to more
     for level in levels[:2] if end is End.LEFT else (*levels[:-3:-1], BLANK):

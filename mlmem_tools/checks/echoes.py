@@ -55,20 +55,20 @@ def forecast_echo(
         integrator: Its method, which damps and slows the wave a little (see
             `Integrator.squared_frequency`).
     """
-    made, sampling = Specimen.of(made), max(dt, MIN_SAMPLE_SPACING)
+    made, sampling = Specimen.from_design(made), max(dt, MIN_SAMPLE_SPACING)
     samples = math.ceil(listening_time(made.design, probe, end) / sampling)
     period = 2 * samples  # so that later arrivals are not aliased
     t = np.arange(1.0, period + 1.0) * sampling
     pulse = Pulse(0.0, probe)
-    driven = np.where(t <= pulse.duration, pulse.at(t)[0], 0.0)
+    driven = np.where(t <= pulse.duration, pulse.evaluate_motion(t)[0], 0.0)
     omega = 2.0 * math.pi / (period * sampling) * np.arange(samples + 1)
     # the pulse has no other frequencies
     used = (np.abs(omega - probe.omega_c) < 5.0 / probe.sigma) & (omega > 0.0)
     spectrum = np.where(used, np.fft.rfft(driven), 0.0)
     spectrum[used] *= echo_response(made, v, omega[used], end, dt, integrator)
     detector = EchoDetector(probe, sampling)
-    detector.feed(np.fft.irfft(spectrum, period)[:samples])
-    return detector.echo(end)
+    detector.feed_displacements(np.fft.irfft(spectrum, period)[:samples])
+    return detector.build_echo(end)
 
 
 def echo_response(
@@ -131,7 +131,7 @@ def check(subject: Subject) -> Iterator[Finding]:
             walls[level] = find_pinned_wall(subject.made, level)
     loudest, latest, apart = 0.0, 0.0, {}
     for end in End:
-        probe = end.probe(settings)
+        probe = end.select_probe(settings)
         echoes = {
             n: forecast_echo(subject.made, v, probe, end, dt, integrator) for n, v in walls.items()
         }
@@ -148,7 +148,7 @@ def check(subject: Subject) -> Iterator[Finding]:
             calibration = compute_calibration(subject.made, subject.design, settings)
     yield _judge_separation(subject, calibration, apart)
     yield _judge_reverberation(subject.made.eta, settings.read, loudest)
-    blank, probe = make_blank(subject.made), End.RIGHT.probe(settings)
+    blank, probe = make_blank(subject.made), End.RIGHT.select_probe(settings)
     empty = forecast_echo(subject.made, blank, probe, End.RIGHT, dt, integrator)
     yield grade_finding(
         'echo_blank',
@@ -184,7 +184,8 @@ def _judge_separation(
     if calibration is not None:
         wrong = find_exchanged_levels(subject.design, settings, calibration)
         apart = {
-            end: calibration.table(end).find_closest_levels(end.probe(settings)) for end in End
+            end: calibration.table(end).find_closest_levels(end.select_probe(settings))
+            for end in End
         }
     values = {f'at the {end}': time for end, (time, _) in apart.items()}
     end = min(apart, key=lambda end: apart[end])

@@ -19,7 +19,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
 from mlmem.moves.corrections import apply_correction
-from mlmem.moves.strain_cycle import launch
+from mlmem.moves.strain_cycle import launch_wall
 from mlmem.physics import StateError, find_walls
 from mlmem.physics.held_wall import cut_excerpt
 from mlmem.readers.calibration import Calibration, DelayTable
@@ -62,7 +62,7 @@ def simulate_launch(subject: Subject, name: str) -> float | None:
     element = MemoryElement(
         part, dataclasses.replace(settings, actuator=actuator, register=RegisterSettings()),
         Calibration(unknown, unknown),
-        Simulation.of(few, settings.time),
+        Simulation.build_blank(few, settings.time),
     )  # fmt: skip
     # including the overhead of ticks
     tick_cost = element.steps_per_tick * max(part.N, MIN_STEP_CELLS) + TICK_CELL_STEPS
@@ -75,7 +75,7 @@ def simulate_launch(subject: Subject, name: str) -> float | None:
     strained = dataclasses.replace(group, start_strain=group.start_strain * local)
     element.chain.place(start + few.offsets)
     try:
-        run(element, launch(element, strained, target))
+        run(element, launch_wall(element, strained, target))
     except StateError:
         return math.nan
     found = find_walls(part, element.chain.configuration)

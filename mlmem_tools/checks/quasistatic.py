@@ -117,7 +117,7 @@ def find_depinning_strain(
     Raises:
         StateError: The defect holds no wall even without strain.
     """
-    made = Specimen.of(made)
+    made = Specimen.from_design(made)
     design, defect = made.design, made.design.defect_site(level)
     part = cut_excerpt(made, defect - design.J, defect + design.J)
     site = defect - part.before

@@ -127,7 +127,7 @@ def _simulate_steps(subject: Subject, write: WriteSettings, start: int) -> Itera
         try:
             chain.advance(cycle.strain(times) * design.end_displacement(1.0))
             state = chain.state()
-            chain.rest(round(write.final_settle / chain.dt))
+            chain.advance_steps(round(write.final_settle / chain.dt))
         except StateError:  # driven so hard that the chain diverges
             yield from levels[level - start :]
             return

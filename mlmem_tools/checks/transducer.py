@@ -80,9 +80,9 @@ def simulate_kick(chain: Chain, kick: KickMotion) -> dict[str, Array]:
     still = np.zeros(chain.integrator.substeps)
     steps = math.floor(kick.duration / chain.dt)
     at = np.linspace(0.0, steps * chain.dt, steps + 1)
-    place, speed = kick.at(at)
+    place, speed = kick.evaluate_motion(at)
     short = 1e-4 * chain.dt
-    acceleration = (speed - kick.at(np.maximum(at - short, 0.0))[1]) / short
+    acceleration = (speed - kick.evaluate_motion(np.maximum(at - short, 0.0))[1]) / short
     force = np.zeros(steps + 1)
     for k in range(steps + 1):
         pull = metamaterial_force(made, chain.v, chain.V)[0]
@@ -90,5 +90,5 @@ def simulate_kick(chain: Chain, kick: KickMotion) -> dict[str, Array]:
         force[k] += made.design.friction * np.sign(speed[k])
         if k < steps:
             times = substep_times(1, chain.dt, chain.integrator, k)
-            chain.advance(still, HeldCell(1, kick.at(times)))
+            chain.advance(still, HeldCell(1, kick.evaluate_motion(times)))
     return {'stroke': place - place[0], 'speed': speed, 'force': force, 'power': force * speed}

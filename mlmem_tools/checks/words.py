@@ -35,7 +35,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         yield Finding('words', {}, '', Verdict.FAIL, str(error))
         return
     pulse = float(np.linalg.norm(found.parts[0]))  # of the blank element: mostly the pulse itself
-    least = float(found.nearest.min()) / pulse
+    least = float(found.nearest_distances.min()) / pulse
     yield grade_finding(
         'words',
         {'words': float(found.code.words), 'least difference': least},

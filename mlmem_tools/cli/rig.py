@@ -79,16 +79,16 @@ def rig(arguments: argparse.Namespace) -> int:
 
 def _build_rig(chosen: Element, given: argparse.Namespace) -> EmulatedRig:
     from mlmem.instrument.drivers import Simulation
-    from mlmem.physics import Scatter, scattered
+    from mlmem.physics import Scatter, draw_specimen
     from mlmem.rng import Stream, make_generator
 
     from ..rig.emulated import EmulatedRig, Sensors
 
-    made = scattered(chosen.design, Scatter(given.scatter), given.seed)
+    made = draw_specimen(chosen.design, Scatter(given.scatter), given.seed)
     # by how much steps are shorter than in a node: what stands for a real element has no step, and
     # a fit would hear the errors of the usual one
     step_refinement = 2
-    element = Simulation.of(made, chosen.settings.time, step_refinement)
+    element = Simulation.build_blank(made, chosen.settings.time, step_refinement)
     left, right = 1.0 + given.gain * make_generator(given.seed, Stream.GAIN).standard_normal(2)
     sensors = Sensors(gain=(float(left), float(right)), noise=given.noise, seed=given.seed)
     return EmulatedRig(

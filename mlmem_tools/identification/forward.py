@@ -325,7 +325,7 @@ class Forward:
     def _driven_motion(self, shot: Shot, dt: float, steps: int, integrator: Integrator) -> Array:
         """Return the motion of the driven end from its rest in the instrument's time, (2, m)."""
         times = substep_times(steps, dt, integrator) - self._unknown_value(f'lag_{shot.end}')
-        return shot.pulse.at(times[times <= shot.pulse.duration])
+        return shot.pulse.evaluate_motion(times[times <= shot.pulse.duration])
 
 
 def sample_waveforms(waveforms: Waveforms, times: Array) -> Waveforms:

@@ -37,7 +37,7 @@ KICK_SPEEDS = np.geomspace(0.002, 1.2, 321)
 
 def build_chain(made: Specimen, settings: Settings) -> Chain:
     """Return the chain of an element as the device steps it."""
-    return Simulation.of(made, settings.time).chain
+    return Simulation.build_blank(made, settings.time).chain
 
 
 def drive_end(
@@ -59,7 +59,7 @@ def drive_end(
         rest_time = 10.0 / chain.design.eta
     steps = math.ceil((motion.duration + rest_time) / chain.dt)
     times = substep_times(steps, chain.dt, chain.integrator)
-    held = HeldCell(site, motion.at(times[times <= motion.duration]))
+    held = HeldCell(site, motion.evaluate_motion(times[times <= motion.duration]))
     try:
         chain.advance(np.zeros(len(times)), held)
     except StateError:  # driven so hard that the chain diverges

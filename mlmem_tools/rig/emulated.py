@@ -117,7 +117,7 @@ class EmulatedRig:
             actuator: Whether it can strain its element.
         """
         scale = settings.scale
-        self.element = element or Simulation.of(design, settings.time)
+        self.element = element or Simulation.build_blank(design, settings.time)
         self.sensors = sensors or Sensors()
         self.element.advance(np.zeros(0))  # compiles it
         dt, unit = self.element.dt, self.sensors.unit

@@ -62,10 +62,10 @@ class About:
             'stride': self._stride,
             'levels': design.levels,
             'words': words,
-            'codes': [code.binary(n) if code else design.code(n) for n in range(words)],
+            'codes': [code.format_binary(n) if code else design.code(n) for n in range(words)],
             'code': code
             and {
-                'tops': [b - a for a, b in pairwise((*code.each, code.words))],
+                'tops': [b - a for a, b in pairwise((*code.single_wall_words, code.words))],
                 'spacing': spacing,
             },
             'defects': [design.defect_site(level) for level in range(design.levels)],

@@ -32,7 +32,7 @@ def list_settings() -> str:
     Keys of the same name and meaning in several groups share a row.
     """
     shared: dict[tuple[str, ...], dict[str, str]] = {}
-    for group, owner in {'design': CASE_II, **Settings().groups()}.items():
+    for group, owner in {'design': CASE_II, **Settings().list_groups()}.items():
         for field, description in find_descriptions(owner):
             defaults = shared.setdefault(
                 (field.name, description.unit, ', '.join(description.choices), description.text),

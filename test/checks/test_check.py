@@ -257,7 +257,7 @@ def test_forecast_margin_is_that_of_the_device():
     element = MemoryElement(CASE_II, Settings(), factory_calibration(CASE_II, Settings()))
     element.chain.place(find_pinned_wall(Specimen(CASE_II), 7))
     element.transducer.assume_equilibrium()
-    detector = element.transducer.fire(End.LEFT)
+    detector = element.transducer.fire_probe(End.LEFT)
     while detector.time < 1200.0:
         element.advance()
     echo = forecast_echo(

@@ -32,7 +32,7 @@ GROUPS = {End.LEFT: 'probe', End.RIGHT: 'probe_right'}
 def as_loud(name, end, A):
     """Return a preset whose pulse of an end has an amplitude; the threshold rises with it."""
     design, settings = load_element(name).design_and_settings
-    probe = end.probe(settings)
+    probe = end.select_probe(settings)
     louder = dataclasses.replace(probe, A=A, v_th=min(1.0, probe.v_th * A / probe.A))
     return design, dataclasses.replace(settings, **{GROUPS[end]: louder})
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mlmem.instrument.end import End
-from mlmem.physics import CASE_II, Chain, HeldCell, Scatter, Specimen, scattered, substep_times
+from mlmem.physics import CASE_II, Chain, HeldCell, Scatter, Specimen, draw_specimen, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.methods import NOH_BATHE
 from mlmem.physics.waves import wavenumber
@@ -69,7 +69,7 @@ def test_chain_returns_what_the_linear_waves_say(k_r):
     The springs' scatter alone changes it by 30 %.
     """
     dt, duration, sigma, carrier = 0.25, 420.0, 8.0, 2.0
-    made = scattered(CASE_II, Scatter(k_r=k_r), 3)
+    made = draw_specimen(CASE_II, Scatter(k_r=k_r), 3)
     v = find_pinned_wall(made, 1)
 
     def pulse(t):

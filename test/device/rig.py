@@ -89,7 +89,7 @@ def record_shots(element, contents):
         patch.setattr(forecasts, 'decode', lambda *each: given.append(each) or decode(*each))
         for content in contents:
             pin(element, *forecasts.find_content(content).walls)
-            element.forget('placed')
+            element.forget_content('placed')
             assert succeed(element, Read()).level == content
     return given
 

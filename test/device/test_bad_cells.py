@@ -55,7 +55,7 @@ def element_with(name, cells, faults, method='strain'):
 def place(element, *levels):
     """Put walls at rest at some levels, unknown to the element."""
     rig.pin(element, *levels)
-    element.forget('placed')
+    element.forget_content('placed')
 
 
 def true_level(element):
@@ -191,7 +191,7 @@ def test_bad_cells_that_are_none_or_leave_no_level_are_rejected(cells):
     assert cells in ('5', '225') or rejected.value.field == 'bad_cells'
     with pytest.raises(SettingsError):
         kind_with('byte', '104')
-    assert Settings().add_stuck_cells((3, 7)).element.stuck == (3, 7)
+    assert Settings().add_stuck_cells((3, 7)).element.stuck_sites == (3, 7)
 
 
 @pytest.mark.parametrize(

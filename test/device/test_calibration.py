@@ -31,7 +31,7 @@ from mlmem.moves.corrections import (
     apply_correction,
     hash_schedule,
 )
-from mlmem.physics import CASE_II, Scatter, StateError, find_level, scattered
+from mlmem.physics import CASE_II, Scatter, StateError, draw_specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.procedures import calibrating
 from mlmem.readers import listening
@@ -65,8 +65,8 @@ def test_blank_delay_equal_to_level_is_rejected(blank):
     message = 'blank must be a finite delay that no level but 0 has'
     with pytest.raises(ValueError, match=message):
         DelayTable(RISING.delays, blank)
-    assert DelayTable(FALLING.delays, blank=400.0).nearest(400.0, -1) == (0, 1.0)
-    assert DelayTable(FALLING.delays, blank=400.0).nearest(400.0, 0) == (-1, 1.0)
+    assert DelayTable(FALLING.delays, blank=400.0).find_nearest(400.0, -1) == (0, 1.0)
+    assert DelayTable(FALLING.delays, blank=400.0).find_nearest(400.0, 0) == (-1, 1.0)
 
 
 ONE = DelayTable((200.0,))
@@ -98,7 +98,7 @@ ONE = DelayTable((200.0,))
     ],
 )
 def test_margin_falls_to_0_half_way_to_neighbour(table, delay, level, margin):
-    found, clear = table.nearest(delay)
+    found, clear = table.find_nearest(delay)
     assert found == level
     assert clear == pytest.approx(margin, abs=1e-4)  # some delays are 0.001 off half-way
 
@@ -192,7 +192,7 @@ def test_delays_are_those_of_linear_waves(end):
     if table.blank:
         walls[table.blank] = make_blank(CASE_II)
     for delay, wall in walls.items():
-        exact = forecast_echo(CASE_II, wall, end.probe(settings), end, dt=0.0).delay
+        exact = forecast_echo(CASE_II, wall, end.select_probe(settings), end, dt=0.0).delay
         assert delay == pytest.approx(exact, abs=1.5)
 
 
@@ -221,7 +221,7 @@ PLAN = PulseCorrections((PulseCorrection(), *[STRONGER] * 3), hash_schedule(BITS
 def scattered_element(plan=None):
     """Return an element whose cells differ by 1.5 per cent, so that the wall stops on its way."""
     element = MemoryElement(BITS_2)
-    element.chain.set_specimen(scattered(BITS_2.design, Scatter(alpha=0.015), 12))
+    element.chain.set_specimen(draw_specimen(BITS_2.design, Scatter(alpha=0.015), 12))
     element.calibration = dataclasses.replace(element.calibration, pulse_corrections=plan)
     return element
 

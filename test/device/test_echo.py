@@ -60,7 +60,7 @@ def heard(probe, v, chunks=(80,)):
     start = 0
     while start < len(v):
         for size in chunks:
-            detector.feed(v[start : start + size])
+            detector.feed_displacements(v[start : start + size])
             start += size
     return detector
 
@@ -77,7 +77,7 @@ CHUNKS = st.lists(st.integers(1, 300), min_size=1, max_size=5)
 @given(CHUNKS, st.integers(0, 2**32 - 1))
 def test_v_c_is_centred_convolution_for_any_cut_of_samples(chunks, seed):
     v = np.random.default_rng(seed).normal(0.0, 1e-3, 1000)
-    echo = heard(PROBE, v, chunks).echo(End.LEFT)
+    echo = heard(PROBE, v, chunks).build_echo(End.LEFT)
     expected = convolved(v)
     assert len(echo.t) == len(echo.v_m) == len(echo.v_c) == len(expected)
     np.testing.assert_array_equal(echo.t, times(len(expected)))
@@ -116,15 +116,15 @@ def test_threshold_never_falls_below_rounding(gain_decay):
     """However fast it decays and however long the detector listens, rounding is no echo."""
     probe = dataclasses.replace(PROBE, gain_decay=gain_decay)
     detector = EchoDetector(probe, 0.25)
-    detector.feed(1e-15 * np.random.default_rng(1).standard_normal(40_000))
-    echo = detector.echo(End.LEFT)
+    detector.feed_displacements(1e-15 * np.random.default_rng(1).standard_normal(40_000))
+    echo = detector.build_echo(End.LEFT)
     assert echo.delay is None
     assert echo.threshold_margin < 1.0
     assert detection_threshold(probe, np.array(1e9)) == MIN_THRESHOLD_CELLS
     assert dataclasses.replace(echo, floor=1e-9).threshold_factor < 1e5
 
 
-PROBES = {end: end.probe(Settings()) for end in End}
+PROBES = {end: end.select_probe(Settings()) for end in End}
 """Case II's carriers: 2.1 at the left, 0.7 at the right."""
 
 STEPS = (0.25, 0.5)
@@ -194,10 +194,10 @@ def test_detector_has_same_bits_for_any_cut_of_samples(cuts):
     """What was there before the pulse belongs to the first samples that the filter passes."""
     past, v = np.split(np.random.default_rng(1).normal(0.0, 1e-4, 4150), [150])
     at_once, cut = (EchoDetector(PROBES[End.LEFT], 0.5, past=past) for _ in range(2))
-    at_once.feed(v)
+    at_once.feed_displacements(v)
     for some in np.split(v, sorted(cuts)):
-        cut.feed(some)
-    first, second = at_once.echo(End.LEFT), cut.echo(End.LEFT)
+        cut.feed_displacements(some)
+    first, second = at_once.build_echo(End.LEFT), cut.build_echo(End.LEFT)
     assert len(first.t) > 3900
     assert first.delay == second.delay
     assert first.v_m.tobytes() == second.v_m.tobytes()

@@ -201,7 +201,7 @@ def test_listening_ends_after_echo_or_when_none_can_come():
 def watched(element, command):
     """Perform a command; return the feedback after every tick, and the outcome."""
     told = []
-    outcome = element.perform(command, lambda: told.append(element.feedback()))
+    outcome = element.perform(command, lambda: told.append(element.get_feedback()))
     return told, outcome
 
 
@@ -244,11 +244,11 @@ def test_failed_attempt_is_counted_and_prolongs_write(written):
 def test_late_procedure_has_share_of_one():
     progress = Progress('read', 100)
     progress.expect_end(110)
-    assert progress.share(105) == 0.5
-    assert progress.share(110) == progress.share(200) == 1.0
+    assert progress.find_elapsed_share(105) == 0.5
+    assert progress.find_elapsed_share(110) == progress.find_elapsed_share(200) == 1.0
     progress.expect_end(300)
-    assert progress.share(200) == 0.5
-    progress.tried('erase', 3)  # that of a procedure that it calls
+    assert progress.find_elapsed_share(200) == 0.5
+    progress.record_attempts('erase', 3)  # that of a procedure that it calls
     assert progress.attempts == 1
 
 

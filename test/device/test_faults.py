@@ -155,7 +155,7 @@ def test_erase_drives_no_end_that_rests_in_neither_phase(kind):
 
 def test_dropped_out_transducer_repeats_its_last_sample():
     element = with_faults(rig.device(2), sensor_dropout=1.0)
-    element.transducer.fire(End.LEFT)
+    element.transducer.fire_probe(End.LEFT)
     last = element.transducer.recent[:, -1].copy()
     rig.ticks(element, 3)
     assert (element.transducer.recent[:, -200:] == last[:, None]).all()
@@ -281,11 +281,11 @@ def test_slow_signal_that_was_healed_begins_at_present_sample():
     """Not where it was when it healed: a lag begins with the last sample before it."""
     sensors, slow, healthy = Sensors(0.5), Faults(sensor_lag=10.0), Faults()
     first, second = np.full((2, 40), 1.0), np.full((2, 40), 3.0)
-    sensors.change(slow)
+    sensors.change_faults(slow)
     sensors.apply_sensor_faults(first, np.zeros(2), slow, 0)
-    sensors.change(healthy)
+    sensors.change_faults(healthy)
     sensors.apply_sensor_faults(second, first[:, -1], healthy, 1)
-    sensors.change(slow)
+    sensors.change_faults(slow)
     assert (sensors.apply_sensor_faults(second, second[:, -1], slow, 2) == 3.0).all()
 
 

@@ -39,7 +39,7 @@ from mlmem.move_settings import KickSettings
 from mlmem.moves.kick import kick_out, kick_speed, kick_to
 from mlmem.moves.move import blank_content
 from mlmem.moves.planner import find_moves, find_route, move_families
-from mlmem.physics import Scatter, find_level, find_walls, scattered
+from mlmem.physics import Scatter, draw_specimen, find_level, find_walls
 from mlmem.rejections import ErrorCode
 
 from . import rig
@@ -77,7 +77,7 @@ def test_kick_is_smooth_ramp_then_held(late, peak, error):
     shape = KickSettings(late=late, hold=20.0)
     motion = end.KickMotion(-1.0, 1.0, 0.1, shape)
     t = np.linspace(0.0, motion.duration, 4001)
-    x, v = motion.at(t)
+    x, v = motion.evaluate_motion(t)
     assert motion.duration == pytest.approx(40.0)
     assert (x[0], x[-1]) == pytest.approx((-1.0, 1.0))
     assert v.max() == pytest.approx(0.1 * (peak or shape.peak_speed_ratio), rel=1e-4)
@@ -92,10 +92,10 @@ def test_kick_is_smooth_ramp_then_held(late, peak, error):
 def test_kick_out_of_scattered_element_leaves_blank(speed, scatter):
     """The speed as shipped is 0.3; alpha, springs and masses scatter by as much each."""
     design, settings = load_element('kick_2').design_and_settings
-    made = scattered(design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), 1)
+    made = draw_specimen(design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), 1)
     settings = rig.change(settings, kick={'erase_speed': speed})
     for start in range(design.levels):
-        driver = Simulation.of(made, settings.time)
+        driver = Simulation.build_blank(made, settings.time)
         erased = rig.pin(MemoryElement(design, settings, calibration('kick_2'), driver), start)
         run(erased, kick_out(erased))
         assert level(erased) == BLANK
@@ -180,7 +180,7 @@ def test_wall_that_ran_out_comes_back_without_actuator(seed):
     """Too fast a kick takes the free end over into a third ground state; a kink follows it."""
     design, _ = use_kicks(load_element('case_2')).design_and_settings
     alone = element('case_2', actuator={'present': False})
-    alone.chain.set_specimen(scattered(design, Scatter(alpha=3e-4, k_r=3e-4), seed))
+    alone.chain.set_specimen(draw_specimen(design, Scatter(alpha=3e-4, k_r=3e-4), seed))
     speed = 1.5 * kick_speed(alone.design, alone.settings, 7)
     run(alone, kick_to(alone, alone.design.D_s2, speed))
     run(alone, wait(alone, 3000.0))  # until it stands still
@@ -195,7 +195,7 @@ def test_calibration_of_level_without_kick_uses_step():
     """In this element every kick stops before level 1 or beyond it."""
     design, _ = load_element('kick_2').design_and_settings
     odd = element('kick_2')
-    odd.chain.set_specimen(scattered(design, Scatter(offset=3e-3), 0))
+    odd.chain.set_specimen(draw_specimen(design, Scatter(offset=3e-3), 0))
     calibrated = odd.perform(Calibrate())
     assert calibrated.success, calibrated.error
     steps = odd.calibration.pulse_corrections.steps

@@ -56,7 +56,7 @@ def first(element):
 def test_wall_is_located_at_levels_and_between_them(name, near):
     design, settings = load_element(name).design_and_settings
     known = factory_calibration(design, settings)
-    element = rig.with_walls(near, design=design, calibration=known, **settings.groups())
+    element = rig.with_walls(near, design=design, calibration=known, **settings.list_groups())
     found = located(element)
     assert found['walls'] == 1
     assert name != 'case_2' or found['position_std'] < 0.5

@@ -186,7 +186,7 @@ def test_finish_releases_strain_without_waiting_for_clock(start):
     until(lambda: clock.time >= 0.3)
     assert not writing.answer.done()
     assert abs(element.actuator.strain) > 0.01
-    loop.finish()
+    loop.shut_down()
     assert result(writing).error == 'aborted: the device is shut down'
     assert element.actuator.strain == 0.0
     assert element.procedure == ''

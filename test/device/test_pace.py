@@ -97,15 +97,15 @@ def timetable(*, speed=1.0, stream_period=10, heard=True, **element):
 )  # fmt: skip
 def test_ticks_are_deferred_until_one_matters(given, deferred):
     times, *_ = timetable(**given)
-    assert times.deferred(0.0, Mailbox(1.0)) == deferred
+    assert times.count_deferred(0.0, Mailbox(1.0)) == deferred
     assert times.can_sleep(deferred) == (deferred > 20)
 
 
 def test_deferred_ticks_may_be_as_late_as_they_may_be_deferred():
     times, _, statistics = timetable()
-    assert times.after(1.0, 1.0 + 20.5 * PERIOD) == pytest.approx(1.0 + PERIOD)
+    assert times.schedule_next(1.0, 1.0 + 20.5 * PERIOD) == pytest.approx(1.0 + PERIOD)
     assert statistics.overruns == 0
-    times.after(1.0, 1.0 + 22.5 * PERIOD)
+    times.schedule_next(1.0, 1.0 + 22.5 * PERIOD)
     assert statistics.overruns == 21
 
 

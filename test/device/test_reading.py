@@ -25,7 +25,7 @@ CALIBRATION = Calibration(
 STORED, EMPTY = (1, 0), (0, 0)
 """Phases of the left and right end with a wall between them, and of a blank element."""
 
-PROBES = {end: end.probe(Settings()) for end in End}
+PROBES = {end: end.select_probe(Settings()) for end in End}
 
 
 def echo(delay, end=End.LEFT, margin=3.0, **values):

@@ -32,7 +32,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.moves.planner import erasing_moves, find_route
-from mlmem.physics import Scatter, Specimen, find_walls, scattered
+from mlmem.physics import Scatter, Specimen, draw_specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_walls
 from mlmem.readers.register import find_wall_levels, forecast_words
 from mlmem.readers.words import Code
@@ -111,10 +111,10 @@ def test_forecasts_agree_with_simulated_waveforms(words, amplitude, error):
     register = replace(BYTE.settings.register, A=amplitude)
     settings = replace(BYTE.settings, register=register)
     scatter = Scatter(alpha=1e-3, k_r=1e-3, mass=1e-3, offset=1e-3)
-    made = scattered(BYTE.design, scatter, 3)
+    made = draw_specimen(BYTE.design, scatter, 3)
     found = forecast_words(made, settings)
     for word in words:
-        twin = Instrument(BYTE.design, settings, Simulation.of(made, settings.time))
+        twin = Instrument(BYTE.design, settings, Simulation.build_blank(made, settings.time))
         rig.pin(twin, *found.code.walls(word))
         recorder = twin.transducer.record_pulse(End.LEFT, register.probe)
         twin.pass_ticks(found.listener.ticks)
@@ -130,7 +130,7 @@ def test_no_two_words_are_nearer_than_found():
     apart = cdist(found.parts, found.parts)
     odd = np.array([word.bit_count() % 2 for word in range(256)])
     apart[(odd[:, None] != odd) | np.eye(256, dtype=bool)] = np.inf
-    assert found.nearest == pytest.approx(apart.min(axis=1), rel=1e-12)
+    assert found.nearest_distances == pytest.approx(apart.min(axis=1), rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -149,7 +149,7 @@ def test_words_are_written_verified_and_read(kind, words):
         assert (read.reading.level, read.reading.code) == (word, f'{word:0{bits}b}')
         assert read.reading.walls == word.bit_count()
     assert element.actuator.strain == 0.0
-    assert element.transmission.encoder == 0.0
+    assert element.transmission.encoder_strain == 0.0
     other = MemoryElement(kind)
     snapshot.restore_snapshot(other, snapshot.take_snapshot(element))
     assert other.perform(Read()).reading.level == words[-1]
@@ -323,8 +323,8 @@ ROBUST_CODE = Code(8, 3)
 @pytest.mark.parametrize('scatter', [0.0, 0.02])
 def test_words_follow_each_other_in_scattered_elements(scatter):
     """Three walls, two of others, one, none: every write takes walls out and puts others in."""
-    made = scattered(ROBUST.design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), 77)
-    element = MemoryElement(ROBUST, driver=Simulation.of(made, ROBUST.settings.time))
+    made = draw_specimen(ROBUST.design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), 77)
+    element = MemoryElement(ROBUST, driver=Simulation.build_blank(made, ROBUST.settings.time))
     for walls in ((1, 4, 7), (0, 6), (3,), (2, 5)):
         assert element.perform(Write(ROBUST_CODE.word(walls))).success
         assert tuple(levels(element)) == walls

@@ -26,7 +26,7 @@ from mlmem import (
 )
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
-from mlmem.physics import Scatter, find_walls, scattered
+from mlmem.physics import Scatter, draw_specimen, find_walls
 from mlmem.physics.wall import arrival_tolerance
 from mlmem.readers.register import pin_walls
 from mlmem.rejections import ErrorCode
@@ -43,7 +43,9 @@ SCATTER = Scatter(alpha=0.03, k_r=0.03, mass=0.03)
 def make_scattered(name, seed, scatter=SCATTER):
     """Return an element whose parts scatter, with the settings of its file alone."""
     shipped = load_element(name)
-    driver = Simulation.of(scattered(shipped.design, scatter, seed), shipped.settings.time)
+    driver = Simulation.build_blank(
+        draw_specimen(shipped.design, scatter, seed), shipped.settings.time
+    )
     return MemoryElement(shipped.design, shipped.settings, driver=driver)
 
 
@@ -99,7 +101,7 @@ def test_robust_element_read_by_its_twin_has_greater_margins():
     for reader in ('ideal', 'twin'):
         element = make_scattered('robust_3', 3)
         if reader == 'twin':
-            element.adopt(element.chain.specimen)
+            element.adopt_twin(element.chain.specimen)
         margins[reader] = [element.perform(Write(n)).reading.level_margin for n in (1, 4, 6)]
     assert all(np.greater(margins['twin'], margins['ideal']))
 
@@ -118,7 +120,7 @@ def test_forecasts_carry_the_friction_of_the_element_file():
     smooth = dataclasses.replace(rubbing, friction=0.0)
     margins = {}
     for forecast in (rubbing, smooth):
-        driver = Simulation.of(rubbing, shipped.settings.time)
+        driver = Simulation.build_blank(rubbing, shipped.settings.time)
         element = rig.pin(MemoryElement(forecast, shipped.settings, driver=driver), 4)
         element.perform(Read())
         margins[forecast] = element.reading.level_margin
@@ -131,7 +133,7 @@ def lossy(name, **losses):
     shipped = load_element(name)
     changes = {name: factor * getattr(shipped.design, name) for name, factor in losses.items()}
     design = dataclasses.replace(shipped.design, **changes)
-    driver = Simulation.of(design, shipped.settings.time)
+    driver = Simulation.build_blank(design, shipped.settings.time)
     return MemoryElement(shipped.design, shipped.settings, driver=driver)
 
 

@@ -104,7 +104,7 @@ def test_any_legal_run_is_the_same_for_any_cut_of_time(seeds):
         assert live(element, story, ticks, length) == expected
         assert element.chain.state().tobytes() == alone.chain.state().tobytes()
         for each in (element, alone):
-            each._stop('only an idle device has a snapshot')
+            each._abort_procedure('only an idle device has a snapshot')
             assert_sound(each)
         assert repr(snapshot.take_snapshot(element)) == repr(snapshot.take_snapshot(alone))
 
@@ -189,7 +189,7 @@ def test_device_can_be_saved_and_goes_on_after_lost_tick():
     element.apply(SetStrain(0.5))
     with pytest.raises(StateError, match=r'left the range|stopped being finite'):
         rig.ticks(element, 5)
-    assert element.still
+    assert element.is_still
     assert rig.holds(element, 3)
     snapshot.restore_snapshot(other, snapshot.take_snapshot(element))
     for each in (element, other):
@@ -224,19 +224,19 @@ def drawn(chance):
 
     def pulse(made):
         probe = dataclasses.replace(made.transducer.probes[end], A=A, sigma=2.0)
-        made.transducer._hold_cell(end, Pulse(made.transducer.rest(end), probe))
+        made.transducer._hold_cell(end, Pulse(made.transducer.measure_rest(end), probe))
 
     def stay(made):
         """Hold an end where it is."""
-        made.transducer.move(end, made.driver.end(end.site(SHORT)), 0.01)
+        made.transducer.move_end(end, made.driver.end(end.site(SHORT)), 0.01)
 
     return chance.choice((
         pulse, stay,
-        lambda made: stay(made) if faint else made.transducer.fire(end),
+        lambda made: stay(made) if faint else made.transducer.fire_probe(end),
         lambda made: made.transducer.record_pulse(end, made.transducer.probes[end]),
-        lambda made: made.transducer.listen(end),
+        lambda made: made.transducer.listen_only(end),
         lambda made: made.actuator.slew_to(strain),
-        lambda made: made.base.disturb(shake),
+        lambda made: made.base.accept_acceleration(shake),
         lambda made: made.set_faults(faults),
     ))  # fmt: skip
 
@@ -244,7 +244,7 @@ def drawn(chance):
 def release(made):
     """End all that keeps an element from its rest."""
     made.transducer.release()
-    made.base.disturb(0.0)
+    made.base.accept_acceleration(0.0)
     made.set_faults(Faults())
 
 

@@ -122,7 +122,7 @@ STATES = (
 def test_restored_device_has_snapshot_and_goes_on_to_bit(make):
     first = make()
     second = rig.device(design=first.design, calibration=first.calibration)
-    second.transducer.fire(End.LEFT)  # what it was doing ends
+    second.transducer.fire_probe(End.LEFT)  # what it was doing ends
     second.advance()
     values = through_json(snapshot.take_snapshot(first))
     kept = copy.deepcopy(values)

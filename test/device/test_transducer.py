@@ -33,7 +33,7 @@ STAGES = np.array([XI + CHI, XI, 1.0 - XI, 1.0 - XI - CHI, 1.0])
 def test_drive_does_not_depend_on_division_of_time(piece):
     """The stages of a step of 0.5 end at five times; the pulse holds all of them up to 96."""
     transducer = rig.device(level=0).transducer
-    transducer.fire(End.LEFT)
+    transducer.fire_probe(End.LEFT)
     pieces = []
     for _ in range(0, 1000, piece):
         held_cell = transducer.held_cell(piece)
@@ -43,7 +43,9 @@ def test_drive_does_not_depend_on_division_of_time(piece):
             pieces.append(held_cell.motion)
     motion = np.concatenate(pieces, axis=1)
     t = 0.5 * np.sort((np.arange(192)[:, None] + STAGES).ravel())
-    expected = Pulse(transducer.rest(End.LEFT), transducer.probes[End.LEFT]).at(t)
+    expected = Pulse(
+        transducer.measure_rest(End.LEFT), transducer.probes[End.LEFT]
+    ).evaluate_motion(t)
     assert motion.shape == expected.shape == (2, 960)
     np.testing.assert_allclose(motion, expected, atol=1e-15)  # rounding of the times
     assert not transducer.is_driving
@@ -53,11 +55,11 @@ def test_move_may_end_within_step():
     """The first stages after 10.0 end at 10.056 and 10.089: beyond 10.05, and within 10.07."""
     element = rig.device()
     start = element.design.D_s1
-    element.transducer.move(End.LEFT, start + 1.005, speed=0.1)
+    element.transducer.move_end(End.LEFT, start + 1.005, speed=0.1)
     held_cell = element.transducer.held_cell(40)
     assert held_cell.motion.shape == (2, 100)  # 20 whole steps to 10.0
     assert held_cell.motion[0, -1] == pytest.approx(start + 1.0, abs=1e-14)
-    element.transducer.move(End.LEFT, start + 1.007, speed=0.1)
+    element.transducer.move_end(End.LEFT, start + 1.007, speed=0.1)
     held_cell = element.transducer.held_cell(40)
     assert held_cell.motion.shape == (2, 101)  # and the first stage of the next, to 10.056
     assert held_cell.motion[0, -1] == pytest.approx(start + 1.0 + 0.05 * STAGES[0], abs=1e-14)
@@ -75,7 +77,7 @@ def test_noise_is_distinguished_from_motion_in_stiff_element(method):
     t = chain.dt * np.arange(transducer.recent.shape[1])
     wave = 1e-3 * np.sin(pass_band(design.k_s2)[1] * t)
     transducer.record(np.stack((wave, wave)))
-    assert transducer.unrest(End.LEFT) > 5e-4
+    assert transducer.measure_unrest(End.LEFT) > 5e-4
     assert transducer.noise(End.LEFT) < 1e-6
 
 
@@ -98,7 +100,7 @@ def printed(t, omega_c, A=0.01, sigma=8.0):
 
 def derivative(motion, t, h=1e-4):
     """Return dv/dt by central differences, with an error of h^2 / 6 times the third derivative."""
-    return (motion.at(t + h)[0] - motion.at(t - h)[0]) / (2 * h)
+    return (motion.evaluate_motion(t + h)[0] - motion.evaluate_motion(t - h)[0]) / (2 * h)
 
 
 @pytest.mark.parametrize(
@@ -107,7 +109,7 @@ def derivative(motion, t, h=1e-4):
 def test_pulse_is_that_of_the_paper(probe):
     pulse = Pulse(0.7, probe)
     t = np.linspace(0.0, 12 * probe.sigma, 4001)
-    v, velocity = pulse.at(t)
+    v, velocity = pulse.evaluate_motion(t)
     expected = printed(t, probe.omega_c, probe.A, probe.sigma)
     np.testing.assert_allclose(v - 0.7, expected, atol=3e-16)
     # A omega^3 h^2 / 6 < 2e-10, and the rounding of v, 1e-16 / h = 1e-12
@@ -122,7 +124,7 @@ def test_move_goes_straight_at_its_speed(start, target):
     move = EndMove(start, target, 0.05)
     assert move.duration == pytest.approx(abs(target - start) / 0.05)
     t = np.linspace(0.0, move.duration, 11)
-    v, velocity = move.at(t)
+    v, velocity = move.evaluate_motion(t)
     np.testing.assert_allclose(v, np.linspace(start, target, 11), atol=1e-15)
     np.testing.assert_allclose(velocity, derivative(move, t), atol=1e-11)
 
@@ -132,9 +134,9 @@ def test_pulse_is_enforced_at_end_of_real_chain(end, omega_c, rest):
     """After every step v is the printed one; at every tick's end so is its velocity."""
     element = rig.device(level=3, probe_right=ProbeSettings(omega_c=0.7))
     row, cell = (0, 0) if end == 'left' else (1, -1)
-    rest_here = element.transducer.rest(end)
+    rest_here = element.transducer.measure_rest(end)
     assert rest_here == pytest.approx(rest, abs=1e-3)
-    element.transducer.fire(end)
+    element.transducer.fire_probe(end)
     pulse = Pulse(rest_here, ProbeSettings(omega_c=omega_c))
     heard = []
     for tick in range(1, 5):  # to 80 of 96 time units
@@ -159,7 +161,7 @@ DT, TICK = 0.5, 40
 
 
 def follower(end=End.RIGHT, design=CASE_II):
-    return Reverberation(design, end.probe(Settings()), DT)
+    return Reverberation(design, end.select_probe(Settings()), DT)
 
 
 def fed(reverberation, v, past=None, ticks=None):
@@ -211,7 +213,7 @@ def test_end_ignores_its_own_drive_but_for_what_returns():
     """Until the filter's memory has passed the motion; waves that return are counted."""
     reverberation = follower()
     pulse = wave(3 * TICK, amplitude=0.01)
-    reverberation.ignore(len(pulse))
+    reverberation.ignore_samples(len(pulse))
     assert reverberation.returns == Returns(0.0, 0, len(pulse) + reverberation.memory)
     fed(reverberation, pulse)
     after = math.ceil(reverberation.memory / TICK)
@@ -247,7 +249,7 @@ def test_waves_stay_below_bound_after_pulses_returned(level):
 def seen(element, end):
     """Return the magnitude of the carrier at an end, in the samples that are kept."""
     v = element.transducer.recent[end.row]
-    kernel = compute_weights(end.probe(element.settings), DT)
+    kernel = compute_weights(end.select_probe(element.settings), DT)
     return np.abs(filter_carrier(np.concatenate((np.full(TICK, v.mean()), v)), kernel))
 
 

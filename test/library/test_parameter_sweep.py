@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mlmem.parameter_sweep import sweep
-from mlmem.physics import CASE_II, Scatter, scattered
+from mlmem.physics import CASE_II, Scatter, draw_specimen
 
 
 def measure_eta(specimen):
@@ -30,7 +30,7 @@ def test_sweep_visits_every_combination_in_order():
 def test_sweep_scatter_axis_makes_elements_of_its_seeds():
     table = sweep(CASE_II, measure=measure_alpha, alpha_std=[0.0, 0.01], seeds=range(3))
     for row in table:
-        made = scattered(CASE_II, Scatter(alpha=row['alpha_std']), row['seed'])
+        made = draw_specimen(CASE_II, Scatter(alpha=row['alpha_std']), row['seed'])
         assert row['std'] == made.alpha_factor.std()
 
 
@@ -66,7 +66,7 @@ def test_sweep_bad_axis_is_named(axes, word):
 
 def test_table_average_has_mean_and_standard_error(tmp_path):
     table = sweep(CASE_II, measure=measure_alpha, alpha_std=[0.01], seeds=range(9))
-    (row,) = table.average('mean', 'alpha_std')
+    (row,) = table.average_column('mean', 'alpha_std')
     assert row['mean_mean'] == pytest.approx(np.mean(table['mean']))
     assert row['mean_error'] == pytest.approx(np.std(table['mean'], ddof=1) / 3.0)
     assert table.save(tmp_path / 'table.csv').read_text().startswith('alpha_std,seed,mean,std\n')

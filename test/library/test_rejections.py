@@ -84,7 +84,7 @@ def test_sentence_names_field_expected_and_value():
 
 def test_within_prefixes_field_and_sentence():
     inner = SettingsError.of_value(ErrorCode.CONFLICT, 'tension', 0.2, 'less')
-    outer = Refused.within('write', inner)
+    outer = Refused.name_owner('write', inner)
     assert (outer.code, outer.field) == (ErrorCode.CONFLICT, 'write.tension')
     assert str(outer).startswith('write.tension must be less')
 

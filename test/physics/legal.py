@@ -96,7 +96,7 @@ def _stiffest(given):
 def settings(random):
     """Return legal settings, with few or all of them drawn."""
     share, plain, groups = random.choice((0.0, 0.1, 0.3, 1.0)), Settings(), {}
-    for name, group in plain.groups().items():
+    for name, group in plain.list_groups().items():
         drawn = values(random, type(group), share)
         if name == 'register':
             drawn['spacing'] = 0  # few designs hold many walls

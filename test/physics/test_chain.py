@@ -171,7 +171,7 @@ def test_wall_between_other_phases_stays_at_its_defect(substrate, phase):
     chain = Chain(design, integrator=NOH_BATHE)
     chain.place(find_pinned_wall(Specimen(design), 3))
     before = find_walls(design, chain.configuration)
-    chain.rest(4000)
+    chain.advance_steps(4000)
     (wall,) = find_walls(design, chain.configuration)
     assert wall.anti_kink
     assert wall.position == pytest.approx(before[0].position, abs=0.05)  # the substrate's sag
@@ -188,7 +188,7 @@ def test_new_chain_is_blank_at_its_default_step(substrate):
     assert chain.dt == min(0.25, stable_step(Specimen(design), NOH_BATHE))
     np.testing.assert_array_equal(chain.configuration, design.D_s1)
     np.testing.assert_array_equal(chain.velocity, 0.0)
-    chain.rest(12)
+    chain.advance_steps(12)
     assert chain.steps_done == 12
     assert chain.time == 12 * chain.dt
 
@@ -328,7 +328,7 @@ def test_driven_end_follows_its_motion_exactly_and_then_is_free(substrate, site,
         early = other[: round(25.0 / chain.dt)]
         assert np.abs(early - other[0]).max() < 1e-5
 
-    free = chain.rest(2)[0 if site == 1 else 1]
+    free = chain.advance_steps(2)[0 if site == 1 else 1]
     # Let go, it coasts on: at first by its velocity, with a force of at most 0.1 (k + 1).
     coasting = motion[0, -1] + motion[1, -1] * chain.dt * np.array([1.0, 2.0])
     np.testing.assert_allclose(free, coasting, atol=0.5 * 0.2 * (2.0 * chain.dt) ** 2)
@@ -349,7 +349,7 @@ def test_chain_is_finite_or_lost_but_never_in_between(substrate):
             bad[row + 1, 30] = 10.0**exponent  # a velocity
             chain.restore(bad, V_N=chain.V_N, steps_done=0)
             try:
-                chain.rest(1)
+                chain.advance_steps(1)
             except StateError:
                 seen.add('lost')
             else:
@@ -375,7 +375,7 @@ def test_diverging_run_leaves_chain_as_it_was(substrate, method, end, loss):
     assert chain.state().tobytes() == before.tobytes()
     assert (chain.V_N, chain.steps_done) == (0.1, 400)
     for each in (chain, twin):
-        each.rest(100)
+        each.advance_steps(100)
     assert chain.state().tobytes() == twin.state().tobytes()
 
 
@@ -464,4 +464,4 @@ def test_chain_that_stops_being_finite_is_lost(substrate):
         chain, _ = moved(substrate)
         getattr(chain, row)[30] = math.nan
         with pytest.raises(StateError, match='stopped being finite before step 401'):
-            chain.rest(1)
+            chain.advance_steps(1)

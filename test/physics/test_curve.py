@@ -22,11 +22,11 @@ from mlmem.physics.curve import Curve
 from mlmem.physics.equilibrium import relax_to_equilibrium, stiffness_diagonal, wall_profile
 from mlmem.physics.held_wall import hold_walls
 
-PHI_4 = Curve.of(lambda D: 4.0 * D * (D * D - 1.0), -2.0, 2.0, 41)
-PHI_6 = Curve.of(lambda D: 2.0 * D * (1.0 - D**2) * (1.0 - 3.0 * D**2), -1.4, 1.4, 561)
+PHI_4 = Curve.sample_formula(lambda D: 4.0 * D * (D * D - 1.0), -2.0, 2.0, 41)
+PHI_6 = Curve.sample_formula(lambda D: 2.0 * D * (1.0 - D**2) * (1.0 - 3.0 * D**2), -1.4, 1.4, 561)
 """psi = D^2 (1 - D^2)^2."""
 
-PHI_8 = Curve.of(
+PHI_8 = Curve.sample_formula(
     lambda D: 4.0 * D * (D**2 - 1.0) * (D**2 - 4.0) * (2.0 * D**2 - 5.0), -2.4, 2.4, 961
 )
 """psi = (D^2 - 1)^2 (D^2 - 4)^2."""
@@ -121,7 +121,7 @@ def test_internal_mode_of_phi_4_wall():
         chain = Chain(design, integrator=integrator)
         chain.place(v + 1e-4 * modes[:, 1])
         period = 2.0 * math.pi / math.sqrt(squares[1])
-        chain.rest(round(0.5 * period / chain.dt))
+        chain.advance_steps(round(0.5 * period / chain.dt))
         assert (chain.v - v) @ modes[:, 1] == pytest.approx(-1e-4, rel=0.02)
 
 

@@ -100,7 +100,7 @@ def test_wall_rests_at_defect_of_every_level(level):
     assert zero == pytest.approx(CASE_II.defect_site(level) + 0.33, abs=0.01)
     chain = Chain(CASE_II, integrator=NOH_BATHE)
     chain.place(v)
-    chain.rest(4000)  # 1000 time units
+    chain.advance_steps(4000)  # 1000 time units
     np.testing.assert_allclose(chain.v, v, atol=1e-11)
 
 

@@ -34,7 +34,7 @@ def test_loops_are_vectorised(integrator, substrate):
     Seen in the code that runs, be it from the cache: which was made by these settings.
     """
     chain = Chain(dataclasses.replace(CASE_II, substrate=substrate), integrator=integrator)
-    chain.rest(1)
+    chain.advance_steps(1)
     nothing = chain._build_arguments(Inputs(np.empty(0)), np.empty((2, 0)))
     compiled = integrator.advance.overloads[tuple(map(numba.typeof, nothing))]
     packed = r'call .*@llvm\.fma\.v\d+f64'

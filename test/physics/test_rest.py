@@ -61,7 +61,7 @@ def test_chain_comes_to_rest_where_it_is(method, substrate):
         pass_ticks(chain, 1)
         ticks += 1
         if not at_rest(chain):
-            restless.rest(steps(chain))
+            restless.advance_steps(steps(chain))
             assert chain.state().tobytes() == restless.state().tobytes()
     assert 10 < ticks < LONG
     assert chain.state()[::3].tobytes() == before[::3].tobytes()
@@ -71,7 +71,7 @@ def test_chain_comes_to_rest_where_it_is(method, substrate):
     assert chain.state().tobytes() == place.tobytes()
     assert chain.steps_done == steps(chain, ticks + 100)
     assert (ends == [[chain.v[0]], [chain.v[-1]]]).all()
-    restless.rest(steps(chain, 100))
+    restless.advance_steps(steps(chain, 100))
     # What is left of a wave of REST: its displacement, and roundings of it.
     np.testing.assert_allclose(chain.v, restless.v, atol=100 * MAX_REST_SPEED)
 

@@ -20,7 +20,7 @@ from mlmem.physics import (
     Scatter,
     Specimen,
     StateError,
-    scattered,
+    draw_specimen,
     substep_times,
 )
 from mlmem.physics.energy import energy
@@ -38,7 +38,7 @@ SCATTER = Scatter(alpha=0.1, k_r=0.1, s=0.1, mass=0.1, offset=0.05, depth=0.2)
 def test_ideal_specimen_gives_bits_of_design():
     plain, made = Chain(CASE_II, integrator=NOH_BATHE), Chain(CASE_II, integrator=NOH_BATHE)
     made.set_specimen(Specimen(CASE_II))
-    made.set_specimen(scattered(CASE_II, Scatter(), seed=3))
+    made.set_specimen(draw_specimen(CASE_II, Scatter(), seed=3))
     strain = np.linspace(0.0, 2.0, 400)
     plain.advance(strain)
     made.advance(strain, shake=np.zeros(400))
@@ -56,13 +56,13 @@ SOFT = dataclasses.replace(SHORT, substrate='elastic')
 
 
 def stuck(design):
-    made = scattered(design, Scatter(k_r=0.05, mass=0.1), seed=4)
+    made = draw_specimen(design, Scatter(k_r=0.05, mass=0.1), seed=4)
     return dataclasses.replace(made, stuck=(9, 17))
 
 
 MADE = {
-    'scattered': dataclasses.replace(scattered(SMALL, SCATTER, seed=7), eta_factor=3.0),
-    'springs over an elastic substrate': scattered(SOFT, Scatter(k_r=0.2), seed=4),
+    'scattered': dataclasses.replace(draw_specimen(SMALL, SCATTER, seed=7), eta_factor=3.0),
+    'springs over an elastic substrate': draw_specimen(SOFT, Scatter(k_r=0.2), seed=4),
     'stuck': stuck(SHORT),
     'stuck over an elastic substrate': stuck(SOFT),
 }
@@ -141,7 +141,7 @@ def test_specimen_moves_as_dop853_says(name, method, dt, error):
 
 
 def test_specimen_comes_back_from_plain_values():
-    made = scattered(SMALL, SCATTER, seed=2)
+    made = draw_specimen(SMALL, SCATTER, seed=2)
     again = decode_value(Specimen, encode_value(made))
     for name in ('alpha', 'k_r', 's', 'masses', 'offsets', 'depths'):
         assert (getattr(again, name) == getattr(made, name)).all()
@@ -180,14 +180,14 @@ def test_equilibrium_keeps_its_stuck_cell():
 
 def test_masses_enter_kinetic_energy_and_balance():
     """A free specimen loses energy to damping alone: dE/dt = -eta sum w^2."""
-    specimen = scattered(SMALL, SCATTER, seed=1)
+    specimen = draw_specimen(SMALL, SCATTER, seed=1)
     chain = Chain(SMALL, 0.01, NOH_BATHE)
     chain.set_specimen(specimen)
     chain.place(np.where(SMALL.sites < 20, SMALL.D_s2, SMALL.D_s1) + specimen.offsets)
     before, lost = energy(chain).total, 0.0
     power = 0.0  # it is let go
     for _ in range(2000):
-        chain.rest(1)
+        chain.advance_steps(1)
         power, last = specimen.eta * np.sum(chain.velocity**2), power
         lost += 0.5 * chain.dt * (power + last)
     assert lost > 0.01
@@ -195,7 +195,7 @@ def test_masses_enter_kinetic_energy_and_balance():
 
 
 def test_force_is_slope_of_energy_of_specimen():
-    specimen = scattered(SMALL, SCATTER, seed=2)
+    specimen = draw_specimen(SMALL, SCATTER, seed=2)
     v = SMALL.D_s1 + 0.3 * np.sin(SMALL.sites)
     V = 0.5 * specimen.strain_shape
     step = 1e-6
@@ -211,7 +211,7 @@ def test_force_is_slope_of_energy_of_specimen():
 def test_scatter_has_given_deviation_and_depends_on_seed():
     design = dataclasses.replace(CASE_II, N=20_000, gamma=0.0)
     scatter = Scatter(alpha=0.1, k_r=0.08, s=0.12, mass=0.09, offset=0.05, depth=0.2)
-    made = scattered(design, scatter, seed=5)
+    made = draw_specimen(design, scatter, seed=5)
     for values, deviation in (
         (made.alpha_factor, scatter.alpha), (made.k_r_factor, scatter.k_r),
         (made.s_factor, scatter.s), (made.masses, scatter.mass),
@@ -219,10 +219,10 @@ def test_scatter_has_given_deviation_and_depends_on_seed():
     ):  # fmt: skip
         # the standard error of a deviation is its 1 / sqrt(2 n): four of them
         assert np.std(values) == pytest.approx(deviation, rel=4 / math.sqrt(40_000))
-    again = scattered(design, dataclasses.replace(scatter, mass=0.0), seed=5)
+    again = draw_specimen(design, dataclasses.replace(scatter, mass=0.0), seed=5)
     np.testing.assert_array_equal(made.alpha_factor, again.alpha_factor)
     assert (again.masses == 1.0).all()
-    assert (scattered(design, scatter, seed=6).masses != made.masses).all()
+    assert (draw_specimen(design, scatter, seed=6).masses != made.masses).all()
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from mlmem.physics import (
     Specimen,
     StateError,
     default_step,
-    scattered,
+    draw_specimen,
     stable_step,
 )
 from mlmem.physics.energy import energy
@@ -34,7 +34,7 @@ METHODS = pytest.mark.parametrize('method', INTEGRATORS.values(), ids=lambda eac
 def specimen(chance, design):
     """Return an element of a design with random scatter, wear and faults."""
     scatter = Scatter(alpha=0.3, k_r=0.3, s=0.3, mass=0.2, offset=0.2)
-    made = scattered(design, scatter, chance.randrange(2**31))
+    made = draw_specimen(design, scatter, chance.randrange(2**31))
     return dataclasses.replace(made, eta_factor=chance.choice((0.0, 1.0, 100.0)))
 
 
@@ -114,7 +114,7 @@ def test_cell_that_falls_off_its_barrier_creates_no_energy(method, substrate, d,
     chain.place(v)
     begin = energy(chain).total
     for _ in range(25):
-        chain.rest(200)
+        chain.advance_steps(200)
         assert energy(chain).total <= 1.001 * begin
 
 

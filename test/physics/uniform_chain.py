@@ -35,7 +35,7 @@ def oscillator_error(design, dt, method, time=24.0):
     chain = Chain(design, dt, method)
     chain.place(np.full(design.N, design.D_s1 + amplitude))
     steps = round(time / dt)
-    v_1, v_N = (chain.rest(steps) - design.D_s1) / amplitude
+    v_1, v_N = (chain.advance_steps(steps) - design.D_s1) / amplitude
     np.testing.assert_allclose(v_N, v_1, atol=1e-8)  # as a whole
     t, eta = dt * np.arange(1, steps + 1), design.eta
     omega = math.sqrt(design.k_s1 - 0.25 * eta * eta)
@@ -59,7 +59,7 @@ def growth(monkeypatch, omega_dt, method, eta=0.0, steps=400):
     wave = np.cos(kappa * (p.sites - 0.5))
     chain.place(p.D_s1 + 1e-9 * wave / wave[0])
     try:
-        return np.abs(chain.rest(steps) - p.D_s1).max() / 1e-9
+        return np.abs(chain.advance_steps(steps) - p.D_s1).max() / 1e-9
     except StateError:  # beyond all numbers
         return math.inf
 
@@ -69,6 +69,6 @@ def at_the_stable_step(substrate, eta, method):
     design = dataclasses.replace(CASE_II, N=60, substrate=substrate, eta=eta)
     chain = Chain(design, stable_step(Specimen(design), method), method)
     chain.place(design.D_s1 + 1e-3 * np.random.default_rng(1).standard_normal(design.N))
-    chain.rest(4000)
+    chain.advance_steps(4000)
     assert np.abs(chain.v - design.D_s1).max() < 5e-3
     return chain

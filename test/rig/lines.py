@@ -94,7 +94,7 @@ class LocalDriver(Driver):
     """A simulation without a line, which shows the motion of its ends and nothing else."""
 
     def __init__(self, design=CASE_II):
-        self._simulation = Simulation.of(design, Settings().time)
+        self._simulation = Simulation.build_blank(design, Settings().time)
         self.dt, self.nodes = self._simulation.dt, self._simulation.nodes
 
     def advance(self, *given):

@@ -31,7 +31,7 @@ class Card:
             raise OSError('nothing there')
         self.rate, self.fails = rate, False
         time = TimeSettings(integrator='noh_bathe')  # two set-points a step, 80 steps a tick
-        self._simulation = Simulation.of(CASE_II, time)
+        self._simulation = Simulation.build_blank(CASE_II, time)
         self._before, self._heard = np.zeros(3), np.empty((0, 2))
 
     def now(self):

@@ -130,7 +130,7 @@ def test_rig_counts_in_its_own_units():
     """Micrometres from its own zero, as single floats: the delay is the same."""
     rig = emulated(sensors=Sensors(1e-4, (1250.0, -77.5)), numbers='<f4')
     element = driven(TamperedLine(rig))
-    assert element.transducer.rest(End.RIGHT) == pytest.approx(CASE_II.D_s1, rel=1e-6)
+    assert element.transducer.measure_rest(End.RIGHT) == pytest.approx(CASE_II.D_s1, rel=1e-6)
     assert element.perform(Write(3)).success
     reading = element.perform(Read()).reading
     assert reading.level == 3
@@ -175,8 +175,8 @@ def test_echo_across_a_break_is_not_used(number):
             breaks.pop()
             rig._hold_set_points(7)
 
-    fire = transducer.fire
-    transducer.fire = lambda *given: (fired.append(given), fire(*given))[1]
+    fire = transducer.fire_probe
+    transducer.fire_probe = lambda *given: (fired.append(given), fire(*given))[1]
     element.apply(Read('left'))
     while element.procedure:
         run_dry_once()

@@ -102,7 +102,7 @@ def loop_report(ticks, overruns=0):
         statistics=LoopStatistics(ticks=ticks, overruns=overruns),
         element=SimpleNamespace(settings=Settings()),
         failure=None,
-        paused=False,
+        is_paused=False,
         pacer=SteadyPacer(),
     )
     return Pace(SimpleNamespace(refused=0, held_up='', log=log)), loop, warnings
@@ -116,7 +116,7 @@ def test_loop_report_names_failure_and_skipped_ticks():
         report.health(loop)
     skipped = [int(line.split()[0]) for line in warnings]
     assert skipped == [2, 4, 8]  # one line in the log each time the number has doubled
-    loop.paused = True
+    loop.is_paused = True
     assert report.health(loop).text == 'paused'
     loop.statistics.overruns = 9
     assert report.health(loop).values['paused'], 'though the text is a warning'

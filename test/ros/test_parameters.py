@@ -167,7 +167,7 @@ def test_parameters_have_unique_names_and_descriptions():
     """Few of them override a value of the element."""
     names, _, descriptions = zip(*declare_parameters(), strict=True)
     assert len(set(names)) == len(names)
-    groups = tuple(f'{group}.' for group in Settings().groups())
+    groups = tuple(f'{group}.' for group in Settings().list_groups())
     overrides = {'write.method', 'write.attempts', 'actuator.present', 'read.end', 'time.speed'}
     assert {name for name in names if name.startswith(groups)} == overrides
     assert all(description.text for description in descriptions)

@@ -12,7 +12,7 @@ from robot import Robot, values
 
 from mlmem import element_file, load_element
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
-from mlmem.physics import Scatter, Specimen, scattered
+from mlmem.physics import Scatter, Specimen, draw_specimen
 from mlmem_ros.ros.node_process import run_child_process
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
@@ -27,7 +27,7 @@ PLAN = PulseCorrections(
 @pytest.fixture(scope='module')
 def file(tmp_path_factory):
     """An element with what `mlmem plan` finds; the shipped pulse does not reach level 1."""
-    made = scattered(CHOSEN.design, Scatter(alpha=0.01), 3)
+    made = draw_specimen(CHOSEN.design, Scatter(alpha=0.01), 3)
     element = element_file.Element(
         made, np.zeros(CHOSEN.design.N), settings=quick(CHOSEN.settings)
     )
@@ -82,7 +82,7 @@ def test_monitor_names_the_cell_that_became_weaker(start, file):
 
 def test_twin_that_cannot_be_used_ends_the_start(refused, tmp_path):
     file = tmp_path / 'element.yaml'
-    made = scattered(BYTE, Scatter(alpha=0.1), 3)
+    made = draw_specimen(BYTE, Scatter(alpha=0.1), 3)
     element_file.write_element_file(file, element_file.Element(made, np.zeros(BYTE.N)))
     given = {'element': 'byte', 'design.check': 'skip'}
     assert '01011001 cannot be held' in refused(given | {'twin': str(file)})
@@ -123,7 +123,7 @@ def byte(tmp_path_factory):
         hash_schedule(BYTE_SET),
         kinks=(1.146, 1.0, 1.054, 1.044, 1.214, 1.27, 1.222, 1.0),
     )
-    made = scattered(BYTE, Scatter(alpha=0.01), 3)
+    made = draw_specimen(BYTE, Scatter(alpha=0.01), 3)
     path = tmp_path_factory.mktemp('elements') / 'byte.yaml'
     element = element_file.Element(made, np.zeros(BYTE.N), plan=plan, settings=quick(BYTE_SET))
     element_file.write_element_file(path, element)

@@ -59,11 +59,11 @@ def _plant(*replaced):
 # --- the loop ----------------------------------------------------------------------------
 
 
-@_plant((timetable.Timetable, 'deferred'))
+@_plant((timetable.Timetable, 'count_deferred'))
 def division_by_zero_at_full_speed(_):
     def deferred(self, late, box):
         at_once = self._at_once if self.period else self._batch  # also without a pace
-        if at_once == 1 or not self._element.still:
+        if at_once == 1 or not self._element.is_still:
             return 0
         ticks = -(self._element.ticks + 1) % at_once
         return min(ticks, max(0, int(late / self.period))) if box.commands else ticks
@@ -71,7 +71,7 @@ def division_by_zero_at_full_speed(_):
     return deferred
 
 
-@_plant((loop.Loop, '_end_loop'), (mailbox.Mailbox, 'take'))
+@_plant((loop.Loop, '_end_loop'), (mailbox.Mailbox, 'take_request'))
 def queue_cleared_between_look_and_pop(end, _):
     def hasty_end(self, ending):
         self._box.close(Refused(loop.SHUTDOWN_MESSAGE))
@@ -128,7 +128,7 @@ def not_a_number_reaches_the_strain(check):
 def a_refused_command_forgets_the_reading(apply):
     def forgetful(self, command):
         if not self.procedure:
-            self.forget('refused')
+            self.forget_content('refused')
         return apply(self, command)
 
     return forgetful
@@ -178,7 +178,7 @@ def state_written_in_place(_):
         file = atomic_files.DurableFile(atomic_files.os.open(path, flags))
         try:
             file.write(text.encode())
-            file.sync()
+            file.sync_file()
         finally:
             file.close()
         atomic_files.sync_directory(path.parent)

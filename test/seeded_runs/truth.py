@@ -110,7 +110,7 @@ def _undisturbed(element):
     """Return whether the device is healthy and its base and strain are zero."""
     transmission = element.transmission.state
     strains = (transmission.commanded, transmission.strain)
-    return small.healthy(element.faults) and element.base.still and not any(strains)
+    return small.healthy(element.faults) and element.base.is_still and not any(strains)
 
 
 def _bits(element):

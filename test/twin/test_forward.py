@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mlmem.instrument.end import End, Shot
-from mlmem.physics import CASE_II, Scatter, scattered
+from mlmem.physics import CASE_II, Scatter, draw_specimen
 from mlmem.physics.curve import Curve
 from mlmem_tools.identification.forward import Forward
 from mlmem_tools.identification.unknowns import CELL_TERMS, Unknowns, stretch_law
@@ -22,7 +22,7 @@ SHOT = Shot(
 
 OF_A_LAW = dataclasses.replace(
     SMALL, d=0.5, phase=1,
-    law=Curve.of(lambda D: 2.0 * SMALL.potential.slope(D), -8.0, 3.0, 256),
+    law=Curve.sample_formula(lambda D: 2.0 * SMALL.potential.slope(D), -8.0, 3.0, 256),
 )  # fmt: skip
 """The paper's law as a curve, of twice the energy and half the factor."""
 
@@ -31,7 +31,7 @@ def element(x=None):
     """Return the model of a scattered element in which everything is unknown."""
     unknowns = Unknowns(SMALL, frozenset({*CELL_TERMS, 'latency'}))
     if x is None:
-        made = scattered(SMALL, Scatter(alpha=0.01, k_r=0.02, mass=0.01, offset=0.002), 3)
+        made = draw_specimen(SMALL, Scatter(alpha=0.01, k_r=0.02, mass=0.01, offset=0.002), 3)
         x = unknowns.mean
         uneven = 1.0 + 0.2 * np.random.default_rng(3).standard_normal(SMALL.N)
         x[unknowns.alpha] = made.alpha
@@ -45,7 +45,7 @@ def element(x=None):
 
 def test_vector_describes_its_element():
     model = element()
-    made = scattered(SMALL, Scatter(alpha=0.01, k_r=0.02, mass=0.01, offset=0.002), 3)
+    made = draw_specimen(SMALL, Scatter(alpha=0.01, k_r=0.02, mass=0.01, offset=0.002), 3)
     for name in ('alpha', 'k_r', 'masses', 'offsets'):
         found = getattr(model.specimen, name)
         np.testing.assert_allclose(found, getattr(made, name), rtol=1e-15, err_msg=name)

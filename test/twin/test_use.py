@@ -27,7 +27,7 @@ from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.parsing import encode_value
-from mlmem.physics import PEFRL, Chain, Scatter, Specimen, scattered
+from mlmem.physics import PEFRL, Chain, Scatter, Specimen, draw_specimen
 from mlmem.readers.register import pin_walls
 from mlmem.settings import ProbeSettings
 from mlmem_ros.bag import jazzy
@@ -39,7 +39,7 @@ from mlmem_tools.identification.unknowns import Unknowns
 
 CHOSEN = load_element('bits_1')
 DESIGN = CHOSEN.design
-MADE = scattered(replace(DESIGN, eta=1.1 * DESIGN.eta), Scatter(alpha=0.01, offset=0.001), 3)
+MADE = draw_specimen(replace(DESIGN, eta=1.1 * DESIGN.eta), Scatter(alpha=0.01, offset=0.001), 3)
 """An element whose damping differs from the design's, and its cells from each other."""
 
 
@@ -52,7 +52,7 @@ def simulated(made, dt):
 
 @pytest.fixture
 def element():
-    return MemoryElement(CHOSEN, driver=Simulation.of(MADE, CHOSEN.settings.time))
+    return MemoryElement(CHOSEN, driver=Simulation.build_blank(MADE, CHOSEN.settings.time))
 
 
 def test_element_is_at_equilibrium_in_its_ground_states(element):
@@ -104,7 +104,7 @@ def test_uniform_substrate_has_rates_too():
 
 
 BYTE = load_element('byte')
-OWN = scattered(BYTE.design, Scatter(alpha=0.01), 1)
+OWN = draw_specimen(BYTE.design, Scatter(alpha=0.01), 1)
 
 
 def reads(element, word):
@@ -116,10 +116,10 @@ def reads(element, word):
 
 def test_scattered_register_is_read_by_its_twin():
     """By the design's forecasts 13 of 64 words are read; all others are undecodable."""
-    element = MemoryElement(BYTE, driver=Simulation.of(OWN, BYTE.settings.time))
+    element = MemoryElement(BYTE, driver=Simulation.build_blank(OWN, BYTE.settings.time))
     words = range(7, 256, 31)
     assert {reads(element, word) for word in words} == {UNDECODABLE}
-    element.adopt(OWN)
+    element.adopt_twin(OWN)
     assert {word: reads(element, word) for word in words} == {word: word for word in words}
 
 
@@ -127,7 +127,7 @@ def test_twin_that_cannot_hold_every_word_is_rejected():
     element = MemoryElement(BYTE)
     known = element.reader.forecasts
     with pytest.raises(SettingsError, match='cannot be held: walls at the levels'):
-        element.adopt(Specimen(BYTE.design, stuck=(104,)))
+        element.adopt_twin(Specimen(BYTE.design, stuck=(104,)))
     assert (element.twin, element.reader.forecasts) == (None, known)
 
 
@@ -166,7 +166,7 @@ def test_header_carries_element_forecast_and_twin(element):
     assert header.made.design == MADE.design
     assert header.forecast == element.calibration
     register = MemoryElement(BYTE)
-    register.adopt(OWN)
+    register.adopt_twin(OWN)
     text = header_of(register)
     assert (read_header(text).twin.alpha == OWN.alpha).all()
     other = {'twin': encode_value(Specimen(DESIGN))}

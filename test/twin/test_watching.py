@@ -11,14 +11,14 @@ import pytest
 from mlmem import EchoReceived, Faults, MemoryElement, Read, SetFaults, Write, load_element
 from mlmem.element_file import Element
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import INTEGRATORS, Scatter, scattered
+from mlmem.physics import INTEGRATORS, Scatter, draw_specimen
 from mlmem.readers.reading import BLANK, UNDECODABLE
 from mlmem_tools.identification.watching import Residuals, locate_wall
 from mlmem_tools.rig.emulated import Sensors
 
 CHOSEN = load_element('bits_1')
 DESIGN, SETTINGS = CHOSEN.design_and_settings
-MADE = scattered(DESIGN, Scatter(alpha=0.01), 0)
+MADE = draw_specimen(DESIGN, Scatter(alpha=0.01), 0)
 NOISE = 1e-5
 LEVEL = 1
 
@@ -65,7 +65,7 @@ class Measured(Simulation):
     rest = None  # of the end that is held
 
     def __init__(self, made, bench):
-        super().__init__(Simulation.of(made, SETTINGS.time).chain)
+        super().__init__(Simulation.build_blank(made, SETTINGS.time).chain)
         self.bench = bench
 
     def advance(self, V_N, drive=None, shake=None, looks=1):

@@ -141,7 +141,7 @@ def _format_echo(design: Design, settings: Settings) -> str:
         found = forecast_levels(Specimen(design), settings)
     except SettingsError:  # a level pins no wall
         return 'none'
-    share = found.least / found.pulse
+    share = found.least_distance / found.pulse_size
     return '-' if math.isnan(share) else f'{share:.1%}'
 
 

@@ -46,13 +46,13 @@ def record_echo(
     """
     chain = Chain(design, dt, integrator)
     chain.place(v)
-    chain.rest(math.ceil(settle / chain.dt))
+    chain.advance_steps(math.ceil(settle / chain.dt))
     site = end.site(design)
     rest = chain.end(site)
     pulse = Pulse(rest, probe)
     steps = math.ceil(duration / chain.dt)
     times = substep_times(steps, chain.dt, integrator)
-    held_cell = HeldCell(site, pulse.at(times[times <= pulse.duration]))
+    held_cell = HeldCell(site, pulse.evaluate_motion(times[times <= pulse.duration]))
     ends = chain.advance(np.zeros(integrator.substeps * steps), held_cell)
     return ends[end.row] - rest, chain.dt
 
@@ -60,8 +60,8 @@ def record_echo(
 def detect_echo(displacement: Array, dt: float, probe: ProbeSettings, end: End = End.LEFT) -> Echo:
     """Return what the device's detector makes of displacements from rest, shape (n,)."""
     detector = EchoDetector(probe, dt, filtered=False)
-    detector.feed(displacement)
-    return detector.echo(end)
+    detector.feed_displacements(displacement)
+    return detector.build_echo(end)
 
 
 def probe_element(

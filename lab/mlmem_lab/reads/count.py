@@ -20,7 +20,7 @@ import numpy as np
 from mlmem import Abort, Erase, MemoryElement, Outcome, Read, SetStrain, Write, load_element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Design, Specimen, StateError, find_level, find_walls
-from mlmem.physics.specimen import Scatter, scattered
+from mlmem.physics.specimen import Scatter, draw_specimen
 from mlmem.readers.reading import UNDECODABLE
 from mlmem.readers.words import make_code
 
@@ -41,8 +41,8 @@ def build_device(name: str, finer: int = 1, specimen: int | None = None) -> Memo
     if specimen is not None:
         # of alpha, at which one step in a thousand fails, by cells per level (docs/limits.md)
         alpha = {25: 8e-5, 9: 4e-3}.get(design.J, 0.0)
-        made = scattered(design, Scatter(alpha=alpha), specimen)
-    driver = Simulation.of(made, settings.time, finer)
+        made = draw_specimen(design, Scatter(alpha=alpha), specimen)
+    driver = Simulation.build_blank(made, settings.time, finer)
     return MemoryElement(design, settings, driver=driver)
 
 

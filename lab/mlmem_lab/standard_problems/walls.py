@@ -75,7 +75,7 @@ def _kick_wall(chain: Chain, moving: float, power: int, mark: float) -> tuple[fl
     put_in = energy(chain).total - before
     places = [crossing_site(chain.configuration, design.D_barrier)]
     while not places[-1] >= mark and len(places) < 1_000:
-        chain.rest(round(1.0 / chain.dt))
+        chain.advance_steps(round(1.0 / chain.dt))
         places.append(crossing_site(chain.configuration, design.D_barrier))
     share = (mark - places[-2]) / (places[-1] - places[-2])
     return put_in, chain.time - 1.0 + share
@@ -90,7 +90,7 @@ def pinning(integrator: Integrator, dt: float) -> Answers:
     """
     chain, places = _start_chain(CASE_I, 50.0, 8.0, dt, integrator), []
     for _ in range(12_000):
-        chain.rest(round(1.0 / dt))
+        chain.advance_steps(round(1.0 / dt))
         places.append(crossing_site(chain.v, CASE_I.D_barrier))
     return {'farthest': max(places), 'rest': places[-1]}
 
@@ -106,7 +106,7 @@ def echo(integrator: Integrator, dt: float) -> Answers:
     """
     sigma, carrier = 8.0, 1.5
     chain = _start_chain(CASE_II, 100.0, 4.0, dt, integrator)
-    chain.rest(round(6_000.0 / dt))
+    chain.advance_steps(round(6_000.0 / dt))
     heard = _record_echo(chain, 0.01, sigma, carrier, round(600.0 / dt), free=False)
     box = round(16.0 * math.pi / carrier / dt)
     smooth = np.convolve(np.abs(heard), np.full(box, 1.0 / box), 'same')
@@ -126,9 +126,9 @@ def kick(integrator: Integrator, dt: float) -> Answers:
     """
     chain = Chain(CASE_II, dt, integrator)
     put_in, arrival = _kick_wall(chain, 25.0, 1, 60.0)
-    chain.rest(round((1_000.0 - chain.time) / dt))
+    chain.advance_steps(round((1_000.0 - chain.time) / dt))
     place = crossing_site(chain.configuration, CASE_II.D_barrier)
-    chain.rest(round(10_000.0 / dt))
+    chain.advance_steps(round(10_000.0 / dt))
     return {
         'energy': put_in,
         'time to cell 60': arrival,
@@ -153,8 +153,8 @@ def byte(integrator: Integrator, dt: float) -> Answers:
         moving = abs(goal - home) / speed
         t = substep_times(round((moving + 20.0) / dt), dt, integrator)
         chain.advance(np.zeros(len(t)), _moved_cell(t, home, goal, moving))
-        chain.rest(round(1_000.0 / dt))
-    chain.rest(round(6_000.0 / dt))
+        chain.advance_steps(round(1_000.0 / dt))
+    chain.advance_steps(round(6_000.0 / dt))
     over = chain.configuration - CASE_II.D_barrier
     sites = np.flatnonzero(over[:-1] * over[1:] < 0.0)
     places = sites + 1 + over[sites] / (over[sites] - over[sites + 1])
@@ -189,7 +189,7 @@ def robust_kick(integrator: Integrator, dt: float) -> Answers:
         chain.set_specimen(specimen)
         chain.place(make_blank(specimen))
         put_in, arrival = _kick_wall(chain, 17.5, 2, 20.0)
-        chain.rest(round(2_000.0 / dt))
+        chain.advance_steps(round(2_000.0 / dt))
         time_name = f'{kind}time' if kind else 'time to cell 20'
         rest = crossing_site(chain.configuration, design.D_barrier)
         found |= {f'{kind}energy': put_in, time_name: arrival, f'{kind}rest': rest}

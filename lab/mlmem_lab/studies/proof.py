@@ -111,10 +111,10 @@ class Proof:
         if self.element is None:
             return MemoryElement(self.design, self.settings, self.calibration)
         settings = self.element.apply_planned_kicks(self.settings)
-        driver = Simulation.of(self.made, settings.time)
+        driver = Simulation.build_blank(self.made, settings.time)
         device = MemoryElement(self.design, settings, self.calibration, driver)
         if device.settings.register.spacing:
-            device.adopt(self.made)
+            device.adopt_twin(self.made)
         return device
 
     def find_content(self, device: MemoryElement) -> int:

@@ -55,7 +55,7 @@ def build_figure(session: SessionData) -> Any:
     style.label_panel(
         axes, 'b', f'{"last echoes" if reads else "no echo gave a level"}, {end} end'
     )
-    probe = end.probe(session.header.settings)
+    probe = end.select_probe(session.header.settings)
     for row, level in enumerate(chosen):
         (t, _, v_c), delay = reads[level]
         _draw_echo(axes, row, t, v_c / detection_threshold(probe, t), delay)

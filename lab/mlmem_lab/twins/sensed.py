@@ -146,7 +146,7 @@ def fit_specimen(specimen: Specimen, seed: int) -> Element:
 def build_device(name: str, specimen: Specimen) -> MemoryElement:
     """Return a device with this element and noisy transducers, as its factory calibrates it."""
     design, settings = load_element(name).design_and_settings
-    chain = SensedSimulation.of(specimen, settings.time).chain
+    chain = SensedSimulation.build_blank(specimen, settings.time).chain
     calibration = factory_calibration(design, settings)
     element = MemoryElement(design, settings, calibration, SensedSimulation(chain))
     element.apply(SetFaults(Faults(sensor_noise=TRANSDUCER_NOISE_CELLS)))

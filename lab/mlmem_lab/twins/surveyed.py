@@ -19,7 +19,7 @@ import numpy as np
 
 from mlmem import MemoryElement, Shot, Survey, factory_calibration, load_element
 from mlmem.element_file import Element
-from mlmem.physics import Design, Scatter, scattered
+from mlmem.physics import Design, Scatter, draw_specimen
 from mlmem_tools.identification.fit import Misfitting, fit_element
 from mlmem_tools.identification.fitted import ADDED_TERMS, has_term
 from mlmem_tools.rig.emulated import Sensors
@@ -65,7 +65,7 @@ def make_hidden_element(
     )  # fmt: skip
     amount = HIDDEN_KINDS[kind]
     scatters = Scatter(alpha=scatter, k_r=amount.get('k_r', 0.0), mass=amount.get('mass', 0.0))
-    specimen = scattered(made, scatters, seed)
+    specimen = draw_specimen(made, scatters, seed)
     return Element(specimen, np.zeros(design.N), time_unit=draw_about(1.0))
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mlmem import Calibrate, EchoReceived, Event, Faults, Read, SetFaults, Write, load_element
-from mlmem.physics import INTEGRATORS, Scatter, scattered
+from mlmem.physics import INTEGRATORS, Scatter, draw_specimen
 from mlmem_tools.identification.watching import Comparison, Residuals, locate_wall
 from mlmem_tools.rig.emulated import Sensors
 
@@ -53,7 +53,7 @@ class WatchedElement:
 
     def __init__(self, preset: str, scatter: float, seed: int) -> None:
         """Make the element of a seed, and calibrate it by its forecast."""
-        specimen = scattered(load_element(preset).design, Scatter(alpha=scatter), seed)
+        specimen = draw_specimen(load_element(preset).design, Scatter(alpha=scatter), seed)
         self.element, known = build_device(preset, specimen), fit_specimen(specimen, seed)
         load_forecast(preset, self.element, known)
         perform_command(self.element, Calibrate())

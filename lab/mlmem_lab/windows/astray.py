@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from mlmem import Settings, load_element
-from mlmem.physics import Design, Scatter, Specimen, scattered
+from mlmem.physics import Design, Scatter, Specimen, draw_specimen
 from mlmem.physics.equilibrium import make_blank
 from mlmem_tools.identification.kick_search import build_chain, build_kick, drive_end
 
@@ -54,7 +54,7 @@ def find_scattered_ends(
     deviations = Scatter(alpha=scatter, k_r=scatter, mass=scatter)
     found = []
     for seed, own in speeds.items():
-        chain.set_specimen(scattered(design, deviations, seed))
+        chain.set_specimen(draw_specimen(design, deviations, seed))
         ends = []
         for speed in own:
             chain.place(make_blank(chain.specimen))

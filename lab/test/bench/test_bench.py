@@ -19,7 +19,7 @@ from mlmem_tools.cli.main import main
 @pytest.mark.skipif(shutil.which('gcc') is None, reason='gcc is missing')
 def test_kernels_make_the_same_steps():
     chain, other = build_chain(), c_runner()
-    chain.rest(200)
+    chain.advance_steps(200)
     other.advance(200)
     np.testing.assert_allclose(other.displacements(), chain.v, rtol=0, atol=1e-12)
 

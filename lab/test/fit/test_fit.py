@@ -70,7 +70,7 @@ def test_an_element_with_a_law_of_its_own_is_fitted():
     """The hidden element has the paper's formula, which the fit knows as a curve; seven shots
     tell the cells to a third of their scatter.
     """
-    law = Curve.of(lambda D: SMALL.potential.slope(D) / SMALL.d, -8.0, 3.0, 256)
+    law = Curve.sample_formula(lambda D: SMALL.potential.slope(D) / SMALL.d, -8.0, 3.0, 256)
     element = hidden(2, a=SMALL.a)
     found = fit_element(replace(SMALL, law=law), measured(element, duration=200.0))
     alpha = found.x[found.unknowns.alpha]

@@ -10,7 +10,7 @@ from rig.lines import ADDRESS, TamperedLine
 
 from mlmem import MemoryElement, Shot, Survey, factory_calibration, load_element
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import Scatter, scattered
+from mlmem.physics import Scatter, draw_specimen
 from mlmem_lab.twins.sensed import perform_command
 from mlmem_ros.rig import Rig
 from mlmem_tools.cli.rig import _build_rig, rig
@@ -42,10 +42,10 @@ def test_shots_over_a_line_equal_those_in_process():
     """Procedures look later over a line, so other waves of what was before are left; all are below
     the least noise that a fit assumes.
     """
-    made = scattered(CHOSEN.design, Scatter(alpha=0.01), SEED)
+    made = draw_specimen(CHOSEN.design, Scatter(alpha=0.01), SEED)
     heard = survey(Rig(*CHOSEN.design_and_settings, ADDRESS, TamperedLine(emulate_rig())))
-    finer = round(Simulation.of(made, CHOSEN.settings.time).dt / heard[0].dt)
-    here = survey(Simulation.of(made, CHOSEN.settings.time, finer))
+    finer = round(Simulation.build_blank(made, CHOSEN.settings.time).dt / heard[0].dt)
+    here = survey(Simulation.build_blank(made, CHOSEN.settings.time, finer))
     assert len(here) == len(heard)
     for there, ours in zip(heard, here, strict=True):
         assert np.std(there.samples - ours.samples) < MIN_NOISE_CELLS

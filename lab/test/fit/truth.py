@@ -100,7 +100,7 @@ def measured(truth, shots=SHOTS, *, dt=0.3, duration=120.0, parts=4, A=0.01, hel
         site, row = (1, 0) if end is End.LEFT else (SMALL.N, 1)
         pulse = Pulse(rest[row], ProbeSettings(A=A, omega_c=carrier, sigma=sigma))
         times = dt * np.arange(1, samples + 1)
-        motion = pulse.at(times[times <= 12.0 * sigma + 1e-9])
+        motion = pulse.evaluate_motion(times[times <= 12.0 * sigma + 1e-9])
         motion[0] = rest[row] + (motion[0] - rest[row]) / truth.gain[row] + aside
         motion[1] /= truth.gain[row]
         ends = element.advance(np.full(samples, element.V_N), HeldCell(site, motion))

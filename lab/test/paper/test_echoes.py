@@ -19,6 +19,6 @@ def test_a_probe_hears_what_the_device_was_calibrated_to(end, level):
     probe = Settings().probe if end == 'left' else Settings().probe_right
     heard, dt = record_echo(CASE_II, find_pinned_wall(Specimen(CASE_II), level), probe, end)
     detector = EchoDetector(probe, dt, filtered=True)
-    detector.feed(heard)
+    detector.feed_displacements(heard)
     calibrated = element.calibration.table(end).delays[level]
-    assert calibrated == pytest.approx(detector.echo(end).delay, abs=1.5)
+    assert calibrated == pytest.approx(detector.build_echo(end).delay, abs=1.5)

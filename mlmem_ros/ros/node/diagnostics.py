@@ -64,7 +64,7 @@ def report_transducer(element: MemoryElement) -> Status:
     """Report the motion of the ends in cells and delays in time units; warn of a weak echo."""
     part, reading = element.transducer, element.reading
     text = 'driving' if part.is_driving else 'listening'
-    values: dict[str, Any] = {f'unrest_{end}': part.unrest(end) for end in End}
+    values: dict[str, Any] = {f'unrest_{end}': part.measure_unrest(end) for end in End}
     for end in End:
         values[f'delays_{end}'] = element.calibration.table(end).delays
     if reading is None:
@@ -175,7 +175,7 @@ class Pace:
             'lateness_deviation': statistics.lateness_deviation,
             'busy': statistics.busy,
             'procedure': procedure,
-            'paused': loop.paused,
+            'paused': loop.is_paused,
             'refused': self._host.refused,
             'defects': self._host.log.caught,
         }
@@ -193,7 +193,7 @@ class Pace:
                 self._logged = statistics.overruns
                 self._host.log.warning(f'{text}: the machine is too slow for this pace')
             return Status(WARN, text, values)
-        return Status(OK, 'paused' if loop.paused else 'running', values)
+        return Status(OK, 'paused' if loop.is_paused else 'running', values)
 
 
 def report_recorder(host: Host) -> Status:

@@ -275,7 +275,7 @@ class MemoryNode(LifecycleNode):
 
     def _begin_anew(self) -> None:
         """Replace the present element by a new one, with `initial_content` or blank; inactive."""
-        if self.host.element is not None and not self.host.element.simulated:
+        if self.host.element is not None and not self.host.element.is_simulated:
             raise Refused('a real element cannot be reset; erase it')
         if self.host.loop is not None:
             self._run_transitions(self.trigger_deactivate)

@@ -73,7 +73,7 @@ class Simulator:
         """The state of the simulation."""
         host = self._host
         if (loop := host.loop) is not None:
-            return PAUSED if loop.paused else PLAYING
+            return PAUSED if loop.is_paused else PLAYING
         return NO_WORLD if host.element is None else STOPPED
 
     # --- services ------------------------------------------------------------------------
@@ -81,7 +81,7 @@ class Simulator:
     def _get_simulator_features(self, _: Any, response: Any) -> Any:
         element = self._host.element
         # reset of state and time together
-        resets = (20,) if element is None or element.simulated else ()
+        resets = (20,) if element is None or element.is_simulated else ()
         # state is got, set, paused; stepped once or several times
         response.features.features = [*resets, 24, 25, 26, 31, 32]
         response.features.custom_info = (

@@ -99,7 +99,7 @@ class Publishers:
         self._node = node
         self._host = host
         self._element = element
-        streams = select_streams(element.reader.holds_words, element.simulated)
+        streams = select_streams(element.reader.holds_words, element.is_simulated)
         group = MutuallyExclusiveCallbackGroup()  # the node's remembers all that ever was in it
         self._publishers = {
             stream.name: node.create_publisher(
@@ -116,7 +116,7 @@ class Publishers:
             settings.frame_id,
             lambda: node.get_clock().now().to_msg(),
         )
-        self._contour = Contour(element, settings.frame_id) if element.simulated else None
+        self._contour = Contour(element, settings.frame_id) if element.is_simulated else None
         self._markers = cache(partial(ChainMarkers, element, settings))  # few are asked for them
         self._on_events = [stream for stream in streams if not stream.is_periodic]
         self._periodic = [
@@ -128,7 +128,7 @@ class Publishers:
         self._made: dict[str, tuple[int, Any, Sequence[Any]]] = {}  # at rest, since which tick
         self._last_look = ActiveStreams()
         # of a fresh simulated one there is nothing to say, a real one's is not known yet
-        if element.reading or element.unknown or not element.simulated:
+        if element.reading or element.unknown or not element.is_simulated:
             for stream in self._on_events:
                 if stream.reports(Unknown('', 0)):
                     self._publish_event(stream, None)

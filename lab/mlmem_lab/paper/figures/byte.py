@@ -62,7 +62,7 @@ def _word_separation(byte: Any, omega: float) -> float:
     register = dataclasses.replace(byte.settings.register, omega_c=omega)
     settings = dataclasses.replace(byte.settings, register=register)
     found = forecast_words(Specimen(byte.design), settings)
-    return float(found.nearest.min() / np.linalg.norm(found.parts[0]))
+    return float(found.nearest_distances.min() / np.linalg.norm(found.parts[0]))
 
 
 @definition.register_drawing

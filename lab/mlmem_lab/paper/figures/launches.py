@@ -78,9 +78,9 @@ def kick_cell(velocity: float, strain: float, driven: bool = False) -> float:
         state[1, 0] = velocity
         state[2, 0] -= CASE_II.eta * velocity
         chain.restore(state, V_N=chain.V_N, steps_done=chain.steps_done)
-        chain.rest(math.ceil(times.hold / chain.dt))
+        chain.advance_steps(math.ceil(times.hold / chain.dt))
     _play_ramp(chain, Ramp(strain, 0.0, times.release))
-    chain.rest(math.ceil(times.settle / chain.dt))
+    chain.advance_steps(math.ceil(times.settle / chain.dt))
     found = find_walls(CASE_II, chain.configuration)
     kinks = [wall.position for wall in found if not wall.anti_kink]
     if len(kinks) == 1:
@@ -96,7 +96,7 @@ def _move_cell(speed: float, strain: float) -> int:
     _play_ramp(chain, Ramp(0.0, strain, times.ramp))
     _drive_cell(chain, EndMove(chain.end(1), CASE_II.D_s2, speed), times.hold)
     _play_ramp(chain, Ramp(strain, 0.0, times.release))
-    chain.rest(math.ceil(times.settle / chain.dt))
+    chain.advance_steps(math.ceil(times.settle / chain.dt))
     if chain.configuration.min() > CASE_II.D_barrier:
         return CASE_II.levels
     return find_level(CASE_II, chain.configuration)
@@ -104,7 +104,7 @@ def _move_cell(speed: float, strain: float) -> int:
 
 def _play_ramp(chain: Chain, ramp: Ramp) -> None:
     """Strain a chain; a ramp from zero to zero takes no time."""
-    if not ramp.still:
+    if not ramp.is_wait:
         at = substep_times(round(ramp.duration / chain.dt), chain.dt, NOH_BATHE)
         chain.advance(ramp.strain(at) * CASE_II.end_displacement(1.0))
 
@@ -113,7 +113,7 @@ def _drive_cell(chain: Chain, move: EndMove, hold: float) -> None:
     """Move the first cell, let go of it, and wait."""
     steps = math.ceil((move.duration + hold) / chain.dt)
     at = substep_times(steps, chain.dt, NOH_BATHE)
-    held_cell = HeldCell(1, move.at(at[at <= move.duration]))
+    held_cell = HeldCell(1, move.evaluate_motion(at[at <= move.duration]))
     chain.advance(np.full(2 * steps, chain.V_N), held_cell)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mlmem import MemoryElement, Write, load_element
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import Scatter, scattered
+from mlmem.physics import Scatter, draw_specimen
 
 from ...studies.trace import record_procedures
 from ..figure import Data, Figure, Quality
@@ -21,8 +21,8 @@ definition = Figure('robust', 'A robust element of uneven parts, written eight t
 def compute_data(quality: Quality) -> Data:
     """Return frames of the configuration and the left end while the levels are written."""
     shipped = load_element('robust_3')
-    made = scattered(shipped.design, Scatter(alpha=0.03, k_r=0.03, mass=0.03), 1)
-    driver = Simulation.of(made, shipped.settings.time)
+    made = draw_specimen(shipped.design, Scatter(alpha=0.03, k_r=0.03, mass=0.03), 1)
+    driver = Simulation.build_blank(made, shipped.settings.time)
     level_order = 7, 0, 6, 1, 5, 2, 4, 3  # most are far from the one before
     levels = level_order[: quality.pick(2, len(level_order))]
     commands = [(f'write level {level}', Write(level)) for level in levels]

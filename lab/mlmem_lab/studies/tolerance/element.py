@@ -27,9 +27,9 @@ from mlmem.physics import (
     Scatter,
     Specimen,
     StateError,
+    draw_specimen,
     find_level,
     find_walls,
-    scattered,
 )
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.procedures.driving import go_to_level
@@ -120,7 +120,7 @@ def try_element(
     faults = Faults(sensor_noise=noise, sensor_gain=float(1.0 + off[1]), seed=seed % 2**31)
     element.apply(SetFaults(faults))
     scatter = Scatter(**{name: by[name] for name in by.keys() - GLOBAL_KINDS})
-    specimen = scattered(design, scatter, seed)
+    specimen = draw_specimen(design, scatter, seed)
     specimen = dataclasses.replace(specimen, eta_factor=max(float(1.0 + off[0]), 0.0))
     element.chain.set_specimen(specimen)
     made = _Made(element, specimen, vibration, seed)
@@ -201,14 +201,14 @@ class _Made:
         try:
             return run(self._element, reading, self._shake).level
         except ProcedureFailed:  # it does not come to rest
-            self._element.transducer.release()
+            self._element.transducer.release_ends()
             return UNDECODABLE
 
     def _shake(self) -> None:
         """Give the base the acceleration of a tick, if it shakes."""
         if self._vibration:
             drawn = self._vibration * float(self._random.standard_normal())
-            self._element.base.disturb(min(max(drawn, -self._limit), self._limit))
+            self._element.base.accept_acceleration(min(max(drawn, -self._limit), self._limit))
 
 
 def evaluate_batch(
