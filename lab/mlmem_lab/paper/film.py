@@ -30,21 +30,21 @@ def save_film(design: Design, data: Data, signal: Array, label: str, stem: Path)
     upper, lower = style.axes_grid(figure, 2, 1, height_ratios=(2.4, 1.0))[:, 0]
     places = [design.defect_site(level) for level in range(design.levels)]
     for place in places:
-        upper.axvline(place, color=style.FAINT_COLOUR, lw=0.8, zorder=0)
+        upper.axvline(place, color=style.Colour.FAINT, lw=0.8, zorder=0)
     names = [f'{place}\n{design.code(level)}' for level, place in enumerate(places)]
     upper.set_xticks(places, names)
     upper.set_yticks([design.D_s1, design.D_s2], ['inactive', 'active'])
     upper.set(ylim=(-1.5, 1.5), xlabel='cell $j$, level')
-    lower.plot(t, signal, color=style.FAINT_COLOUR, lw=1.0)
-    lower.set(xlabel=style.TIME_LABEL, ylabel=label)
+    lower.plot(t, signal, color=style.Colour.FAINT, lw=1.0)
+    lower.set(xlabel=style.Label.TIME, ylabel=label)
 
     title = upper.set_title(' ')
     cells = upper.scatter(
         design.sites, field[0], c=field[0], cmap=style.PHASE_COLOURS, vmin=-1.3, vmax=1.3, s=12,
         linewidths=0,
     )  # fmt: skip
-    (past,) = lower.plot([], [], color=style.INK_COLOUR)
-    (now,) = lower.plot([], [], 'o', color=style.INK_COLOUR, ms=5)
+    (past,) = lower.plot([], [], color=style.Colour.INK)
+    (now,) = lower.plot([], [], 'o', color=style.Colour.INK, ms=5)
     moving = title, cells, past, now
 
     # one palette for all frames: the ramp of the phases, and greys

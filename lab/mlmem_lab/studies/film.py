@@ -27,21 +27,8 @@ from .trace import Trace, record_procedure
 
 FILMED_LEVEL = 3
 
-FRAME_TIME_MS = 100
-
 READ_GAIN = 40.0
 """By how much small waves are magnified during the read."""
-
-COLOUR_THEMES: Mapping[str, Mapping[str, str]] = {
-    'film': {
-        'ground': '#ffffff',
-        'ink': style.INK_COLOUR,
-        'faint': style.FAINT_COLOUR,
-        'wave': style.ACTIVE_COLOUR,
-    },
-    'film_dark': {'ground': '#0d1117', 'ink': '#e6edf3', 'faint': '#59626e', 'wave': '#5fb0f2'},
-}
-"""Colours on GitHub's pages, light and dark."""
 
 
 def record_element() -> tuple[Trace, dict[str, int], Echo]:
@@ -89,15 +76,15 @@ def draw_frames(
     over.set_ylabel('level', color=ink)
     lower.axhline(0.0, color=faint, lw=0.8)
     lower.set(xlim=(0, t[-1]), ylim=(1.15 * strain.min(), 1.15 * strain.max()))
-    lower.set_xlabel(style.TIME_LABEL, color=ink)
-    lower.set_ylabel(style.STRAIN_LABEL.replace('strain ', 'strain\n'), color=ink)
+    lower.set_xlabel(style.Label.TIME, color=ink)
+    lower.set_ylabel(style.Label.STRAIN.replace('strain ', 'strain\n'), color=ink)
     gain = np.exp(echo.probe.gain_decay * echo.t)
     late = echo.t > 110.0
     v_c = np.where(late, gain * echo.v_c, np.nan)
     limit = float((gain * detection_threshold(echo.probe, echo.t))[0])
-    heard.axhline(limit, color=style.MARK_COLOUR, ls='--', lw=1.2)
+    heard.axhline(limit, color=style.Colour.MARK, ls='--', lw=1.2)
     heard.text(
-        echo.t[-1], 1.08 * limit, 'threshold', color=style.MARK_COLOUR, ha='right', fontsize=9
+        echo.t[-1], 1.08 * limit, 'threshold', color=style.Colour.MARK, ha='right', fontsize=9
     )
     heard.set(yscale='log', xlim=(0, echo.t[-1]), ylim=(3e-6, 3e-3), xlabel='time units')
     heard.set_title('echo at the left end', color=ink, loc='left')
@@ -115,7 +102,8 @@ def draw_frames(
     figure.set_dpi(100)
     title = cells.set_title(' ', color=ink, loc='left', fontsize=12)
     begun = 0
-    last_frame_time_ms = 900  # how long a frame is shown, and the last of a procedure
+    # how long a frame is shown, and the last of a procedure
+    frame_time_ms, last_frame_time_ms = 100, 900
     frames_by_procedure = {'write': 46, 'read': 26, 'erase': 20}  # frames of each procedure
     for name, count in frames_by_procedure.items():
         ticks = np.unique(np.linspace(begun, ended[name] - 1, count).astype(int))
@@ -143,7 +131,7 @@ def draw_frames(
             canvas.draw()
             yield (
                 np.asarray(canvas.buffer_rgba()).copy(),
-                last_frame_time_ms if share == 1.0 else FRAME_TIME_MS,
+                last_frame_time_ms if share == 1.0 else frame_time_ms,
             )
         begun = ended[name]
 
@@ -164,7 +152,21 @@ def main(folder: Path) -> None:
     from PIL import Image
 
     trace, ended, echo = record_element()
-    for name, theme in COLOUR_THEMES.items():
+    themes = {  # on GitHub's pages, light and dark
+        'film': {
+            'ground': '#ffffff',
+            'ink': style.Colour.INK,
+            'faint': style.Colour.FAINT,
+            'wave': style.Colour.ACTIVE,
+        },
+        'film_dark': {
+            'ground': '#0d1117',
+            'ink': '#e6edf3',
+            'faint': '#59626e',
+            'wave': '#5fb0f2',
+        },
+    }
+    for name, theme in themes.items():
         with style.style_context():
             frames = list(draw_frames(theme, trace, ended, echo))
         images = [Image.fromarray(pixels).convert('RGB') for pixels, _ in frames]

@@ -95,15 +95,15 @@ def _draw_echo(axes: Any, row: int, t: Array, ratio: Array, delay: float) -> Non
     decade_height_rows = 0.35  # height of a factor of ten, in rows
     height = row + decade_height_rows * np.log10(np.clip(ratio, *shown_amplitudes))
     first = row == 0
-    axes.axhline(row, color=style.MARK_COLOUR, ls='--', label='threshold' if first else None)
-    axes.plot(t, height, color=style.ACTIVE_COLOUR, label='$v_c$, logarithmic' if first else None)
+    axes.axhline(row, color=style.Colour.MARK, ls='--', label='threshold' if first else None)
+    axes.plot(t, height, color=style.Colour.ACTIVE, label='$v_c$, logarithmic' if first else None)
     axes.fill_between(
-        t, row, height, where=height > row, color=style.ACTIVE_COLOUR, alpha=0.25, lw=0.0
+        t, row, height, where=height > row, color=style.Colour.ACTIVE, alpha=0.25, lw=0.0
     )
     axes.plot(
         [delay] * 2,
         [row - 0.4, row + 0.4],
-        color=style.INK_COLOUR,
+        color=style.Colour.INK,
         label='delay' if first else None,
     )
 
@@ -112,10 +112,10 @@ def _draw_delays(axes: Any, session: SessionData, delays: dict[int, float]) -> N
     calibration = session.header.calibration
     calibrated = calibration.left.delays
     axes.plot(
-        range(len(calibrated)), calibrated, '+', color=style.INK_COLOUR, ms=10, label='calibrated'
+        range(len(calibrated)), calibrated, '+', color=style.Colour.INK, ms=10, label='calibrated'
     )
     axes.plot(
-        list(delays), list(delays.values()), 'o', color=style.ACTIVE_COLOUR, ms=5, label='measured'
+        list(delays), list(delays.values()), 'o', color=style.Colour.ACTIVE, ms=5, label='measured'
     )
     axes.set(xlabel='level', ylabel=r'echo delay $\Delta t$ (time units)')
     axes.legend()

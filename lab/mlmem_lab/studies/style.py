@@ -21,32 +21,39 @@ from matplotlib.figure import Figure
 
 from mlmem.physics import Design
 
-INACTIVE_COLOUR = '#d55e00'
-"""The inactive phase: vermilion, for the paper's red."""
 
-ACTIVE_COLOUR = '#0072b2'
-"""The active phase: blue."""
+class Colour:
+    """The colours of lines and marks."""
 
-COMPRESSION_COLOUR = '#cc79a7'
-TENSION_COLOUR = '#009e73'
-INK_COLOUR = '#222222'
-FAINT_COLOUR = '#b0b0b0'
-MARK_COLOUR = '#e69f00'
-"""Thresholds and other settings."""
+    INACTIVE = '#d55e00'
+    """The inactive phase: vermilion, for the paper's red."""
+    ACTIVE = '#0072b2'
+    """The active phase: blue."""
+    COMPRESSION = '#cc79a7'
+    TENSION = '#009e73'
+    INK = '#222222'
+    FAINT = '#b0b0b0'
+    MARK = '#e69f00'
+    """Thresholds and other settings."""
+    PRINTED = '#7b1fa2'
+    """Numbers that the paper prints: violet, which nothing else has."""
 
-PRINTED_COLOUR = '#7b1fa2'
-"""Numbers that the paper prints: violet, which nothing else has."""
 
-PRINTED_LABEL = 'printed in the paper'
-"""Their name in every legend."""
+class Label:
+    """The words of axes and legends that several pictures have."""
+
+    PRINTED = 'printed in the paper'
+    TIME = 'time $t$ (1000 time units)'
+    STRAIN = 'strain ($10^{-3}$)'
+
 
 PHASE_COLOURS = LinearSegmentedColormap.from_list(
     'phases',
     [
         (0.0, '#8a3d00'),
-        (0.115, INACTIVE_COLOUR),
+        (0.115, Colour.INACTIVE),
         (0.5, '#f7f7f7'),
-        (0.885, ACTIVE_COLOUR),
+        (0.885, Colour.ACTIVE),
         (1.0, '#004a75'),
     ],
 )
@@ -55,53 +62,46 @@ PHASE_COLOURS = LinearSegmentedColormap.from_list(
 SMALL_FONT_SIZE = 9.0
 """Size of notes, ticks and legends in points; everything else is larger."""
 
-STYLE_SETTINGS: Any = {
-    'font.size': 10.0,
-    'axes.titlesize': 10.0,
-    'axes.titlelocation': 'left',
-    'axes.labelsize': 10.0,
-    'axes.linewidth': 0.8,
-    'axes.prop_cycle': cycler(
-        color=[
-            ACTIVE_COLOUR,
-            MARK_COLOUR,
-            TENSION_COLOUR,
-            COMPRESSION_COLOUR,
-            '#56b4e9',
-            INACTIVE_COLOUR,
-        ]
-    ),
-    'axes.spines.top': False,
-    'axes.spines.right': False,
-    'xtick.labelsize': SMALL_FONT_SIZE,
-    'ytick.labelsize': SMALL_FONT_SIZE,
-    'lines.linewidth': 1.4,
-    'legend.frameon': False,
-    'legend.fontsize': SMALL_FONT_SIZE,
-    'legend.title_fontsize': SMALL_FONT_SIZE,
-    'savefig.dpi': 120,
-    'svg.fonttype': 'none',
-    'svg.hashsalt': 'mlmem_ros',
-}
-
-FIGURE_WIDTH_INCHES = 7.2
-"""Width of a picture in inches."""
-
 MIDDLE_SITE = 100.0
 """The site that the paper calls x = 0."""
-
-TIME_LABEL = 'time $t$ (1000 time units)'
-STRAIN_LABEL = 'strain ($10^{-3}$)'
 
 
 def style_context() -> AbstractContextManager[None]:
     """Return the context in which figures are drawn and saved."""
-    return mpl.rc_context(STYLE_SETTINGS)
+    settings: Any = {
+        'font.size': 10.0,
+        'axes.titlesize': 10.0,
+        'axes.titlelocation': 'left',
+        'axes.labelsize': 10.0,
+        'axes.linewidth': 0.8,
+        'axes.prop_cycle': cycler(
+            color=[
+                Colour.ACTIVE,
+                Colour.MARK,
+                Colour.TENSION,
+                Colour.COMPRESSION,
+                '#56b4e9',
+                Colour.INACTIVE,
+            ]
+        ),
+        'axes.spines.top': False,
+        'axes.spines.right': False,
+        'xtick.labelsize': SMALL_FONT_SIZE,
+        'ytick.labelsize': SMALL_FONT_SIZE,
+        'lines.linewidth': 1.4,
+        'legend.frameon': False,
+        'legend.fontsize': SMALL_FONT_SIZE,
+        'legend.title_fontsize': SMALL_FONT_SIZE,
+        'savefig.dpi': 120,
+        'svg.fonttype': 'none',
+        'svg.hashsalt': 'mlmem_ros',
+    }
+    return mpl.rc_context(settings)
 
 
-def new_figure(height: float, width: float = FIGURE_WIDTH_INCHES) -> Any:
-    """Return an empty Matplotlib figure (its types are too narrow); sizes in inches."""
-    return Figure(figsize=(width, height), layout='constrained')
+def new_figure(height: float) -> Any:
+    """Return an empty Matplotlib figure (its types are too narrow) of a height in inches."""
+    return Figure(figsize=(7.2, height), layout='constrained')
 
 
 def axes_grid(figure: Figure, rows: int = 1, columns: int = 1, **options: Any) -> np.ndarray:
@@ -132,7 +132,7 @@ def annotate_place(
     axes: Any, text: str, at: tuple[Any, Any], shift: tuple[float, float] = (0, 0), **options: Any
 ) -> None:
     """Write beside a place in the data, shifted by points, what is there."""
-    options = {'fontsize': SMALL_FONT_SIZE, 'color': INK_COLOUR, **options}
+    options = {'fontsize': SMALL_FONT_SIZE, 'color': Colour.INK, **options}
     axes.annotate(text, at, shift, textcoords='offset points', **options)
 
 
@@ -155,9 +155,9 @@ def draw_contour(axes: Any, t: np.ndarray, x: np.ndarray, field: np.ndarray) -> 
 
 def draw_schedule(axes: Any, t: np.ndarray, strain: np.ndarray) -> None:
     """Draw the strain over times, shapes (m,), as the lower half of Fig. 4a."""
-    axes.axhline(0.0, color=FAINT_COLOUR, lw=0.8)
-    axes.plot(t, 1e3 * strain, color=INK_COLOUR, lw=1.0)
-    axes.set_ylabel(STRAIN_LABEL)
+    axes.axhline(0.0, color=Colour.FAINT, lw=0.8)
+    axes.plot(t, 1e3 * strain, color=Colour.INK, lw=1.0)
+    axes.set_ylabel(Label.STRAIN)
 
 
 def draw_driven(
@@ -175,7 +175,7 @@ def draw_driven(
     upper.set_ylabel('$x = j - 100$, level')
     phase_bar(figure, mesh, upper, (design.D_s1, design.D_s2))
     draw_schedule(lower, t, strain)
-    lower.set(xlim=(t[0], t[-1]), xlabel=TIME_LABEL)
+    lower.set(xlim=(t[0], t[-1]), xlabel=Label.TIME)
     return upper, lower
 
 
@@ -183,8 +183,8 @@ def mark_printed_walls(axes: Any, walls: Sequence[tuple[float, float]]) -> None:
     """Draw the times and places of a wall that the paper prints."""
     t, places = zip(*walls, strict=True)
     axes.plot(
-        t, places, 'D', color=PRINTED_COLOUR, mec='w', ms=8, clip_on=False, zorder=6,
-        label=PRINTED_LABEL,
+        t, places, 'D', color=Colour.PRINTED, mec='w', ms=8, clip_on=False, zorder=6,
+        label=Label.PRINTED,
     )  # fmt: skip
 
 
@@ -200,6 +200,6 @@ def mark_defects(axes: Any, design: Design, origin: float = 0.0) -> None:
     places = [design.defect_site(level) - origin for level in range(design.levels)]
     every = -(-design.levels // 8)
     for place in places:
-        axes.axhline(place, color=INK_COLOUR, lw=0.4, alpha=0.3)
+        axes.axhline(place, color=Colour.INK, lw=0.4, alpha=0.3)
     codes = [f'{place:.0f}   {design.code(m)}' for m, place in enumerate(places)]
     axes.set_yticks(places[::every], codes[::every])

@@ -96,7 +96,7 @@ def draw_shares(result: Mapping[str, Any]) -> Any:
     """Draw the share of kicks astray over the scatter, with intervals; open where none did."""
     figure = style.new_figure(3.4)
     axes = style.axes_grid(figure)[0, 0]
-    colours = style.INACTIVE_COLOUR, style.MARK_COLOUR, style.TENSION_COLOUR, style.ACTIVE_COLOUR
+    colours = style.Colour.INACTIVE, style.Colour.MARK, style.Colour.TENSION, style.Colour.ACTIVE
     element_count, min_shown_share = 40, 1e-3  # the share is the lower edge
     for (name, label), colour, mark in zip(LABEL_BY_PRESET.items(), colours, 'os^v', strict=True):
         rows = result['cases'][name]
@@ -122,7 +122,7 @@ def draw_shares(result: Mapping[str, Any]) -> Any:
         ylabel='share of kicks that go astray',
         xlabel='scatter of on-site stiffness, springs and masses at once',
     )  # fmt: skip
-    axes.axvspan(0.01, 0.05, color=style.FAINT_COLOUR, alpha=0.25, linewidth=0)
+    axes.axvspan(0.01, 0.05, color=style.Colour.FAINT, alpha=0.25, linewidth=0)
     axes.text(0.0105, 0.0013, 'printed or machined parts', fontsize=style.SMALL_FONT_SIZE)
     figure.legend(loc='outside upper center', ncols=4)
     return figure

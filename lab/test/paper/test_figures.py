@@ -20,7 +20,7 @@ STILL = [figure.name for figure in ALL_FIGURES if figure.ending == 'png']
 def test_every_figure_has_data_in_each_panel(name, small):
     with style.style_context():
         figure = FIGURES_BY_NAME[name].draw(small[name])
-    assert figure.get_figwidth() == style.FIGURE_WIDTH_INCHES
+    assert figure.get_figwidth() == 7.2
     assert all(axes.has_data() or axes.texts for axes in figure.axes)
 
 
@@ -31,7 +31,7 @@ def test_a_figure_is_written_as_png_svg_and_data_and_the_same_from_the_same(smal
         files = {file.suffix: file for file in figure.save(data, tmp_path / folder)}
     assert set(files) == {'.npz', '.png', '.svg'}
     assert {file.stem for file in files.values()} == {figure.stem}
-    assert Image.open(files['.png']).size[0] == 120 * style.FIGURE_WIDTH_INCHES
+    assert Image.open(files['.png']).size[0] == 120 * 7.2
     assert len(list(ElementTree.parse(files['.svg']).getroot().iter())) > 100
     kept = load_data(files['.npz'])
     assert set(kept) == set(data)

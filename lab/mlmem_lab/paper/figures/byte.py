@@ -83,18 +83,18 @@ def draw_figure(data: Data) -> Any:
         'a',
         f'{DRAWN_WORDS[-1]:#04x} is written: five kicks, the farthest first, and a pulse',
     )
-    below.plot(t, data['v_1'], color=style.INK_COLOUR, lw=1.0)
-    below.set(ylabel='$v_1$', xlabel=style.TIME_LABEL, xlim=(t[0], t[-1]))
+    below.plot(t, data['v_1'], color=style.Colour.INK, lw=1.0)
+    below.set(ylabel='$v_1$', xlabel=style.Label.TIME, xlim=(t[0], t[-1]))
     echo, carriers = style.axes_grid(lower, 1, 2)[0]
-    colors = (style.FAINT_COLOUR, style.INACTIVE_COLOUR, style.ACTIVE_COLOUR)
+    colors = (style.Colour.FAINT, style.Colour.INACTIVE, style.Colour.ACTIVE)
     for word, v_c, color in zip(DRAWN_WORDS, data['heard'], colors, strict=True):
         echo.semilogy(data['heard_t'], np.maximum(v_c, 1e-7), color=color, label=f'{word:#04x}')
     echo.set(xlabel='time after the pulse began', ylabel='$v_c$', ylim=(1e-6, None))
     echo.legend(loc='upper right')
     style.label_panel(echo, 'b', 'an echo of every wall')
-    carriers.plot(data['carrier'], 100.0 * data['apart'], 'o-', color=style.INK_COLOUR, ms=4)
+    carriers.plot(data['carrier'], 100.0 * data['apart'], 'o-', color=style.Colour.INK, ms=4)
     carriers.axvline(
-        load_element('byte').settings.register.omega_c, color=style.MARK_COLOUR, ls='--'
+        load_element('byte').settings.register.omega_c, color=style.Colour.MARK, ls='--'
     )
     carriers.set(xlabel=r'carrier $\omega_c$', ylabel='least difference, %', ylim=(0.0, None))
     style.label_panel(carriers, 'c', 'which carrier tells all words apart')

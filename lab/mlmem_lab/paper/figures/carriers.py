@@ -99,14 +99,14 @@ def draw_figure(data: Data) -> Any:
     figure = style.new_figure(5.6)
     grid = style.axes_grid(figure, 2, 2, sharex='col', sharey='row')
     for column, (end, color) in enumerate(
-        ((End.LEFT, style.ACTIVE_COLOUR), (End.RIGHT, style.INACTIVE_COLOUR))
+        ((End.LEFT, style.Colour.ACTIVE), (End.RIGHT, style.Colour.INACTIVE))
     ):
         upper, lower = grid[:, column]
         omega, echoes = data[f'omega_{end}'], data[f'echo_{end}']
         for level, echo in zip(data['levels'], echoes.T, strict=True):
             upper.semilogy(omega, echo, color=color, alpha=0.3 + 0.1 * level)
         upper.semilogy(
-            omega, np.maximum(data[f'quiet_{end}'], 1e-8), color=style.INK_COLOUR, ls=':'
+            omega, np.maximum(data[f'quiet_{end}'], 1e-8), color=style.Colour.INK, ls=':'
         )
         upper.set_ylim(1e-7, 2e-2)
         for name, alpha in (('compensated', 0.25), ('plain', 0.6)):
@@ -115,7 +115,7 @@ def draw_figure(data: Data) -> Any:
         lower.set(xlabel=r'carrier $\omega_c$', yscale='log', ylim=(1e-6, 2e-2))
         for axes in (upper, lower):
             for edges, tint in zip(
-                data['bands'], (style.INACTIVE_COLOUR, style.ACTIVE_COLOUR), strict=True
+                data['bands'], (style.Colour.INACTIVE, style.Colour.ACTIVE), strict=True
             ):
                 for edge in edges[(edges > omega[0]) & (edges < omega[-1])]:
                     axes.axvline(edge, color=tint, lw=1.0, ls='--')
@@ -125,15 +125,15 @@ def draw_figure(data: Data) -> Any:
     (upper, right), (lower, _) = grid
     upper.set_ylabel('greatest $v_c$ (cells)')
     lower.set_ylabel('threshold $v_{th}$ (cells)')
-    right.plot([], [], color=style.INK_COLOUR, ls=':', label='ring-down')
-    right.plot([], [], color=style.INACTIVE_COLOUR, label='echo: pale level 0, dark 7')
+    right.plot([], [], color=style.Colour.INK, ls=':', label='ring-down')
+    right.plot([], [], color=style.Colour.INACTIVE, label='echo: pale level 0, dark 7')
     right.legend(loc='lower left')
     for probe, text, shift, tint in (
-        (PAPER_PROBE, 'minimal repair', -45, style.MARK_COLOUR),
-        (PRINTED_PROBE, style.PRINTED_LABEL, 0, style.PRINTED_COLOUR),
+        (PAPER_PROBE, 'minimal repair', -45, style.Colour.MARK),
+        (PRINTED_PROBE, style.Label.PRINTED, 0, style.Colour.PRINTED),
     ):
         lower.plot(
-            probe.omega_c, probe.v_th, 'o', color=tint, mec=style.INK_COLOUR, ms=7, zorder=5
+            probe.omega_c, probe.v_th, 'o', color=tint, mec=style.Colour.INK, ms=7, zorder=5
         )
         style.annotate_place(
             lower, f'{text}:\n{probe.omega_c:.1f}, {probe.v_th:.1e}', (probe.omega_c, probe.v_th),

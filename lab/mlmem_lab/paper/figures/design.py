@@ -54,18 +54,18 @@ def draw_figure(data: Data) -> Any:
     X, U = data['X'], 1e3 * data['U']
     for axes in (rest, strained):
         for site in (25, 50, 75):
-            axes.axvline(site, color=style.FAINT_COLOUR, lw=0.8, zorder=0)
+            axes.axvline(site, color=style.Colour.FAINT, lw=0.8, zorder=0)
         axes.set(xlabel='wall $X$ (cells)', ylabel=r'energy $U$ ($10^{-3}$)', xlim=(X[0], X[-1]))
-    rest.plot(X, U[0], color=style.INK_COLOUR)
+    rest.plot(X, U[0], color=style.Colour.INK)
     style.label_panel(rest, 'a', 'no strain (lines: defects)')
     curves = zip(
-        U[1:], data['strains'][1:], (style.COMPRESSION_COLOUR, style.TENSION_COLOUR), strict=True
+        U[1:], data['strains'][1:], (style.Colour.COMPRESSION, style.Colour.TENSION), strict=True
     )
     for curve, strain, color in curves:
         strained.plot(X, curve - curve.mean(), color=color, label=rf'$\varepsilon$ = {strain:+g}')
     for site, name in ((42, r'$s_{\max}$'), (67, r'$s_{\min}$')):
         if site <= X[-1]:
-            strained.axvline(site, color=style.MARK_COLOUR, ls=':')
+            strained.axvline(site, color=style.Colour.MARK, ls=':')
             style.annotate_place(strained, name, (site, 60.0), (2, 0), va='top')
     strained.set_ylim(None, 62.0)
     strained.legend(loc='lower left')
@@ -74,23 +74,23 @@ def draw_figure(data: Data) -> Any:
         way.plot(
             data['way'],
             1e6 * pull,
-            color=style.INK_COLOUR,
+            color=style.Colour.INK,
             ls=dashes,
             label=rf'$\gamma$ = {gamma:.3g}',
         )
-    way.axhspan(-30.0, 0.0, color=style.INACTIVE_COLOUR, alpha=0.3, lw=0)
+    way.axhspan(-30.0, 0.0, color=style.Colour.INACTIVE, alpha=0.3, lw=0)
     way.set(xlabel='wall $X$ (cells)', ylabel=r'pull to the right ($10^{-6}$)', ylim=(-30, 160))
     way.legend(loc='center right')
     style.label_panel(way, 'c', 'the way back: below 0 it stops')
     for row, (name, color) in enumerate(
-        (('$s_1$', style.INACTIVE_COLOUR), ('$s_2$', style.ACTIVE_COLOUR))
+        (('$s_1$', style.Colour.INACTIVE), ('$s_2$', style.Colour.ACTIVE))
     ):
         low, high = data['bands'][row]
         bands.barh(row, high - low, left=low, height=0.5, color=color)
         style.annotate_place(bands, name, (low, row), (-4, 0), ha='right', va='center')
     names = ('right end', 'left end', 'as printed')
     for omega, name, dashes in zip(data['carriers'], names, (':', ':', '--'), strict=True):
-        bands.axvline(omega, color=style.MARK_COLOUR, ls=dashes)
+        bands.axvline(omega, color=style.Colour.MARK, ls=dashes)
         style.annotate_place(
             bands, f'{name} {omega:g}', (omega, 3.4), (-2, 0), ha='right', va='top', rotation=90
         )

@@ -47,17 +47,17 @@ def draw_figure(data: Data) -> Any:
     """Draw potential and stiffness, and both walls."""
     figure = style.new_figure(3.2)
     left, right = style.axes_grid(figure, 1, 2)[0]
-    left.plot(data['D'], data['energy_per_d'], color=style.INK_COLOUR)
+    left.plot(data['D'], data['energy_per_d'], color=style.Colour.INK)
     left.set(
         xlabel=r'configuration $\Delta$ (cells)', ylabel=r'potential $\psi/d$', ylim=(-0.2, 3.2)
     )
     stiffness = left.twinx()
     stiffness.spines.right.set_visible(True)
-    stiffness.plot(data['D'], data['stiffness_per_d'], color=style.MARK_COLOUR, lw=1.0, ls='--')
+    stiffness.plot(data['D'], data['stiffness_per_d'], color=style.Colour.MARK, lw=1.0, ls='--')
     stiffness.set_ylabel(r"stiffness $\psi''/d$ (dashed)")
     stiffness.set_ylim(-22.0, 44.0)
     values = zip(
-        (style.INACTIVE_COLOUR, style.ACTIVE_COLOUR),
+        (style.Colour.INACTIVE, style.Colour.ACTIVE),
         data['ground_states'],
         data['stiffnesses_per_d'],
         strict=True,
@@ -70,10 +70,10 @@ def draw_figure(data: Data) -> Any:
     for name, marker, text in (('case_1', 'o', 'Case I'), ('case_2', 's', 'Case II')):
         x, v = data[f'x_{name}'], data[f'anti_kink_{name}']
         near = np.abs(x) < 26.0
-        colors = np.where(v[near] > data['barrier'], style.ACTIVE_COLOUR, style.INACTIVE_COLOUR)
-        right.plot(x[near], v[near], color=style.INK_COLOUR, lw=0.6)
+        colors = np.where(v[near] > data['barrier'], style.Colour.ACTIVE, style.Colour.INACTIVE)
+        right.plot(x[near], v[near], color=style.Colour.INK, lw=0.6)
         right.scatter(x[near], v[near], c=colors, s=14, marker=marker, label=f'anti-kink, {text}')
-    right.plot(-x[near], v[near], color=style.FAINT_COLOUR, ls='--', label='kink, Case II')
+    right.plot(-x[near], v[near], color=style.Colour.FAINT, ls='--', label='kink, Case II')
     right.set(
         xlabel=r'cells from the wall, $j - X$', ylabel=r'$\Delta_j$ (cells)', ylim=(-1.3, 2.4)
     )

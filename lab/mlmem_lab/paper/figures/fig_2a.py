@@ -64,14 +64,14 @@ def draw_figure(data: Data) -> Any:
     x, strains = data['X'] - data['defect'], data['strain']
     every = slice(None, None, max(1, round(6.0 / (x[1] - x[0]))))
     halves = (
-        (-1.0, style.COMPRESSION_COLOUR, 'compression'),
-        (1.0, style.TENSION_COLOUR, 'tension'),
+        (-1.0, style.Colour.COMPRESSION, 'compression'),
+        (1.0, style.Colour.TENSION, 'tension'),
     )
     for (upper, lower), (sign, color, text) in zip(grid.T, halves, strict=True):
         for strain, ansatz, held in zip(strains, data['ansatz'], data['held'], strict=True):
             if strain * sign < 0.0:
                 continue
-            ink = color if strain else style.INK_COLOUR
+            ink = color if strain else style.Colour.INK
             upper.plot(x, ansatz, color=ink)
             upper.plot(x[every], held[every], 'o', color=ink, ms=3.5, mfc='w', mew=0.8)
             lower.plot(x, 1e3 * (ansatz - held), color=ink, lw=0.8)
@@ -79,8 +79,8 @@ def draw_figure(data: Data) -> Any:
                 upper, f'{1e3 * strain:+.0f}', (x[-1], ansatz[-1]), (4, 0), va='center'
             )
         for axes in (upper, lower):
-            axes.axvline(0.0, color=style.FAINT_COLOUR, lw=1.0, zorder=0)
-            axes.axvline(data['j_0'] - data['defect'], color=style.MARK_COLOUR, ls='--', zorder=0)
+            axes.axvline(0.0, color=style.Colour.FAINT, lw=1.0, zorder=0)
+            axes.axvline(data['j_0'] - data['defect'], color=style.Colour.MARK, ls='--', zorder=0)
         style.label_panel(upper, 'a', rf'{text}, $\varepsilon$ ($10^{{-3}}$) at the lines')
         lower.set(xlabel=r'wall $x = X - 100$ (cells)', ylim=(0.0, 1.5))
     grid[0, 0].set_ylabel(r'energy $U(X)$, relative to no wall')

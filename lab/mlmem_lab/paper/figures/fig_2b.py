@@ -71,11 +71,11 @@ def draw_figure(data: Data) -> Any:
     strain, where = 1e3 * data['strain'], ('before', 'at', 'after')
     for number, axes in enumerate(grid):
         axes.axhline(
-            data['j_0'][number] - data['defect'], color=style.MARK_COLOUR, ls='--', zorder=0
+            data['j_0'][number] - data['defect'], color=style.Colour.MARK, ls='--', zorder=0
         )
         for name, color, below in (
-            ('compression', style.COMPRESSION_COLOUR, 7),
-            ('tension', style.TENSION_COLOUR, -15),
+            ('compression', style.Colour.COMPRESSION, 7),
+            ('tension', style.Colour.TENSION, -15),
         ):
             path, depin = data[f'path_{name}_{number}'], 1e3 * data[f'static_{name}_{number}']
             axes.plot(strain, path, color=color, lw=2.0, label=name)

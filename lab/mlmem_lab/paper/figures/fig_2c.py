@@ -35,9 +35,9 @@ def draw_figure(data: Data) -> Any:
     figure = style.new_figure(2.2)
     grid = style.axes_grid(figure, 1, 3, sharey=True)[0]
     for number, axes in enumerate(grid):
-        axes.plot(data['x'], data['s'][number], color=style.INK_COLOUR)
-        axes.axvline(0.0, color=style.FAINT_COLOUR)
-        axes.axvline(data['j_0'][number], color=style.MARK_COLOUR, ls='--')
+        axes.plot(data['x'], data['s'][number], color=style.Colour.INK)
+        axes.axvline(0.0, color=style.Colour.FAINT)
+        axes.axvline(data['j_0'][number], color=style.Colour.MARK, ls='--')
         axes.set(xlabel='$x = j - 100$ (cells)', ylim=(0.8, 3.2), yticks=(1, 2, 3))
         style.label_panel(
             axes, 'c.' + 'i' * (number + 1), rf'$j_0 - 100 = {data["j_0"][number]:+.0f}$'

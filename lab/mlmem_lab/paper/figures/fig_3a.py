@@ -45,7 +45,7 @@ def draw_figure(data: Data) -> Any:
     left, right = style.axes_grid(figure, 1, 2, sharey=True, width_ratios=(1.0, 1.6))[0]
     omega = data['omega']
     for number, (color, name) in enumerate(
-        ((style.INACTIVE_COLOUR, 'inactive'), (style.ACTIVE_COLOUR, 'active'))
+        ((style.Colour.INACTIVE, 'inactive'), (style.Colour.ACTIVE, 'active'))
     ):
         low, high = data['bands'][number]
         inside = (omega >= low) & (omega <= high)
@@ -58,9 +58,9 @@ def draw_figure(data: Data) -> Any:
             3.25 + 0.12 * number, 3.33 + 0.12 * number, low / 2.6, high / 2.6, color=color
         )
     names = (
-        ('minimal repair', '-', style.MARK_COLOUR),
-        ('this device', ':', style.MARK_COLOUR),
-        (style.PRINTED_LABEL, '--', style.PRINTED_COLOUR),
+        ('minimal repair', '-', style.Colour.MARK),
+        ('this device', ':', style.Colour.MARK),
+        (style.Label.PRINTED, '--', style.Colour.PRINTED),
     )
     shifts = (-11, 3, 3)
     for at, (text, dashes, tint), shift in zip(data['carriers'], names, shifts, strict=True):

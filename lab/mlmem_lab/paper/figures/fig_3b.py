@@ -64,21 +64,21 @@ def draw_figure(data: Data) -> Any:
         axes.semilogy(
             t,
             np.maximum(v_m, 1e-8),
-            color=style.FAINT_COLOUR,
+            color=style.Colour.FAINT,
             lw=0.4,
             rasterized=True,
             label='$v_m$',
         )
-        axes.semilogy(t, np.maximum(v_c, 1e-8), color=style.ACTIVE_COLOUR, label='$v_c$')
+        axes.semilogy(t, np.maximum(v_c, 1e-8), color=style.Colour.ACTIVE, label='$v_c$')
         if name == 'ours':
-            axes.axhline(limit, color=style.MARK_COLOUR, ls='--', label='threshold $v_{th}$')
+            axes.axhline(limit, color=style.Colour.MARK, ls='--', label='threshold $v_{th}$')
         printed = float(data['v_th_printed'])
-        axes.axhline(printed, color=style.PRINTED_COLOUR, ls='--', label=style.PRINTED_LABEL)
+        axes.axhline(printed, color=style.Colour.PRINTED, ls='--', label=style.Label.PRINTED)
         if np.isfinite(delay):
             axes.plot(
                 [0.0, delay, delay],
                 [2.5e-2, 2.5e-2, limit],
-                color=style.INK_COLOUR,
+                color=style.Colour.INK,
                 lw=1.0,
                 ls=':',
             )

@@ -53,7 +53,7 @@ def draw_figure(data: Data) -> Any:
     left, right = figure.subfigures(1, 2, width_ratios=(2.1, 1.0))
     t = data['t'] / 1e3
     upper, lower = style.draw_driven(left, t, CASE_II, data['field'], data['strain'])
-    upper.plot(t, data['wall'] - style.MIDDLE_SITE, color=style.INK_COLOUR, lw=0.8)
+    upper.plot(t, data['wall'] - style.MIDDLE_SITE, color=style.Colour.INK, lw=0.8)
     style.mark_printed_walls(upper, [(t[0], -75.0), (t[-1], 100.0)])
     upper.legend(loc='lower right', labelcolor='w')
     style.label_panel(upper, 'a.i', r'configuration $\Delta_j$')
@@ -73,9 +73,9 @@ def _draw_detail(figure: Any, data: Data) -> None:
     t, wall = (data['t'][chosen] - begin) / 1e3, data['wall'][chosen] - style.MIDDLE_SITE
     upper, lower = style.stacked_axes(figure)[:, 0]
     style.draw_contour(upper, t, CASE_II.sites - style.MIDDLE_SITE, data['field'][chosen])
-    upper.plot(t, wall, color=style.INK_COLOUR, lw=1.0)
+    upper.plot(t, wall, color=style.Colour.INK, lw=1.0)
     for y in (home, home + 25.0):
-        upper.axhline(y, color=style.INK_COLOUR, lw=0.8, ls=':')
+        upper.axhline(y, color=style.Colour.INK, lw=0.8, ls=':')
     style.mark_printed_walls(upper, [(t[0], home), (t[-1], home + 25.0)])
     upper.set(ylim=(home - 8.0, home + 33.0), ylabel='$x$ (cells)')
     for number, (when, where) in enumerate(_find_events(t, wall, home), 1):

@@ -67,15 +67,15 @@ def draw_figure(data: Data) -> Any:
     axes = style.axes_grid(figure)[0, 0]
     levels, right = data['levels'], Settings().probe_right.omega_c
     rows = (
-        ('left', style.INK_COLOUR, '+', 10, r'left end, $\omega_c=2.1$, falling threshold'),
+        ('left', style.Colour.INK, '+', 10, r'left end, $\omega_c=2.1$, falling threshold'),
         (
             'paper',
-            style.ACTIVE_COLOUR,
+            style.Colour.ACTIVE,
             'o',
             7,
             rf'left end, $\omega_c={PAPER_PROBE.omega_c:g}$, plain threshold',
         ),
-        ('right', style.INACTIVE_COLOUR, 's', 6, rf'right end, $\omega_c={right:g}$ (ours)'),
+        ('right', style.Colour.INACTIVE, 's', 6, rf'right end, $\omega_c={right:g}$ (ours)'),
     )
     for name, color, marker, size, text in rows:
         delay, flight = data[f'delay_{name}'], data[f'time_of_flight_{name}']

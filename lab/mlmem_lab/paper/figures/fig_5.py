@@ -67,7 +67,7 @@ def draw_figure(data: Data) -> Any:
     style.label_panel(upper, 'i', f'a kink erases level {data["levels"][-1]}')
     style.label_panel(lower, 'ii', 'strain')
     axes = style.axes_grid(right)[0, 0]
-    colors = [style.ACTIVE_COLOUR if blank == -1 else style.FAINT_COLOUR for blank in data['left']]
+    colors = [style.Colour.ACTIVE if blank == -1 else style.Colour.FAINT for blank in data['left']]
     axes.bar_label(axes.bar(data['levels'], data['cycles'], color=colors))
     axes.set(xlabel='level erased', ylabel='strain cycles after the launch')
     axes.set_xticks(data['levels'])

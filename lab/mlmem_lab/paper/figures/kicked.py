@@ -39,8 +39,8 @@ def draw_figure(data: Data) -> Any:
     mesh = style.draw_contour(axes, t, CASE_II.sites, data['field'])
     style.phase_bar(figure, mesh, axes, (CASE_II.D_s1, CASE_II.D_s2))
     for begin, level in zip(1e-3 * data['begins'], data['levels'], strict=False):
-        axes.axvline(begin, color=style.FAINT_COLOUR, lw=0.6)
+        axes.axvline(begin, color=style.Colour.FAINT, lw=0.6)
         axes.text(begin, CASE_II.N + 4, f' {level}', va='bottom')
     axes.text(1e-3 * data['begins'][-1], CASE_II.N + 4, ' blank', va='bottom')
-    axes.set(xlabel=style.TIME_LABEL, ylabel='cell $j$', ylim=(1, CASE_II.N))
+    axes.set(xlabel=style.Label.TIME, ylabel='cell $j$', ylim=(1, CASE_II.N))
     return figure

@@ -31,4 +31,4 @@ def compute_data(quality: Quality) -> Data:
 @definition.register_film
 def save_movie(data: Data, stem: Path) -> list[Path]:
     """Write the film over the strain; return the file."""
-    return save_film(CASE_II, data, 1e3 * data['strain'], style.STRAIN_LABEL, stem)
+    return save_film(CASE_II, data, 1e3 * data['strain'], style.Label.STRAIN, stem)

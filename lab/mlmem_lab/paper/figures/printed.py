@@ -121,13 +121,13 @@ def draw_figure(data: Data) -> Any:
         figure, 2, 1, height_ratios=(len(data['places']), len(data['others']))
     )[:, 0]
     _draw_rows(upper, data['places'], data['places_ours'] - data['places_printed'])
-    upper.axvspan(-0.5, 0.5, color=style.PRINTED_COLOUR, alpha=0.15, lw=0)
-    upper.axvline(0.0, color=style.PRINTED_COLOUR, label=style.PRINTED_LABEL)
+    upper.axvspan(-0.5, 0.5, color=style.Colour.PRINTED, alpha=0.15, lw=0)
+    upper.axvline(0.0, color=style.Colour.PRINTED, label=style.Label.PRINTED)
     upper.set(xlim=(-3.0, 3.0), xlabel='ours minus printed (cells)')
     upper.legend(loc='lower right')
     style.label_panel(upper, 'a', 'places, printed as whole cells (shaded)')
     _draw_rows(lower, data['others'], data['others_ours'] / data['others_printed'])
-    lower.axvline(1.0, color=style.PRINTED_COLOUR)
+    lower.axvline(1.0, color=style.Colour.PRINTED)
     lower.set(xscale='log', xlim=(5e-3, 2e2), xlabel='ours over printed')
     style.label_panel(lower, 'b', 'other numbers')
     return figure
@@ -135,11 +135,11 @@ def draw_figure(data: Data) -> Any:
 
 def _draw_rows(axes: Any, names: Any, values: Any) -> None:
     rows = np.arange(len(names))
-    axes.plot(values, rows, 'o', color=style.ACTIVE_COLOUR, ms=6, zorder=5)
+    axes.plot(values, rows, 'o', color=style.Colour.ACTIVE, ms=6, zorder=5)
     for row, value in zip(rows, values, strict=True):
         style.annotate_place(
             axes, f'{value:.2g}' if abs(value) >= 5e-3 else '0', (value, row), (8, 0), va='center'
         )
     axes.set_yticks(rows, names)
     axes.set_ylim(len(names) - 0.5, -0.5)
-    axes.grid(axis='y', color=style.FAINT_COLOUR, lw=0.4)
+    axes.grid(axis='y', color=style.Colour.FAINT, lw=0.4)

@@ -10,16 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.ticker import LogLocator, NullLocator
 
-from ..style import (
-    ACTIVE_COLOUR,
-    INACTIVE_COLOUR,
-    INK_COLOUR,
-    MARK_COLOUR,
-    STYLE_SETTINGS,
-    annotate_place,
-    axes_grid,
-    new_figure,
-)
+from ..style import SMALL_FONT_SIZE, Colour, annotate_place, axes_grid, new_figure
 from .curve import list_rates
 from .element import ALL_KINDS, JOINED_BY, TRIAL_LABELS
 from .estimate import RARE_RATE, Rate, fit_fragility, foot_length
@@ -30,7 +21,7 @@ def draw_rates(result: Mapping[str, Any], cases: Sequence[str]) -> Any:
     each kind of disorder.
     """
     kind_colours = dict(zip(ALL_KINDS, (
-        ACTIVE_COLOUR, '#e69f00', INK_COLOUR, '#56b4e9', INACTIVE_COLOUR,
+        Colour.ACTIVE, '#e69f00', Colour.INK, '#56b4e9', Colour.INACTIVE,
         '#d55e00', '#009e73', '#cc79a7', '#999999', '#7f4f24',
     ), strict=True))  # fmt: skip
     curves = {tuple(case.split()[-3:-1]): result['cases'][case]['rows'] for case in cases}
@@ -38,7 +29,7 @@ def draw_rates(result: Mapping[str, Any], cases: Sequence[str]) -> Any:
     figure = new_figure(0.6 + 2.8 * len(trials))
     grid = axes_grid(figure, len(trials), sharex=True)[:, 0]
     for axes, tried in zip(grid, trials, strict=True):
-        axes.axhline(RARE_RATE, color=MARK_COLOUR, linewidth=1.2, linestyle=':')
+        axes.axhline(RARE_RATE, color=Colour.MARK, linewidth=1.2, linestyle=':')
         axes.set(
             xscale='log',
             yscale='log',
@@ -51,9 +42,7 @@ def draw_rates(result: Mapping[str, Any], cases: Sequence[str]) -> Any:
             if what == tried:
                 colour = kind_colours[kind.split(JOINED_BY)[0]]
                 draw_curve(axes, *list_rates(rows), colour, kind)
-    grid[0].set_title(
-        'dotted: one in a thousand fails', fontsize=STYLE_SETTINGS['legend.fontsize']
-    )
+    grid[0].set_title('dotted: one in a thousand fails', fontsize=SMALL_FONT_SIZE)
     grid[-1].set_xlabel(
         'standard deviation: alpha, k_r, s, mass, damping, gain relative; depth over the barrier; '
         'offset, noise in cells; vibration per time unit$^2$'
