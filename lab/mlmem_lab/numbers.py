@@ -41,14 +41,6 @@ from .results import (
     load_result,
 )  # fmt: skip
 
-PLACED_NUMBER = re.compile(
-    r'(-?(?:\d{1,3}(?: \d{3})+|\d+(?:\.\d+)?(?:e[-+]?\d+)?)|\*[^*\n]+\*)<!-- ([^>]+?) -->'
-)
-"""A number, or words in italics, and the comment behind it."""
-
-PLACED_TABLE = re.compile(r'<!-- table: ([^>]+?) -->\n.*?<!-- end -->', re.DOTALL)
-"""A table and the comments around it."""
-
 
 def list_pages() -> list[Path]:
     """Return the README and all pages."""
@@ -61,10 +53,15 @@ def place_numbers(text: str, folder: Path) -> str:
     Raises:
         ValueError: A comment names no number.
     """
-    text = PLACED_NUMBER.sub(
+    # a number, or words in italics, and the comment behind it
+    placed_number = re.compile(
+        r'(-?(?:\d{1,3}(?: \d{3})+|\d+(?:\.\d+)?(?:e[-+]?\d+)?)|\*[^*\n]+\*)<!-- ([^>]+?) -->'
+    )
+    placed_table = re.compile(r'<!-- table: ([^>]+?) -->\n.*?<!-- end -->', re.DOTALL)
+    text = placed_number.sub(
         lambda found: f'{format_number(found[1], found[2], folder)}<!-- {found[2]} -->', text
     )
-    return PLACED_TABLE.sub(lambda found: make_table(found[1], folder), text)
+    return placed_table.sub(lambda found: make_table(found[1], folder), text)
 
 
 def format_number(printed: str, path: str, folder: Path) -> str:

@@ -24,12 +24,6 @@ from mlmem.physics.jit import compile_kernel, inline_function
 from mlmem.physics.methods.integrator import Cells
 from mlmem.physics.potential import Array
 
-STAGE_TIMES = (0.0, 0.5, 0.5, 1.0)
-"""Times of the stages in a step, as fractions of it."""
-
-STAGE_WEIGHTS = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0)
-"""Shares of the stages in a step."""
-
 
 class Rk4Element(Driver):
     """An element over a rigid substrate, blank and at rest at first.
@@ -144,6 +138,9 @@ def _advance_samples(
             cubic in between.
         ends: Out: displacement of both ends after every sample, shape (2, n).
     """
+    # times and shares of the stages in a step, as fractions of it
+    stage_times = (0.0, 0.5, 0.5, 1.0)
+    stage_weights = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0)
     law, (k_r,), origin, mobility, under, _, _ = cells
     n, h = len(v), dt / steps
     x, u = np.empty(n + 2), np.empty(n)
@@ -159,8 +156,8 @@ def _advance_samples(
         for step in range(steps):
             next_v, next_velocity = v.copy(), velocity.copy()
             for stage in range(4):
-                share, time = STAGE_TIMES[stage] * h, (step + STAGE_TIMES[stage]) * h
-                end, weight = V_N + speed * time, STAGE_WEIGHTS[stage] * h
+                share, time = stage_times[stage] * h, (step + stage_times[stage]) * h
+                end, weight = V_N + speed * time, stage_weights[stage] * h
                 for j in range(n):
                     x[j + 1] = v[j] + share * rate[j]
                     u[j] = velocity[j] + share * kick[j]

@@ -1,6 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Benchmarks, one per module: `TITLE` and `run(repeats)`, which returns a `ResultTable`."""
+"""Benchmarks, one per module, whose `run(repeats)` returns a `ResultTable`."""
 
-BENCHMARK_NAMES = ('kernel', 'recorder', 'node')
-"""The modules, in the order they run."""
+BENCHMARK_TITLES = {
+    'kernel': 'ns per site and sub-step compared with C',
+    'recorder': 'recording as fast as possible',
+    'node': 'share of a core, tick lateness, read latency, start-up time and memory',
+}
+"""What is measured, by module, in the order they run."""

@@ -16,13 +16,13 @@ from pathlib import Path
 from mlmem_tools.cli.command import JSON_OPTION, declare_command, declare_option
 from mlmem_tools.cli.output import create_console, print_failure, print_json, print_rows
 
-from . import BENCHMARK_NAMES
+from . import BENCHMARK_TITLES
 
 
 @declare_command(
     'measure kernel, recorder and node, beside their peers',
     declare_option('names', nargs='*', metavar='NAME',
-        help=f'which of {", ".join(BENCHMARK_NAMES)}; all by default'),
+        help=f'which of {", ".join(BENCHMARK_TITLES)}; all by default'),
     declare_option('--repeats', type=int, default=7, help='rounds per comparison'),
     declare_option('--result', type=Path,
         help='result file of the tables'),
@@ -35,15 +35,15 @@ def bench(arguments: argparse.Namespace) -> int:
     from .node import keep_column
 
     console = create_console(aside=arguments.json)
-    if unknown := [name for name in arguments.names if name not in BENCHMARK_NAMES]:
-        known = ', '.join(BENCHMARK_NAMES)
+    if unknown := [name for name in arguments.names if name not in BENCHMARK_TITLES]:
+        known = ', '.join(BENCHMARK_TITLES)
         return print_failure('bench', f'NAME must be one of {known}; got {unknown[0]!r}', 2)
     if arguments.repeats < 1:
         return print_failure('bench', f'repeats must be at least 1; got {arguments.repeats}', 2)
     found = {}
-    for name in arguments.names or BENCHMARK_NAMES:
+    for name in arguments.names or BENCHMARK_TITLES:
         benchmark = importlib.import_module(f'.{name}', __package__)
-        with console.status(f'{name}: {benchmark.TITLE}'):
+        with console.status(f'{name}: {BENCHMARK_TITLES[name]}'):
             found[name] = benchmark.run(arguments.repeats)
         rows = found[name].rows
         print_rows(console, found[name].title, rows, list(dict.fromkeys(itertools.chain(*rows))))

@@ -30,8 +30,6 @@ from mlmem.physics.potential import Array
 
 from .measure import Contender, ResultTable, compare_costs, measure_contenders
 
-TITLE = 'ns per site and sub-step compared with C'
-
 TIME_STEP = 0.25
 """The step of the comparisons."""
 

@@ -28,8 +28,6 @@ from .measure import ResultTable, describe_processor, format_number
 if TYPE_CHECKING:
     from mlmem_ros.ros.client.client import MemoryClient
 
-TITLE = 'share of a core, tick lateness, read latency, start-up time and memory'
-
 Report = Mapping[str, float]
 """What a node measured, by name."""
 

@@ -26,8 +26,6 @@ from mlmem_ros.bag.writer import BagWriter
 
 from .measure import Contender, ResultTable, compare_costs, format_number, measure_contenders
 
-TITLE = 'recording as fast as possible'
-
 Types = Mapping[str, str]
 """Message types by topic."""
 
@@ -52,12 +50,18 @@ def run(repeats: int) -> ResultTable:
     """Measure the throughput of every writer."""
     messages = repeat_session(20)
     size = sum(len(message.cdr) for message in messages) / 1e6
+    writers: dict[str, Opened] = {
+        'BagWriter (ours)': _open_bag_writer,
+        'Recorder (ours, threaded)': _open_recorder,
+        'rosbags Writer': _open_rosbags,
+        'mcap Writer': _open_mcap,
+    }
     with tempfile.TemporaryDirectory() as folder:
         contenders = [
             Contender(
                 name, partial(_write_bag, messages, opened, Path(folder) / 'bag'), len(messages)
             )
-            for name, opened in WRITERS_BY_NAME.items()
+            for name, opened in writers.items()
         ]
         costs = measure_contenders(contenders, repeats, scale=1e6)
     rows = compare_costs(contenders, costs, 'us / message')
@@ -133,11 +137,3 @@ def _open_mcap(path: Path, types: Types) -> Iterator[Put]:
             channels[message.topic], message.log_time, message.cdr, message.log_time
         )
         writer.finish()
-
-
-WRITERS_BY_NAME: dict[str, Opened] = {
-    'BagWriter (ours)': _open_bag_writer,
-    'Recorder (ours, threaded)': _open_recorder,
-    'rosbags Writer': _open_rosbags,
-    'mcap Writer': _open_mcap,
-}

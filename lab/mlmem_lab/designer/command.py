@@ -35,7 +35,7 @@ from mlmem_tools.identification.kick_search import (
 from ..studies.proof import Proof, Tally, describe_proof, evaluate_run
 from ..study import count_cores, map_calls, provide_workers
 from ..windows.astray import count_astray
-from .search import SPEED_SEEDS, DesignNotFound, Request, choose_speeds, search_values, try_speeds
+from .search import DesignNotFound, Request, choose_speeds, search_values, try_speeds
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -101,10 +101,11 @@ def search_element(
         costs = search_values(request, pool, trials, best.append)
         show_progress(console, costs, 0, trials, 'trials')
     values = best[0].tolist()
-    count = len(SPEED_SEEDS)
+    seeds = range(100, 124)  # of the elements whose kicks choose the speeds
+    count = len(seeds)
     ends = map_calls(
         console, jobs or count_cores(), 'speeds', try_speeds,
-        [request] * count, [values] * count, SPEED_SEEDS,
+        [request] * count, [values] * count, seeds,
     )  # fmt: skip
     return choose_speeds(request, values, ends)
 

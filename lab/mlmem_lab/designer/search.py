@@ -29,23 +29,8 @@ from mlmem_tools.checks.budget import USUAL_SHARE, most_levels_with_friction, wi
 
 from ..windows.astray import find_scattered_ends
 
-TRIAL_SCATTER = 2.5
-"""Scatter of a trial over the requested scatter."""
-
-SPEEDS_PER_LEVEL, FINE_SPEEDS = 10, 40
-"""Speeds per level in a trial, and where speeds are chosen."""
-
-SPEED_WINDOWS = (5, 3, 8, 12)
-"""Numbers of neighbouring speeds that should lead to one level."""
-
-SETTLE_TIME = 400.0
-"""Rest after a kick in time units."""
-
-SLOWEST, MAX_END_SPEED = 0.004, 2.0
-"""Least mean and greatest momentary speed of an end in cells per time unit."""
-
-TRIAL_SEEDS, SPEED_SEEDS = range(6), range(100, 124)
-"""Elements of trials, and for choosing speeds."""
+FINE_SPEEDS_PER_LEVEL = 40
+"""Speeds per level that are tried where one is chosen."""
 
 
 class DesignNotFound(ValueError):
@@ -65,6 +50,11 @@ class Request:
     levels: int
     scatter: float
     friction: float = 0.0
+
+    @property
+    def trial_scatter(self) -> float:
+        """Scatter of a trial: so great that many kicks go astray."""
+        return 2.5 * self.scatter
 
 
 @dataclass(frozen=True)
@@ -112,14 +102,12 @@ def build_candidate(request: Request, values: Sequence[float]) -> tuple[Design, 
     )  # fmt: skip
     design.require_memory()
     low, high = math.sqrt(design.k_s1), math.sqrt(design.k_s2)
-    kick = KickSettings(
-        late=round(late, 3), settle=SETTLE_TIME, erase_speed=0.5, erase_settle=SETTLE_TIME
-    )
+    kick = KickSettings(late=round(late, 3), settle=400.0, erase_speed=0.5, erase_settle=400.0)
     return design, Settings(
         actuator=ActuatorSettings(present=False),
         write=WriteSettings(method='kick'),
         kick=kick,
-        transducer=TransducerSettings(max_speed=MAX_END_SPEED),
+        transducer=TransducerSettings(max_speed=2.0),
         read=ReadSettings(method='waveform', end='both'),
         # a carrier between the lower band edges, which a wall reflects whole
         register=RegisterSettings(
@@ -131,8 +119,9 @@ def build_candidate(request: Request, values: Sequence[float]) -> tuple[Design, 
 
 def list_speeds(settings: Settings, count: int) -> Array:
     """Return mean speeds from the slowest to the fastest that an end can do, most of them slow."""
-    fastest = MAX_END_SPEED / settings.kick.peak_speed_ratio
-    return np.asarray(np.linspace(SLOWEST**0.4, fastest**0.4, count) ** 2.5)
+    slowest = 0.004  # cells per time unit
+    fastest = settings.transducer.max_speed / settings.kick.peak_speed_ratio
+    return np.asarray(np.linspace(slowest**0.4, fastest**0.4, count) ** 2.5)
 
 
 def try_candidate(request: Request, values: Sequence[float]) -> float:
@@ -144,18 +133,18 @@ def try_candidate(request: Request, values: Sequence[float]) -> float:
     """
     try:
         design, settings = build_candidate(request, values)
-        speeds = list_speeds(settings, SPEEDS_PER_LEVEL * request.levels)
-        count = len(TRIAL_SEEDS)
-        own = {seed: speeds[k::count].tolist() for k, seed in enumerate(TRIAL_SEEDS)}
+        speeds = list_speeds(settings, 10 * request.levels)
+        count = 6  # elements, whose seeds are 0 to 5
+        own = {seed: speeds[seed::count].tolist() for seed in range(count)}
         found = find_scattered_ends(
-            design, settings, TRIAL_SCATTER * request.scatter, own, SETTLE_TIME
+            design, settings, request.trial_scatter, own, settings.kick.settle
         )
     except DesignError:
         return 2.0
     ends = np.empty(len(speeds), dtype=np.int64)
     for k, row in enumerate(found):
         ends[k::count] = row
-    each = [_best_shares(ends, request.levels, width) for width in SPEED_WINDOWS]
+    each = [_best_shares(ends, request.levels, width) for width in (5, 3, 8, 12)]
     shares = np.mean(each, axis=0)
     return float(1.0 - shares.mean() + 0.1 * (1.0 - shares.min()))
 
@@ -201,9 +190,9 @@ def search_values(
 def try_speeds(request: Request, values: Sequence[float], seed: int) -> list[int]:
     """Return where kicks of all speeds leave the wall of one scattered element."""
     design, settings = build_candidate(request, values)
-    speeds = {seed: list_speeds(settings, FINE_SPEEDS * request.levels).tolist()}
-    scatter = TRIAL_SCATTER * request.scatter
-    return find_scattered_ends(design, settings, scatter, speeds, SETTLE_TIME)[0]
+    speeds = {seed: list_speeds(settings, FINE_SPEEDS_PER_LEVEL * request.levels).tolist()}
+    rest_time = settings.kick.settle
+    return find_scattered_ends(design, settings, request.trial_scatter, speeds, rest_time)[0]
 
 
 def choose_speeds(
@@ -219,8 +208,8 @@ def choose_speeds(
         DesignNotFound: No speed leads half of the elements to a level.
     """
     design, settings = build_candidate(request, values)
-    speeds = list_speeds(settings, FINE_SPEEDS * request.levels)
-    smooth = np.full(SPEED_WINDOWS[0], 1.0 / SPEED_WINDOWS[0])
+    speeds = list_speeds(settings, FINE_SPEEDS_PER_LEVEL * request.levels)
+    smooth = np.full(5, 1.0 / 5.0)  # over neighbouring speeds
     shares = np.array([
         np.convolve((np.array(ends) == level).mean(axis=0), smooth, 'same')
         for level in range(request.levels)

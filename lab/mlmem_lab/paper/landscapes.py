@@ -28,12 +28,6 @@ from mlmem.physics.specimen import Specimen
 MAX_FIT_ERROR = 1.35e-4
 """The paper's bound of the root-mean-square error of every fit (page 3)."""
 
-MAX_ORDER = 40
-"""Largest order q of the Fourier expansion tried."""
-
-POINTS_PER_CELL = 8
-"""Points per cell of the integral's midpoint rule; alpha is constant within a cell."""
-
 
 @dataclass(frozen=True)
 class KinkFit:
@@ -149,16 +143,16 @@ def fit_kink(design: Design) -> KinkFit:
     return replace(KinkFit(*fit.x.tolist()), e_rms=_root_mean_square(fit.fun))
 
 
-def fit_displacement(design: Design, displacement: Array) -> DisplacementFit:
+def fit_displacement(design: Design, displacement: Array, max_order: int = 40) -> DisplacementFit:
     """Fit the linear-plus-Fourier ansatz of least order that meets the paper's bound.
 
     It is v_0 or V_0 at the sites, shape (N,).
 
     Raises:
-        StateError: No order up to `MAX_ORDER` meets the bound.
+        StateError: No order up to the greatest one meets the bound.
     """
     x, length = design.sites, 2.0 * design.N
-    for q in range(1, MAX_ORDER + 1):
+    for q in range(1, max_order + 1):
         cosines, sines = _fourier_terms(x, length, q)
         terms = np.column_stack((np.ones_like(x), x, cosines.T, sines.T))
         solution = np.asarray(np.linalg.lstsq(terms, displacement, rcond=1e-13)[0], np.float64)
@@ -167,7 +161,7 @@ def fit_displacement(design: Design, displacement: Array) -> DisplacementFit:
             a, b = solution[2 : 2 + q], solution[2 + q :]
             return DisplacementFit(float(solution[0]), float(solution[1]), a, b, length, e_rms)
     raise StateError(
-        f'the bound must be met with an order of at most {MAX_ORDER}; got {e_rms:.3g}, above '
+        f'the bound must be met with an order of at most {max_order}; got {e_rms:.3g}, above '
         f'{MAX_FIT_ERROR:.3g}'
     )
 
@@ -199,9 +193,10 @@ def compute_landscape(
     Returns:
         U in k_r (lattice constant)^2, shape (m,).
     """
-    step = 1.0 / POINTS_PER_CELL
+    points_per_cell = 8  # of the integral's midpoint rule; alpha is constant within a cell
+    step = 1.0 / points_per_cell
     x = np.arange(0.5 + 0.5 * step, design.N + 0.5, step)
-    alpha = np.repeat(design.alpha, POINTS_PER_CELL)
+    alpha = np.repeat(design.alpha, points_per_cell)
     rest = v_0.displacement(x) - V_0.displacement(x)
     if as_printed:
         rest = np.full_like(x, design.D_s1)
