@@ -16,10 +16,10 @@ from mlmem_lab.measured.runs import (
     mean_speed,
 )
 from mlmem_lab.measured.shells import (
-    ELEMENT_MASS,
-    ENDS,
-    KNOTS,
-    TOUCH,
+    ELEMENT_MASS_G,
+    LAW_BOUNDS,
+    LAW_POINT_COUNT,
+    MIN_MAGNET_DISTANCE_CM,
     Chains,
     fit_magnets,
     launch_waves,
@@ -68,10 +68,11 @@ def test_a_wave_is_that_of_another_integrator(name, spacing):
     tilt, damping, hand = 0.01, 0.01, 25.0
 
     def shell_force(u):
-        return np.interp(u, well * np.linspace(*ENDS, KNOTS), table) - tilt
+        return np.interp(u, well * np.linspace(*LAW_BOUNDS, LAW_POINT_COUNT), table) - tilt
 
     def push(stretch):  # of two neighbours, less that at rest
-        return A * ((np.maximum(spacing + stretch, TOUCH) + b) ** -p - (spacing + b) ** -p)
+        distance = np.maximum(spacing + stretch, MIN_MAGNET_DISTANCE_CM)
+        return A * ((distance + b) ** -p - (spacing + b) ** -p)
 
     rest = brentq(shell_force, -0.2 * well, 0.2 * well)
 
@@ -82,7 +83,7 @@ def test_a_wave_is_that_of_another_integrator(name, spacing):
         between = push(np.diff(u))
         force = np.zeros_like(u)
         force[1:-1] = between[:-1] - between[1:] - shell_force(u[1:-1])
-        acceleration = force / ELEMENT_MASS - damping * v
+        acceleration = force / ELEMENT_MASS_G - damping * v
         acceleration[[0, -1]] = 0.0
         return np.concatenate((v, acceleration))
 

@@ -26,27 +26,13 @@ from mlmem.physics.potential import Array
 from .runs import ALL_CASES, RAIL_DISTANCES_CM, SILENT_CASES, Case, load_runs
 from .shells import TESTS_BY_RAIL, Chains, launch_waves, load_force_table
 
-PRIOR_MEAN = np.array([np.log(0.012), np.log(0.02), 0.0, 0.0])
-PRIOR_WIDTH = np.array([0.7, 1.0, 0.05, 0.005])
-"""Priors of the common unknowns: logarithms of damping and damping of the snap (per ms), logarithm
-of the factor of the magnets, scatter of the tilts (10 N), which is the upper half of a normal."""
-
-TILT_WIDTH = 0.01
-"""Width of a rail's mean tilt, 10 N: 0.1 N is half the weight of an element."""
-
-HAND_TIME_BOUNDS_MS = 10.0, 100.0
-"""Shortest and longest time of the hand, ms; its logarithm is uniform."""
-
-WELL_DEVIATION_CM = 0.2
-"""Uncertainty of the second well where no wave has shown it, cm."""
-
 
 @dataclass
 class Particles:
     """Draws of all unknowns, and what follows from them.
 
     Attributes:
-        common: See `PRIOR_MEAN`, shape (n, 4).
+        common: See `Model.PRIOR_MEAN`, shape (n, 4).
         shares: Logits of the force tests of each rail, (n, 3, 3); those of no test are -inf.
         mean: Mean tilt of each rail, 10 N, (n, 3).
         tilt, hand, well: Of each lattice: 10 N, logarithm of ms, cm, shape (n, 9).
@@ -127,6 +113,21 @@ def mean_measurement(case: Case) -> Measurement:
 class Model:
     """Prior and likelihood, and moves that leave the posterior as it is."""
 
+    PRIOR_MEAN = np.array([np.log(0.012), np.log(0.02), 0.0, 0.0])
+    PRIOR_WIDTH = np.array([0.7, 1.0, 0.05, 0.005])
+    """Priors of the common unknowns: logarithms of damping and damping of the snap (per ms),
+    logarithm of the factor of the magnets, scatter of the tilts (10 N), which is the upper half of
+    a normal."""
+
+    TILT_WIDTH = 0.01
+    """Width of a rail's mean tilt, 10 N: 0.1 N is half the weight of an element."""
+
+    HAND_TIME_BOUNDS_MS = 10.0, 100.0
+    """Shortest and longest time of the hand, ms; its logarithm is uniform."""
+
+    WELL_DEVIATION_CM = 0.2
+    """Uncertainty of the second well where no wave has shown it, cm."""
+
     def __init__(self, rng: np.random.Generator, snap: bool) -> None:
         """Take viscous damping, and with `snap` a loss in the snap beside it."""
         self.rng, self.free = rng, np.array([True, snap, True, True])
@@ -135,12 +136,12 @@ class Model:
     def draw_prior(self, n: int) -> Particles:
         """Return particles of the prior, with their waves."""
         normal = self.rng.standard_normal
-        common = PRIOR_MEAN + PRIOR_WIDTH * normal((n, len(PRIOR_MEAN)))
+        common = self.PRIOR_MEAN + self.PRIOR_WIDTH * normal((n, len(self.PRIOR_MEAN)))
         common[:, 3] = np.abs(common[:, 3])
         common[:, ~self.free] = -99.0  # the logarithm of no loss
         shares = normal((n, 3, 3))
         shares[:, 2, 2] = -np.inf
-        mean = TILT_WIDTH * normal((n, 3))
+        mean = self.TILT_WIDTH * normal((n, 3))
         new = Particles(common, shares, mean, *np.zeros((6, n, 9)))
         for case in range(9):
             self._refresh_unknowns(new, case)
@@ -149,12 +150,13 @@ class Model:
 
     def _refresh_unknowns(self, at: Particles, case: int) -> None:
         """Draw the unknowns of a lattice of their prior."""
-        n, normal, low, high = len(at.tilt), self.rng.standard_normal, *np.log(HAND_TIME_BOUNDS_MS)
+        n, normal = len(at.tilt), self.rng.standard_normal
+        low, high = np.log(self.HAND_TIME_BOUNDS_MS)
         at.tilt[:, case] = at.mean[:, case // 3] + at.common[:, 3] * normal(n)
         at.hand[:, case] = self.rng.uniform(low, high, n)
         at.well[:, case] = self.data[case].well
         if ALL_CASES[case] in SILENT_CASES:
-            at.well[:, case] += WELL_DEVIATION_CM * normal(n)
+            at.well[:, case] += self.WELL_DEVIATION_CM * normal(n)
 
     def predict_speeds(self, at: Particles, case: int, draws: int = 20) -> Array:
         """Return speeds of a lattice whose own unknowns are drawn afresh, NaN for silence.
@@ -170,17 +172,18 @@ class Model:
 
     def compute_log_prior(self, at: Particles) -> Array:
         """Return the logarithm of the prior density, up to a constant, shape (n,)."""
-        z = (at.common - PRIOR_MEAN) / PRIOR_WIDTH
+        z = (at.common - self.PRIOR_MEAN) / self.PRIOR_WIDTH
         found = -0.5 * (z[:, self.free] ** 2).sum(axis=1)
         found -= 0.5 * (np.where(np.isfinite(at.shares), at.shares, 0.0) ** 2).sum(axis=(1, 2))
-        found -= 0.5 * ((at.mean / TILT_WIDTH) ** 2).sum(axis=1)
+        found -= 0.5 * ((at.mean / self.TILT_WIDTH) ** 2).sum(axis=1)
         spread = at.common[:, 3:]
         with np.errstate(all='ignore'):
             off = (at.tilt - np.repeat(at.mean, 3, axis=1)) / spread
             found -= 0.5 * (off**2).sum(axis=1) + 9.0 * np.log(spread[:, 0])
         for case in map(ALL_CASES.index, SILENT_CASES):
-            found -= 0.5 * ((at.well[:, case] - self.data[case].well) / WELL_DEVIATION_CM) ** 2
-        low, high = np.log(HAND_TIME_BOUNDS_MS)
+            off_well = at.well[:, case] - self.data[case].well
+            found -= 0.5 * (off_well / self.WELL_DEVIATION_CM) ** 2
+        low, high = np.log(self.HAND_TIME_BOUNDS_MS)
         bad = (at.hand < low).any(axis=1) | (at.hand > high).any(axis=1)
         bad |= at.common[:, 3] < 0.0
         return np.asarray(np.where(bad, -np.inf, found))

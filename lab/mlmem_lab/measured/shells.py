@@ -20,12 +20,8 @@ from mlmem.physics.potential import Array
 
 from .runs import DATA_FOLDER
 
-ELEMENT_COUNT = 25
-ELEMENT_MASS = 21.0
-FIRST, LAST = 7, 10
-"""The tracked elements, 8 to 11 counting the driven one as 1; from 0 here."""
+ELEMENT_MASS_G = 21.0
 
-FORCE_FOLDER = DATA_FOLDER / 'force'
 TESTS_BY_RAIL = {
     21.5: ('180mm_run29', '180mm_run30', '180mm_run32'),
     22.0: ('22mm_run11', '22mm_run13', '185mm_run22'),
@@ -33,34 +29,31 @@ TESTS_BY_RAIL = {
 }
 """The force tests of one shell that belong to a distance of the rails, by their second well."""
 
-FAR_REPULSION = {6.0: 0.0420, 7.0: 0.0232, 8.0: 0.0134}
-"""Repulsion of the magnets at the spacings in use, 10 N: what was measured there of a longer
-travel than the file has."""
+LAW_BOUNDS = (-1.0, 2.0)
+"""Ends of the table of a law, over the place of the second well."""
 
-KNOTS, ENDS = 601, (-1.0, 2.0)
-"""Of the table of a law, over the place of the second well."""
+LAW_POINT_COUNT = 601
+"""Number of its points."""
 
-TOUCH, NEAR = 0.3, 0.01
-"""Least distance of the table of the magnets, and its step, cm."""
-
-MAX_MAGNET_DISTANCE_CM = 20.0
-"""Its greatest distance, cm."""
+MIN_MAGNET_DISTANCE_CM = 0.3
+"""Distance below which the repulsion of the magnets grows no more."""
 
 
 @cache
 def load_force_table(name: str) -> tuple[Array, float]:
-    """Return a force test as a table over `ENDS` of its way, 10 N, and its second well, cm.
+    """Return a force test as a table over `LAW_BOUNDS` of its way, 10 N, and its second well, cm.
 
     Before its first and beyond its last point it goes on straight.
     """
     D, force = np.loadtxt(
-        FORCE_FOLDER / f'{name}.csv', delimiter=',', skiprows=1, usecols=(0, 1), unpack=True
+        DATA_FOLDER / 'force' / f'{name}.csv', delimiter=',', skiprows=1, usecols=(0, 1),
+        unpack=True,
     ) / 10.0  # fmt: skip
     rising = np.flatnonzero((force[:-1] < 0.0) & (force[1:] >= 0.0))[-1]
     well = float(np.interp(0.0, force[rising : rising + 2], D[rising : rising + 2]))
     first, last = (np.polyfit(D[part], force[part], 1)[0] for part in (slice(8), slice(-8, None)))
     zero = D[0] - force[0] / first
-    x = zero + (well - zero) * np.linspace(*ENDS, KNOTS)
+    x = zero + (well - zero) * np.linspace(*LAW_BOUNDS, LAW_POINT_COUNT)
     found = np.interp(x, D, force)
     found = np.where(x < D[0], force[0] + first * (x - D[0]), found)
     found = np.where(x > D[-1], force[-1] + last * (x - D[-1]), found)
@@ -69,16 +62,16 @@ def load_force_table(name: str) -> tuple[Array, float]:
 
 @cache
 def fit_magnets() -> tuple[float, float, float]:
-    """Return A, b and p of the repulsion A (r + b)^-p: as measured up close, and at
-    `FAR_REPULSION`.
-    """
+    """Return A, b and p of the repulsion A (r + b)^-p, as measured up close and far apart."""
     travel, force = np.loadtxt(
-        FORCE_FOLDER / 'magnets.csv', delimiter=',', skiprows=1, unpack=True
+        DATA_FOLDER / 'force' / 'magnets.csv', delimiter=',', skiprows=1, unpack=True
     )
-    near = np.linspace(0, len(travel) - 1, 3 * len(FAR_REPULSION)).astype(int)
+    # 10 N by cm: what was measured at the spacings of a longer travel than the file has
+    far_repulsion = {6.0: 0.0420, 7.0: 0.0232, 8.0: 0.0134}
+    near = np.linspace(0, len(travel) - 1, 3 * len(far_repulsion)).astype(int)
     contact_distance_mm = 142.0  # distance of the magnets at no travel, mm
-    r = np.append((contact_distance_mm - travel[near]) / 10.0, list(FAR_REPULSION))
-    pushed = np.log(np.append(force[near] / 10.0, list(FAR_REPULSION.values())))
+    r = np.append((contact_distance_mm - travel[near]) / 10.0, list(far_repulsion))
+    pushed = np.log(np.append(force[near] / 10.0, list(far_repulsion.values())))
 
     def force_residual(x: Array) -> Array:
         return np.asarray(x[0] - x[2] * np.log(r + x[1]) - pushed)
@@ -89,10 +82,10 @@ def fit_magnets() -> tuple[float, float, float]:
 
 @cache
 def tabulate_repulsion() -> Array:
-    """Return the table of the magnets, 10 N, from `TOUCH` to `MAX_MAGNET_DISTANCE_CM`."""
+    """Return the table of the magnets, 10 N, for each hundredth of a cm from 0 to 20 cm."""
     A, b, p = fit_magnets()
-    r = np.arange(0.0, MAX_MAGNET_DISTANCE_CM, NEAR)
-    return np.asarray(A * (np.maximum(r, TOUCH) + b) ** -p)
+    r = np.arange(0.0, 20.0, 0.01)
+    return np.asarray(A * (np.maximum(r, MIN_MAGNET_DISTANCE_CM) + b) ** -p)
 
 
 @dataclass(frozen=True)
@@ -100,7 +93,7 @@ class Chains:
     """Chains of equal shells, every field but the laws of shape (n,).
 
     Attributes:
-        laws: Tables of force over the way to the second well, 10 N, shape (n, KNOTS).
+        laws: Tables of force over the way to the second well, 10 N, shape (n, LAW_POINT_COUNT).
         well: Second well, cm.
         spacing: Of the elements, cm.
         tilt: Constant force along the wave, 10 N.
@@ -121,7 +114,7 @@ class Chains:
 
     def compute_gain(self) -> Array:
         """Return the energy that a passage sets free, mJ."""
-        inside = slice(round(-ENDS[0] * 200), round((1.0 - ENDS[0]) * 200) + 1)
+        inside = slice(round(-LAW_BOUNDS[0] * 200), round((1.0 - LAW_BOUNDS[0]) * 200) + 1)
         return np.asarray(100.0 * self.well * (self.tilt - self.laws[:, inside].mean(axis=1)))
 
 
@@ -143,7 +136,8 @@ def launch_waves(chains: Chains, dt: float = 0.4) -> tuple[Array, Array, Array]:
 @compile_kernel
 def _run_chains(laws: Array, numbers: Array, near: Array, dt: float, found: Array) -> None:
     """Step each chain by the leap-frog method, drag in the middle."""
-    n = ELEMENT_COUNT + 1
+    n = 26  # elements, the driven one and the last, which is held, included
+    first, last = 7, 10  # the tracked elements, 8 to 11 counting the driven one as 1
     well, spacing, tilt, damping, snap, magnets, hand = numbers
     u, v, f = np.zeros(n), np.zeros(n), np.zeros(n)
     marks = np.zeros((3, n))
@@ -179,7 +173,7 @@ def _run_chains(laws: Array, numbers: Array, near: Array, dt: float, found: Arra
                 if 0.0 < s < 1.0:
                     rate += snap[k] * 16.0 * s * s * (1.0 - s) * (1.0 - s)
                 drag = 0.5 * dt * rate
-                v[j] = ((1.0 - drag) * v[j] + dt * force / ELEMENT_MASS) / (1.0 + drag)
+                v[j] = ((1.0 - drag) * v[j] + dt * force / ELEMENT_MASS_G) / (1.0 + drag)
                 before = u[j]
                 u[j] += dt * v[j]
                 for m in range(3):
@@ -189,12 +183,12 @@ def _run_chains(laws: Array, numbers: Array, near: Array, dt: float, found: Arra
                         if m == 1 and j > passed:
                             passed, since = j, t
             # a wave has stopped that is slower than 0.4 m/s at 8 cm
-            if not np.isnan(marks[2, LAST]) or t - since > 200.0:
+            if not np.isnan(marks[2, last]) or t - since > 200.0:
                 break
-        late, early = marks[1, LAST], marks[1, FIRST]
-        found[k, 0] = 10.0 * D * (LAST - FIRST) / (late - early)
+        late, early = marks[1, last], marks[1, first]
+        found[k, 0] = 10.0 * D * (last - first) / (late - early)
         total = 0.0
-        for j in range(FIRST, LAST + 1):
+        for j in range(first, last + 1):
             total += marks[2, j] - marks[0, j]
-        found[k, 1] = total / (LAST - FIRST + 1)
+        found[k, 1] = total / (last - first + 1)
         found[k, 2] = passed
