@@ -50,7 +50,7 @@ def main(stage: str = 'demo') -> int:
         print(f'{problem}\n\n{ROBOT_ROAD}', file=sys.stderr)
         return 1
     python = str(venv / 'bin' / 'python')
-    install = [python, '-m', 'pip', 'install', '--disable-pip-version-check']
+    install = [python, '-m', 'pip', 'install', '--quiet', '--disable-pip-version-check']
     text = f'installing what "make {stage}" needs: {size}, a minute or two'
     packages = ['--editable', f'{ROOT}{extras}', '--editable', f'{ROOT}/lab']
     steps = [(text, [*install, *packages])]
@@ -58,31 +58,13 @@ def main(stage: str = 'demo') -> int:
         steps.insert(0, (f'making {folder}', [sys.executable, '-m', 'venv', '--clear', str(venv)]))
     for number, (text, command) in enumerate(steps, 1):
         print(f'[{number}/{len(steps)}] {text}', flush=True)
-        if not run(command):
+        if subprocess.run(command, cwd=ROOT).returncode:
             if not current:
                 shutil.rmtree(venv, ignore_errors=True)
             print(f'\nsetting up failed while {text}.\n{ROBOT_ROAD}', file=sys.stderr)
             return 1
     stamp.write_text(f'{wanted} {stage}')
     return 0
-
-
-def run(command: 'list[str]') -> bool:
-    """Run a step and show its current line; all of its last lines if it fails."""
-    process = subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    )
-    seen = []
-    width = shutil.get_terminal_size().columns - 8
-    for line in process.stdout:
-        seen.append(line)
-        if sys.stdout.isatty() and line.startswith(('Collecting', 'Installing', 'Building')):
-            print(f'\r      {line.strip()[:width]:<{width}}', end='', flush=True)
-    if sys.stdout.isatty():
-        print('\r' + ' ' * (width + 6) + '\r', end='', flush=True)
-    if process.wait() != 0:
-        print(''.join(seen[-40:]), file=sys.stderr)
-    return process.returncode == 0
 
 
 def missing_prerequisite() -> str:
