@@ -140,18 +140,20 @@ class Element:
                 values[name] = changed
         if deviations.any() or (made.alpha != made.design.alpha).any():
             values |= {'alpha': made.alpha.tolist(), 'alpha_std': deviations.tolist()}
-        if (made.masses != 1.0).any():
-            values['mass'] = made.masses.tolist()
-        if (made.k_r != 1.0).any():
-            values['k_r'] = made.k_r.tolist()
-        if made.offsets.any():
-            values['offset'] = made.offsets.tolist()
+        arrays = {
+            'mass': (made.masses, 1.0),
+            'k_r': (made.k_r, 1.0),
+            'offset': (made.offsets, 0.0),
+        }
+        for name, (array, default) in arrays.items():
+            if (array != default).any():
+                values[name] = array.tolist()
         if made.stuck:
             values['stuck'] = list(made.stuck)
         if self.time_unit != 1.0:
             values['time_unit'] = self.time_unit
         if self.transducers:
-            values['transducers'] = {name: list(row) for name, row in self.transducers.items()}
+            values['transducers'] = encode_value(self.transducers)
         if self.data:
             values |= {'chi2': self.chi2, 'data': self.data, 'untold': list(self.untold)}
         return values | ({'plan': encode_value(self.plan)} if self.plan else {})
@@ -194,28 +196,13 @@ def _parse_word(word: str) -> int | float | str:
 
 
 def _add_defaults(data: Any) -> Any:
-    """Return the values of a file with all settings, lists of numbers as the texts they are.
-
-    Raises:
-        DecodeError: One that must be a list is none.
-    """
+    """Return the values of a file with all settings of the groups that it has."""
     if not isinstance(data, Mapping):
         return data
     found = dict(data)
-    groups: dict[str, Any] = {'design': Design, **Settings().list_groups()}
-    for name, group in groups.items():
-        if not isinstance(given := data.get(name), Mapping):
-            continue
-        defaults = {} if name == 'design' else asdict(group)
-        found[name] = values = {**defaults, **given}
-        for each, row in find_descriptions(group):
-            if not row.words or each.name not in given:
-                continue
-            items = given[each.name]
-            if not isinstance(items, list):
-                place = f'{name}.{each.name}'
-                raise DecodeError.out_of_range(place, items, 'a list')
-            values[each.name] = ' '.join(map(str, items))
+    for name, group in Settings().list_groups().items():
+        if isinstance(given := data.get(name), Mapping):
+            found[name] = {**asdict(group), **given}
     return found
 
 

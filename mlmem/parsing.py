@@ -189,10 +189,10 @@ def decode_value(
 
     A document of another kind is refused without quoting it: a client may name any file.
 
-    A dataclass comes from an object, or from a list of all its fields; a tuple or list from a
-    list; a mapping with other keys than texts from a list of pairs; an array from a number, a
-    list of numbers or of hexadecimal ones, or the object that `encode_array` gives. Numbers are
-    finite.
+    A dataclass comes from an object, or from a list of all its fields; a tuple, list or text of
+    words from a list; a mapping with other keys than texts from a list of pairs; an array from a
+    number, a list of numbers or of hexadecimal ones, or the object that `encode_array` gives.
+    Numbers are finite.
 
     Args:
         data: The values.
@@ -220,6 +220,10 @@ def decode_value(
     if isinstance(kind, enum.EnumMeta):
         words = tuple(str(each.value) for each in list[enum.Enum](kind))
         return kind(decode_value(str, data, name, Description('', choices=words)))
+    if kind is str and given.words and not isinstance(data, str):
+        if not isinstance(data, list):
+            _raise_mismatch(name, 'a list', data)
+        data = ' '.join(map(str, data))
     if not is_valid_value(data, kind.__name__, given):
         _raise_mismatch(name, describe_expected(kind.__name__, given), data)
     if kind is int and not -(2**63) <= data < 2**63:

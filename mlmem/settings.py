@@ -9,7 +9,7 @@ The defaults are for the paper's Case II element.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,7 +17,7 @@ from typing import Any
 from .errors import Checked, SettingsError
 from .move_settings import ClearingPulseSettings, EraseSettings, KickSettings, WriteSettings
 from .rejections import ErrorCode
-from .schema import describe_field, make_field_factory
+from .schema import Problem, describe_field, make_field_factory
 
 _time = make_field_factory('time', 0.0, 1e6)
 _rate = make_field_factory('1/time', 0.0, 1.0)
@@ -263,20 +263,8 @@ class Settings:
     scale: ScaleSettings = ScaleSettings()
 
     def __post_init__(self) -> None:
-        limit = self.actuator.max_strain
-        peaks = ('compression', 'tension', 'start_strain')
-        for name, group in self.list_groups().items():
-            for peak in filter(group.__dict__.__contains__, peaks):
-                if abs(value := getattr(group, peak)) > limit:
-                    raise SettingsError.of_value(
-                        ErrorCode.CONFLICT, f'{name}.{peak}', value,
-                        f'within actuator.max_strain = {limit:g}',
-                    )  # fmt: skip
-        if self.write.method == 'strain' and not self.actuator.present:
-            raise SettingsError.of_value(
-                ErrorCode.CONFLICT, 'write.method', self.write.method,
-                'kick or auto for an element without an actuator (actuator.present)',
-            )  # fmt: skip
+        if conflicts := list(self._find_conflicts()):
+            raise SettingsError.of_problems(conflicts, ErrorCode.CONFLICT)
         if self.amplifies_pulses:
             for name, probe in (('probe', self.probe), ('probe_right', self.probe_right)):
                 try:
@@ -285,30 +273,36 @@ class Settings:
                     raise SettingsError.name_owner(
                         f'read.kicked_gain times {name}', error
                     ) from None
+
+    def _find_conflicts(self) -> Iterator[Problem]:
+        """Yield the values that do not fit others."""
+        limit, peaks = self.actuator.max_strain, ('compression', 'tension', 'start_strain')
+        for name, group in self.list_groups().items():
+            for peak in filter(group.__dict__.__contains__, peaks):
+                if abs(value := getattr(group, peak)) > limit:
+                    expected = f'within actuator.max_strain = {limit:g}'
+                    yield Problem(f'{name}.{peak}', value, expected)
+        if self.write.method == 'strain' and not self.actuator.present:
+            expected = 'kick or auto for an element without an actuator (actuator.present)'
+            yield Problem('write.method', self.write.method, expected)
         if self.element.bad_cells and self.register.spacing:
-            raise SettingsError.of_value(
-                ErrorCode.CONFLICT, 'element.bad_cells', self.element.bad_cells,
-                'empty for an element with many walls (register.spacing)',
-            )  # fmt: skip
-
+            expected = 'empty for an element with many walls (register.spacing)'
+            yield Problem('element.bad_cells', self.element.bad_cells, expected)
         if self.read.method != 'delay' and self.element.bad_cells:
-            raise SettingsError.of_value(
-                ErrorCode.CONFLICT, 'read.method', self.read.method,
+            expected = (
                 'delay for an element with known bad cells (element.bad_cells), whose waveforms '
-                'are compared anyway',
-            )  # fmt: skip
-
+                'are compared anyway'
+            )
+            yield Problem('read.method', self.read.method, expected)
         if self.has_one_transducer:
-            for field, value, expected in (
+            for field, value, needed in (
                 ('read.end', self.read.end, 'left'),
                 ('register.spacing', self.register.spacing, 0),
                 ('actuator.present', self.actuator.present, False),
             ):
-                if value != expected:
-                    raise SettingsError.of_value(
-                        ErrorCode.CONFLICT, field, value,
-                        f'{expected} for an element with one transducer (read.method records)',
-                    )  # fmt: skip
+                if value != needed:
+                    expected = f'{needed} for an element with one transducer (read.method records)'
+                    yield Problem(field, value, expected)
 
     @property
     def has_one_transducer(self) -> bool:
