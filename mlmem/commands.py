@@ -99,6 +99,17 @@ class Check:
 
 
 @dataclass(frozen=True)
+class Result:
+    """What a procedure returns: last reading, attempts, checks, delays, other findings."""
+
+    reading: Reading | None
+    attempts: int = 1
+    checks: tuple[Check, ...] = ()
+    delays: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    found: dict[str, float | str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Outcome:
     """How a procedure ended.
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from . import commands, factory, procedures
-from .commands import Command, Event, Feedback, Outcome, Progress
+from .commands import Command, Event, Feedback, Outcome, Progress, Result
 from .element_file import Element
 from .errors import ProcedureFailed, Refused, SettingsError
 from .instrument.base import NO_SHAKES, Shakes
@@ -21,7 +21,7 @@ from .instrument.instrument import MAX_RUN_TICKS
 from .memory import Memory
 from .physics import Design
 from .procedure_table import PROCEDURES, Abort, Calibrate, Procedures, Reset
-from .procedures import Procedure, Result
+from .procedures import Procedure
 from .readers.calibration import Calibration
 from .rejections import ErrorCode
 from .schema import find_descriptions, find_problems
@@ -121,7 +121,7 @@ class MemoryElement(Memory):
             Refused: A procedure runs, or a value is out of range; nothing is changed.
         """
         name = PROCEDURE_NAMES.get(type(command))
-        wanted = self._check_arguments(command) if name is not None else {}
+        wanted = self.check_arguments(command) if name is not None else {}
         match command:  # allowed at any time
             case Abort(why):
                 self._abort_procedure(f'aborted: {why}' if why else 'aborted')
@@ -194,16 +194,12 @@ class MemoryElement(Memory):
         if known and self.unknown is not None and not self._running:
             self._events.append(self.unknown)
 
-    def check(self, command: Command) -> None:
-        """Check the arguments of a procedure.
+    def check_arguments(self, command: Command) -> dict[str, Any]:
+        """Return the arguments of a procedure, which are right.
 
         Raises:
             Refused: One is out of range, or a bad cell makes a level unusable.
         """
-        self._check_arguments(command)
-
-    def _check_arguments(self, command: Command) -> dict[str, Any]:
-        """Return the arguments of a procedure."""
         most = self.reader.content_count - 1
         if wrong := find_problems(command, level=most, content=most):
             if self.settings.register.spacing:
@@ -353,11 +349,14 @@ class MemoryElement(Memory):
             )
 
     def _describe_remedy(self) -> str:
-        """Return what to do about cells that have left their phases, as far as the ends show."""
-        stray = None in (self.phase(End.LEFT), self.phase(End.RIGHT))
-        if not stray or not self.is_simulated or self.procedure == 'reset':
+        """Return what to do about cells that have left their phases, as far as the ends show.
+
+        Kicks that went astray are right again once they are calibrated.
+        """
+        if None not in (self.phase(End.LEFT), self.phase(End.RIGHT)) or self.procedure == 'reset':
             return ''
-        return '; if this remains so without faults, reset replaces the element by a blank one'
+        reset = ', and if this remains so without faults, reset replaces it by a blank one'
+        return f'; calibrate the element{reset if self.is_simulated else ""}'
 
     def _finish_procedure(self, success: bool, error: str, result: Result) -> None:
         """End the running procedure, successful or not: release cells, return the strain to zero.
@@ -374,9 +373,8 @@ class MemoryElement(Memory):
         run, self._running = self._running, None
         assert run is not None
         run.outcome = Outcome(
-            self.progress.procedure, success, error, result.reading, result.attempts,
-            self.progress.start_tick, self.ticks, result.checks, result.delays,
-            dict(result.found), self.content_name,
+            self.progress.procedure, success, error, start_tick=self.progress.start_tick,
+            end_tick=self.ticks, content_name=self.content_name, **vars(result),
         )  # fmt: skip
         self._events.append(run.outcome)
         return run.outcome

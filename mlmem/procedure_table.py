@@ -241,7 +241,7 @@ PROCEDURES = {
     'abort': Procedure(
         Abort,
         'stop the running procedure and bring the strain to zero',
-        'blocks.abort',
+        'driving.abort',
         'estimate_abort',
         action=False,
         listens=False,

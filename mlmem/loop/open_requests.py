@@ -122,7 +122,7 @@ class OpenRequests:
         running = self._element.procedure
         if not (running and request.waits and isinstance(request.asked, QUEUED_COMMANDS)):
             return False
-        self._element.check(request.asked)
+        self._element.check_arguments(request.asked)
         if len(self.waiting) >= self._most:
             self.refuse_expired()
         if len(self.waiting) >= self._most > 0:

@@ -13,10 +13,10 @@ from functools import cache
 from importlib import import_module
 from typing import NamedTuple
 
+from ..commands import Result
 from ..instrument.blocks import Procedure, run
 from ..procedure_table import PROCEDURES
 from . import estimates
-from .blocks import Result
 
 __all__ = ['Procedure', 'ProcedureSteps', 'Result', 'find_steps', 'run']
 

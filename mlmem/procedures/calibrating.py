@@ -11,6 +11,7 @@ from dataclasses import replace
 from functools import singledispatch
 from typing import Any
 
+from ..commands import Result
 from ..errors import Astray, ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
 from ..instrument.end import End
@@ -26,7 +27,6 @@ from ..readers.reader import Reader
 from ..readers.reading import BLANK, UNDECODABLE, Reading, describe_level
 from ..readers.record_reader import RecordReader
 from ..readers.waveform_reader import WaveformReader
-from .blocks import Result
 from .driving import erase, go_to_level, seems_blank
 from .reading import take_settled_reading
 from .writing import correct_speed, restore_content, went_too_far, write

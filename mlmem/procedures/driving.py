@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """Driving the walls: to a content by the fastest moves, open loop; out of the element; and by one
-kick, to wherever its speed takes them.
+kick, to wherever its speed takes them; and the abort of it all.
 """
 
 from __future__ import annotations
@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from ..commands import Result
 from ..errors import ProcedureFailed
-from ..instrument.blocks import Procedure, catch_up
+from ..instrument.blocks import Procedure, catch_up, ramp
 from ..instrument.end import End
 from ..memory import Memory
 from ..moves.corrections import PulseCorrection
@@ -20,7 +21,6 @@ from ..moves.planner import disable_kicks, erasing_moves, find_route
 from ..moves.strain_cycle import return_to_zero
 from ..readers.listening import try_wait_for_decay
 from ..readers.reading import UNDECODABLE, Reading
-from .blocks import Result
 
 
 def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
@@ -72,6 +72,19 @@ def kick_by_hand(element: Memory, speed: float) -> Procedure[Result]:
     yield from return_to_zero(element)
     element.forget_content('kicked by hand')
     yield from kick_to_other_phase(element, speed)
+    return Result(None)
+
+
+def abort(element: Memory) -> Procedure[Result]:
+    """Release a held cell and bring the strain to zero, smoothly.
+
+    As slowly as an erase: at the highest rate, one element in twenty was left with cells in a
+    third ground state, which no strain clears (see `bring_back`).
+    """
+    times = element.settings.erase
+    element.transducer.release()
+    if element.actuator.strain != 0.0 or element.actuator.is_moving:
+        yield from ramp(element, 0.0, times.release)
     return Result(None)
 
 

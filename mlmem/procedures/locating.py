@@ -10,6 +10,7 @@ from functools import singledispatch
 
 import numpy as np
 
+from ..commands import Result
 from ..errors import ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
 from ..instrument.end import End
@@ -23,7 +24,6 @@ from ..readers.echo import Echo
 from ..readers.listening import probe_ends, record_waveforms, wait_for_decay
 from ..readers.reader import Reader
 from ..readers.reading import BLANK, UNDECODABLE, Reading
-from .blocks import Result
 
 WELL_ERROR_CELLS = 0.25
 """Error from the well in which a wall rests, in cells: it shifts the echo of a wall between levels

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ..commands import Check
+from ..commands import Check, Result
 from ..errors import ProcedureFailed, Refused
 from ..instrument.blocks import Procedure, catch_up, ramp_strain, wait
 from ..instrument.end import End
@@ -25,7 +25,6 @@ from ..readers.decoding import MAX_THRESHOLD_FACTOR
 from ..readers.echo import detection_threshold
 from ..readers.listening import noise_floor, wait_for_decay
 from ..readers.reading import BLANK, UNDECODABLE, Reading
-from .blocks import Result
 from .driving import erase
 from .reading import take_settled_reading
 from .writing import restore_content, write

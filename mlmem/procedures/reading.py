@@ -4,12 +4,12 @@
 
 from __future__ import annotations
 
+from ..commands import Result
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure
 from ..memory import Memory
 from ..readers.listening import swinging_time, wait_until_pinned
 from ..readers.reading import UNDECODABLE, Reading
-from .blocks import Result
 
 
 def take_settled_reading(element: Memory, end: str = '') -> Procedure[Reading]:

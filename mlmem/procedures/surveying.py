@@ -11,6 +11,7 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
+from ..commands import Result
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, ramp_strain, wait
 from ..instrument.end import End
@@ -22,7 +23,6 @@ from ..physics.waves import pass_band
 from ..readers.listening import wait_for_decay
 from ..readers.reading import BLANK
 from ..settings import ProbeSettings
-from .blocks import Result
 from .driving import erase, go_to_level
 from .estimates import QUIET_DAMPING_TIMES, RECORD_TIME
 from .reading import take_settled_reading

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from ..commands import Result
 from ..errors import NotFollowed, ProcedureFailed
 from ..instrument.blocks import Procedure
 from ..instrument.end import End
@@ -11,7 +12,6 @@ from ..memory import Memory
 from ..moves.strain_cycle import return_to_zero
 from ..readers.reading import UNDECODABLE, Reading
 from . import estimates
-from .blocks import Result
 from .driving import erase, go_to_level
 from .reading import take_settled_reading
 

@@ -79,7 +79,7 @@ def test_stuck_cell_near_level_3_leaves_levels_before_it(method):
     with pytest.raises(Refused, match='level 4 cannot be reached: cell 104 is stuck'):
         element.perform(Write(4))
     with pytest.raises(Refused, match='level 3 cannot be held: no wall rests there'):
-        element.check(Write(3))
+        element.check_arguments(Write(3))
     assert true_level(element) == 1  # a refusal has changed nothing
 
 
