@@ -169,6 +169,16 @@ def test_wall_that_left_is_kicked_back_by_the_right_end_and_erased(name):
     assert find_walls(element.design, element.chain.configuration) == []
 
 
+def test_write_that_lost_its_wall_recommends_a_calibration_that_helps():
+    """With a fifth less damping every kick to the last level sends the wall out."""
+    element = lossy('robust_3', eta=0.8)
+    lost = element.perform(Write(7))
+    assert not lost.success
+    assert 'calibrate the element' in lost.error
+    assert element.perform(Calibrate()).success
+    assert element.perform(Write(7)).success
+
+
 def test_kick_after_a_wall_left_is_slower():
     """With a tenth less damping the wall passes the last level of eight."""
     element = lossy('robust_3', eta=0.9)

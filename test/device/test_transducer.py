@@ -20,6 +20,7 @@ from mlmem.instrument.transducer import (
 from mlmem.physics import CASE_II, INTEGRATORS, NOH_BATHE, Chain, HeldCell
 from mlmem.physics.waves import pass_band
 from mlmem.readers.echo import compute_weights, filter_carrier
+from mlmem.readers.listening import has_decayed
 from mlmem.settings import ProbeSettings
 
 from . import rig
@@ -259,6 +260,7 @@ def test_pulse_is_fired_only_when_last_one_has_decayed():
     """
     element = rig.paper(0)
     rig.succeed(element, Read())
+    assert not has_decayed(element)
     done = element.ticks
     element.apply(Read())
     while not element.transducer.is_driving:

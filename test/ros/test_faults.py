@@ -113,7 +113,7 @@ def test_element_out_of_its_phases_is_reset(start, tmp_path):
         end_node(node)
     node = start({**kept, 'record.path': str(bag)}, name='again')
     with Robot('/again') as robot:
-        assert 'reset replaces the element by a blank one' in robot.trigger('read')['error']
+        assert 'reset replaces it by a blank one' in robot.trigger('read')['error']
         assert robot.trigger('reset')['level'] == BLANK
         assert robot.write(5)['level'] == 5
         assert run_replay(close_session(node, bag)).exact
