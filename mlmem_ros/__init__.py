@@ -13,8 +13,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .contract.answers import Calibrated, Decoded, Done, SelfTested
-    from .contract.calls import BankFailed, NoAnswer, RequestError, RequestFailed, RequestRefused
+    from .contract.answers import (
+        BankFailed,
+        Calibrated,
+        Decoded,
+        Done,
+        NoAnswer,
+        RequestError,
+        RequestFailed,
+        RequestRefused,
+        SelfTested,
+    )
     from .ros.client.client import MemoryClient, standalone
     from .ros.client.reply import Reply
     from .ros.node.node import MemoryNode
@@ -28,18 +37,14 @@ __all__ = [
 ]  # fmt: skip
 
 _NAMES_BY_MODULE = {
-    'contract.answers': ('Calibrated', 'Decoded', 'Done', 'SelfTested'),
-    'contract.calls': (
-        'BankFailed',
-        'NoAnswer',
-        'RequestError',
-        'RequestFailed',
-        'RequestRefused',
+    'contract.answers': (
+        'BankFailed', 'Calibrated', 'Decoded', 'Done', 'NoAnswer', 'RequestError', 'RequestFailed',
+        'RequestRefused', 'SelfTested',
     ),
     'ros.client.client': ('MemoryClient', 'standalone'),
     'ros.client.reply': ('Reply',),
     'ros.node.node': ('MemoryNode',),
-}
+}  # fmt: skip
 """Modules, and the names they define."""
 
 _TOOL_NAMES = ('BankCheckFailed', 'BankValue', 'MemoryBank')

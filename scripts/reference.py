@@ -19,9 +19,9 @@ from reference_pages.parameters import generate_parameters
 from reference_pages.problems import generate_standard_problems
 from reference_pages.rig import generate_rig
 
-from mlmem_ros.contract import services
+from mlmem_ros.contract import requests
 from mlmem_ros.contract.commands import COMMAND_TOPICS
-from mlmem_ros.contract.services import ACTION_TYPE_NAMES
+from mlmem_ros.contract.requests import ACTION_TYPE_NAMES
 from mlmem_ros.contract.streams import STREAMS
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -66,7 +66,7 @@ def place_parts(name: str, parts: dict[str, str]) -> str:
 def policy() -> str:
     """Return the SROS 2 policy with the present topics, services and actions."""
     text = POLICY.read_text(encoding='utf-8')
-    served = *services.NODE_SERVICES, *services.SIMULATOR_SERVICES
+    served = *requests.NODE_SERVICES, *requests.SIMULATOR_SERVICES
     own = ''.join(f'            <service>~/{name}</service>\n' for name, *_ in served)
     text = re.sub(
         r'(<services reply="ALLOW">\n).*?( *<service>~/change_state)',

@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The public ROS interface: topics, messages, requests, answers; for node, clients and sessions.
 
-`topics` and `commands` need no ROS; `services`, `requests`, `answers` and `calls` no device.
+`topics` and `commands` need no ROS; `requests` and `answers` no device.
 Nothing here holds state or depends on a node.
 """

@@ -21,7 +21,7 @@ from mlmem.schema import short_repr
 from ..bag.contents import LOST_KEY, Message
 from ..bag.errors import BagError
 from ..bag.reader import BagReader
-from ..contract import calls
+from ..contract import answers
 from ..contract.streams import SHOT_HEAD_SIZE, STREAMS, Stream, decode_shot, parse_message
 from ..contract.topics import Status
 from .records import (
@@ -113,7 +113,7 @@ class SessionData:
 
 def _has_content_and_delay(values: Mapping[str, str]) -> bool:
     try:
-        calls.parse_content(values)
+        answers.parse_content(values)
         return 'error' not in values and math.isfinite(float(values['delay']))
     except (KeyError, ValueError):  # words have no delay
         return False
@@ -206,7 +206,7 @@ def _list_handlers(
 def _take_event(session: SessionData, stream: Stream, seconds: float, message: Any) -> None:
     values = parse_message(stream, message)
     if stream.name == 'echo':
-        calls.parse_echo(message)  # which refuses what is none
+        answers.parse_echo(message)  # which refuses what is none
     elif stream.name == 'waveform':
         decode_shot(values, message.layout.data_offset)
     session.events.setdefault(stream.name, []).append((seconds, values))
@@ -220,7 +220,7 @@ def _take_field(session: SessionData, seconds: float, message: Any) -> None:
 
 
 def _take_joint_states(session: SessionData, seconds: float, message: Any) -> None:
-    session.displacements.append((seconds, calls.parse_displacement(message)))
+    session.displacements.append((seconds, answers.parse_displacement(message)))
 
 
 def _list_losses(reader: BagReader, node: str) -> Iterator[str]:

@@ -27,7 +27,7 @@ from rclpy.utilities import try_shutdown
 
 from mlmem.loop.mailbox import TickRequest
 
-from ..contract.calls import RequestRefused
+from ..contract.answers import RequestRefused
 from ..host import REFUSALS
 from ..ros.main import parse_node_arguments
 from ..ros.node.node import MemoryNode

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from rclpy.node import Node
 
 from mlmem.procedure_table import BLANK
-from mlmem_ros.contract.calls import BankFailed, RequestError
+from mlmem_ros.contract.answers import BankFailed, RequestError
 from mlmem_ros.ros.client.client import MemoryClient
 from mlmem_ros.ros.client.connection import NodeConnection
 from mlmem_ros.ros.client.reply import Reply, Steps

@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mlmem_ros.contract.calls import RequestError
+from mlmem_ros.contract.answers import RequestError
 from mlmem_ros.packages import find_entry_points
 
 from . import laboratory

@@ -49,7 +49,7 @@ def _build_request_command(
     """
 
     def run_request(arguments: argparse.Namespace) -> int:
-        from mlmem_ros.contract.calls import RequestError, RequestFailed
+        from mlmem_ros.contract.answers import RequestError, RequestFailed
         from mlmem_ros.ros.client.client import standalone
 
         try:

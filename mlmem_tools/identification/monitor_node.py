@@ -24,7 +24,7 @@ from mlmem import SettingsError, element_file
 from mlmem.element_file import read_matching_element
 from mlmem.instrument.drivers import SIMULATION_NAME
 from mlmem.physics import INTEGRATORS
-from mlmem_ros.contract.calls import RequestError
+from mlmem_ros.contract.answers import RequestError
 from mlmem_ros.contract.messages import build_status
 from mlmem_ros.contract.streams import STREAMS, decode_read_shot
 from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, OK, WARN, Status, parse_status

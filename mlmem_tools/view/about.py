@@ -21,7 +21,7 @@ from mlmem.physics.waves import pass_band
 from mlmem.procedure_table import PROCEDURES
 from mlmem.readers.words import Code
 from mlmem.schema import find_descriptions
-from mlmem_ros.contract import calls
+from mlmem_ros.contract import answers
 from mlmem_ros.host.settings import DESCRIPTION
 
 PAGE_PARAMETERS = (
@@ -108,7 +108,7 @@ class About:
     def read_strain(self, message: Any) -> float:
         """Return the strain of the substrate from the joint states."""
         length = self.design.N * self.settings.scale.length
-        return round(calls.parse_displacement(message) / length, 6)
+        return round(answers.parse_displacement(message) / length, 6)
 
 
 def describe_faults(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

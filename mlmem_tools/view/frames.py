@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem_ros.contract import calls
+from mlmem_ros.contract import answers
 
 from ..json_values import to_json_value
 from .about import About
@@ -47,7 +47,7 @@ def thin_echo(message: Any) -> NDArray[np.float32]:
     Raises:
         ValueError: It is not an echo.
     """
-    t, _, v_c = calls.parse_echo(message)
+    t, _, v_c = answers.parse_echo(message)
     group = math.ceil(len(t) / 1200)  # samples on a page; of a group the largest is kept
     whole = len(t) // group * group
     t, v_c = t[:whole].reshape(-1, group)[:, -1], v_c[:whole].reshape(-1, group).max(axis=1)

@@ -14,8 +14,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from mlmem import element_file
-from mlmem_ros.contract.calls import RequestError
-from mlmem_ros.contract.services import load_action_types
+from mlmem_ros.contract.answers import RequestError
+from mlmem_ros.contract.requests import load_action_types
 from mlmem_ros.contract.streams import STREAMS
 from mlmem_ros.contract.topics import (
     DIAGNOSTICS_TOPIC,

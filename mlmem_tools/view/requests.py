@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from mlmem import Faults
 from mlmem.loop.timetable import MAX_SPEED, check_speed
 from mlmem.procedure_table import PROCEDURES
-from mlmem_ros.contract.calls import NoAnswer, RequestError, RequestRefused
+from mlmem_ros.contract.answers import NoAnswer, RequestError, RequestRefused
 from mlmem_ros.contract.requests import REQUEST_ARGUMENTS
 
 from .about import About

@@ -16,10 +16,9 @@ from mlmem.loop.loop import Loop
 from mlmem.procedure_table import PROCEDURES
 from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.writer import BagWriter
-from mlmem_ros.contract import answers, services
+from mlmem_ros.contract import answers, requests
 from mlmem_ros.contract.commands import COMMAND_TOPICS
-from mlmem_ros.contract.requests import PARAMETER_TYPES, REQUEST_ARGUMENTS
-from mlmem_ros.contract.services import ACTION_TYPE_NAMES
+from mlmem_ros.contract.requests import ACTION_TYPE_NAMES, PARAMETER_TYPES, REQUEST_ARGUMENTS
 from mlmem_ros.contract.streams import STREAMS
 from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, Topic
 from mlmem_ros.ros.node import diagnostics
@@ -35,7 +34,7 @@ INTERFACES = Path(__file__).resolve().parents[2] / 'mlmem_interfaces' / 'action'
 def generate_interfaces() -> dict[str, str]:
     """Return the tables of topics, services, actions, answers and diagnostics."""
     published = (*STREAMS.values(), DIAGNOSTICS_TOPIC)
-    requests = [
+    rows = [
         (
             f'`{name}`',
             ', '.join(f'`{key}` ({PARAMETER_TYPES[kind].lower()})' for key, kind in takes.items()),
@@ -46,9 +45,9 @@ def generate_interfaces() -> dict[str, str]:
     return {
         'subscribed': _topics(COMMAND_TOPICS),
         'published': _topics(published),
-        'services': _services(services.NODE_SERVICES),
-        'simulator': _services(services.SIMULATOR_SERVICES),
-        'requests': listing(requests),
+        'services': _services(requests.NODE_SERVICES),
+        'simulator': _services(requests.SIMULATOR_SERVICES),
+        'requests': listing(rows),
         'answers': table(['value', 'answer of', 'meaning'], _list_values()),
         'actions': table(['action', 'what it does', 'goal', 'result'], _list_actions()),
         'goals': listing(_describe_section(0)),

@@ -12,7 +12,7 @@ import pytest
 from rclpy.parameter import parameter_value_to_python
 
 from mlmem import Outcome, Reading
-from mlmem_ros.contract import answers, calls
+from mlmem_ros.contract import answers
 from mlmem_ros.contract.answers import (
     Calibrated,
     Decoded,
@@ -20,8 +20,7 @@ from mlmem_ros.contract.answers import (
     describe_fields,
     outcome_to_dict,
 )
-from mlmem_ros.contract.requests import build_parameter
-from mlmem_ros.contract.services import ACTION_TYPE_NAMES
+from mlmem_ros.contract.requests import ACTION_TYPE_NAMES, build_parameter
 from mlmem_ros.contract.streams import describe_outcome
 from mlmem_tools.cli import request
 
@@ -56,8 +55,8 @@ def test_failure_is_reported_without_infinity():
 
 @pytest.mark.parametrize('text', ['', 'ok', '[]', '{"procedure": "read", "level": 1}'])
 def test_malformed_answer_is_a_failed_request(text):
-    with pytest.raises(calls.RequestFailed):
-        calls.parse_answer(Decoded, True, text)
+    with pytest.raises(answers.RequestFailed):
+        answers.parse_answer(Decoded, True, text)
 
 
 # --- a field more -----------------------------------------------------------------------------
@@ -96,10 +95,10 @@ def test_field_declared_once_is_in_every_answer(monkeypatch):
     outcome = Outcome('read', True, '', READING, 1, 0, 60, found=measured)
     texts = describe_outcome(None, outcome).values
     assert (texts['warmth'], texts['warmths_left']) == ('293.5', '1 2')
-    by_service = calls.parse_answer(Warmed, True, answers.format_answer(outcome))
+    by_service = answers.parse_answer(Warmed, True, answers.format_answer(outcome))
     result = answers.build_result(result_type(Warmed), outcome, 0)
     assert (result.warmth, result.left_warmths, result.right_warmths) == (293.5, [1.0, 2.0], [3.0])
-    by_action = calls.parse_result('read', Warmed, result, SimpleNamespace())
+    by_action = answers.parse_result('read', Warmed, result, SimpleNamespace())
     for answer in (by_service, by_action):
         assert (answer.warmth, answer.warmths['right'], answer.level) == (293.5, (3.0,), 5)
         assert 'warmth 293.5' in request._format_found(answer)
@@ -114,7 +113,7 @@ def test_result_of_an_action_says_what_the_service_says(reading, delays):
     outcome = Outcome('calibrate', True, '', reading, 1, 0, 60, delays=delays)
     result = answers.build_result(result_type(Calibrated), outcome, 0)
     assert (result.left_delays, result.right_delays) == (list(delays.get('left', ())), [])
-    said = calls.extract_values('calibrate', result)
+    said = answers.extract_values('calibrate', result)
     assert said.items() >= (
         json.loads(answers.format_answer(outcome)).items() if reading else set()
     )
@@ -124,10 +123,10 @@ def test_result_of_an_action_says_what_the_service_says(reading, delays):
 def test_outcome_of_a_register_has_a_word_and_no_level():
     outcome = Outcome('read', True, '', READING, 1, 0, 60, content_name='word')
     assert (outcome.word, outcome.level) == (5, None)
-    by_service = calls.parse_answer(Decoded, True, answers.format_answer(outcome))
+    by_service = answers.parse_answer(Decoded, True, answers.format_answer(outcome))
     result = answers.build_result(result_type(Decoded), outcome, 0)
     assert (result.word, result.level) == (5, -2)
-    by_action = calls.parse_result('read', Decoded, result, SimpleNamespace())
+    by_action = answers.parse_result('read', Decoded, result, SimpleNamespace())
     for answer in (by_service, by_action):
         assert (answer.word, answer.level, answer.content) == (5, None, 5)
         assert request._format_found(answer).startswith('word 5 (0x5) (code 101)')
@@ -138,10 +137,9 @@ def test_value_absent_from_a_result_is_none():
     assert (result.level, result.word, result.walls) == (-2, -2, -1)
     assert math.isnan(result.delay)
     assert math.isnan(result.right_delay)
-    assert (
-        calls.extract_values('read', result).items() >= {'delay': None, 'error': 'no echo'}.items()
-    )
-    assert {'walls', 'right_delay', 'reason'}.isdisjoint(calls.extract_values('read', result))
+    found = answers.extract_values('read', result)
+    assert found.items() >= {'delay': None, 'error': 'no echo'}.items()
+    assert {'walls', 'right_delay', 'reason'}.isdisjoint(found)
 
 
 @pytest.mark.parametrize('name', [name for name in ACTION_TYPE_NAMES if name != 'self_test'])

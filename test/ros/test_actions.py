@@ -10,9 +10,9 @@ from concurrent.futures import CancelledError
 
 import pytest
 
-from mlmem_ros.contract import services
+from mlmem_ros.contract import requests
 
-if not services.load_action_types():
+if not requests.load_action_types():
     pytest.skip('mlmem_interfaces is not built: make interfaces', allow_module_level=True)
 
 from action_msgs.msg import GoalStatus

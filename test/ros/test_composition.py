@@ -14,7 +14,7 @@ from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 
 from mlmem import SettingsError
 from mlmem_ros import MemoryClient, MemoryNode, RequestRefused
-from mlmem_ros.contract import services
+from mlmem_ros.contract import requests
 from mlmem_ros.host import store
 from mlmem_ros.ros.middleware import create_events_executor
 from mlmem_ros.ros.node_process import PROFILE_VARIABLES
@@ -101,7 +101,7 @@ PREFIXES = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
 
 
 def test_cpp_client_writes_and_reads_a_level(start, tmp_path):
-    if not services.load_action_types():
+    if not requests.load_action_types():
         pytest.skip('mlmem_interfaces is not built: make interfaces')
     if not any(Path(each, 'share', 'rclcpp_action').is_dir() for each in PREFIXES if each):
         pytest.skip('there is no rclcpp_action: wheels do not have it, apt does')

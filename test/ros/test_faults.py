@@ -12,7 +12,7 @@ from robot import BLANK, Robot
 from sensor_msgs.msg import Imu
 
 from mlmem import Disturb, SetFaults, load_element
-from mlmem_ros.contract.calls import NoAnswer
+from mlmem_ros.contract.answers import NoAnswer
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay

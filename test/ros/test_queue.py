@@ -11,7 +11,7 @@ from nodes import SOON, arrived, refused
 from robot import PATIENCE
 
 from mlmem_ros import RequestFailed, RequestRefused, standalone
-from mlmem_ros.contract.services import load_action_types
+from mlmem_ros.contract.requests import load_action_types
 
 MOST = 3
 """Requests that may wait."""

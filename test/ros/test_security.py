@@ -8,9 +8,9 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from xml.etree import ElementTree
 
-from mlmem_ros.contract import services
-from mlmem_ros.contract.calls import RequestFailed, RequestRefused
-from mlmem_ros.contract.services import load_action_types
+from mlmem_ros.contract import requests
+from mlmem_ros.contract.answers import RequestFailed, RequestRefused
+from mlmem_ros.contract.requests import load_action_types
 from mlmem_ros.ros.client.client import standalone
 from mlmem_ros.ros.node import simulator
 
@@ -40,7 +40,7 @@ def allowed(enclave, rule):
     """
     names = set(listed(enclave, rule))
     if not SIMULATOR_BUILT:
-        names -= {f'/mlmem/{service.name}' for service in services.SIMULATOR_SERVICES}
+        names -= {f'/mlmem/{service.name}' for service in requests.SIMULATOR_SERVICES}
     for role, parts in ACTION.items():
         for action in listed(enclave, role):
             if ACTIONS_BUILT:

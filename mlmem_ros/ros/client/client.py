@@ -32,19 +32,22 @@ from ...contract.answers import (
     Calibrated,
     Decoded,
     Done,
+    NoAnswer,
     Paused,
     Recorded,
+    RequestRefused,
     SelfTested,
     Stepped,
-)
-from ...contract.calls import (
-    NoAnswer,
-    RequestRefused,
     parse_answer,
     parse_self_test,
 )
-from ...contract.requests import DEADLINE_ARGUMENT, build_parameter, build_request, check_content
-from ...contract.services import load_action_types
+from ...contract.requests import (
+    DEADLINE_ARGUMENT,
+    build_parameter,
+    build_request,
+    check_content,
+    load_action_types,
+)
 from ..middleware import ALIVE, create_events_executor
 from .connection import NodeConnection, get_client_thread
 from .reply import ProcedureReply, Reply, Steps, check_seconds

@@ -27,7 +27,7 @@ from unique_identifier_msgs.msg import UUID
 
 from mlmem.schema import short_repr
 
-from ...contract.calls import NoAnswer, RequestError, RequestRefused, parse_result
+from ...contract.answers import NoAnswer, RequestError, RequestRefused, parse_result
 from ..middleware import DESTROYED_ERRORS, NOT_SERVING
 from .connection import CHECK_PERIOD_S, NodeConnection
 

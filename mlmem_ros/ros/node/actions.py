@@ -22,7 +22,7 @@ from rclpy.qos import qos_profile_action_status_default
 from mlmem import Outcome, Refused, threads
 from mlmem.loop.mailbox import Request
 
-from ...contract import answers, messages, services
+from ...contract import answers, messages, requests
 from ...contract.requests import REQUEST_ARGUMENTS, build_command
 from ...host import Host
 from ..middleware import KEEP_ALL_PROFILE, RELIABLE_PROFILE
@@ -37,7 +37,7 @@ NONE, FAILED, REFUSED, CANCELED = range(4)
 
 def serve_actions(node: Node, host: Host) -> list[Action]:
     """Serve the actions, if their types are built and the node is to serve them."""
-    kinds = services.load_action_types() if node.get_parameter('actions').value else {}
+    kinds = requests.load_action_types() if node.get_parameter('actions').value else {}
     return [Action(node, host, name, kind) for name, kind in kinds.items()]
 
 

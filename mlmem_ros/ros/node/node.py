@@ -23,7 +23,7 @@ from mlmem import DriverError, DriverHangs, Event, Refused, threads
 from mlmem.loop.timetable import Pacer, SteadyPacer
 from mlmem.physics import INTEGRATORS, is_kernel_cached
 
-from ...contract.services import NODE_SERVICES
+from ...contract.requests import NODE_SERVICES
 from ...host import REFUSALS, Host
 from ...host.building import Built
 from ...host.settings import INTROSPECTION_PARAMETER, Parameters

@@ -36,7 +36,7 @@ from mlmem.readers.words import count_words
 from mlmem.schema import Description, find_descriptions, short_repr
 from mlmem.settings import Settings
 
-from ...contract.services import NODE_SERVICES
+from ...contract.requests import NODE_SERVICES
 from ...host import Host
 from ...host.settings import (
     ACTUATOR,

@@ -22,7 +22,7 @@ from rclpy.node import Node
 from mlmem import Refused
 from mlmem.loop.mailbox import TickRequest
 
-from ...contract.services import SIMULATOR_SERVICES
+from ...contract.requests import SIMULATOR_SERVICES
 from ...host import REFUSALS, Host
 from ..middleware import KEEP_ALL_PROFILE
 from .callback_guard import await_future
