@@ -12,21 +12,8 @@ from importlib import metadata
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from typing import NamedTuple
 
-DEBIAN_PACKAGES = 'numpy', 'numba', 'yaml', 'rich', 'matplotlib', 'scipy', 'aiohttp', 'PIL'
-"""Import names of what Debian and Ubuntu have as python3-NAME."""
-
 PYPI_NAMES = {'yaml': 'pyyaml', 'PIL': 'pillow'}
 """PyPI names that differ from the import name."""
-
-RECORDING_PACKAGES = ('mcap', 'rosbags')
-"""What recording and replay need beside PyYAML: on PyPI alone, the extra `bag`."""
-
-ROS_PACKAGES = (
-    'rclpy', 'std_srvs', 'std_msgs', 'rcl_interfaces', 'sensor_msgs', 'diagnostic_msgs',
-    'lifecycle_msgs', 'trajectory_msgs', 'visualization_msgs', 'geometry_msgs',
-    'builtin_interfaces',
-)  # fmt: skip
-"""ROS 2 packages that the node or its clients use."""
 
 
 @functools.cache
@@ -56,35 +43,31 @@ def find_tool(name: str) -> EntryPoint:
 
 def format_install_advice(name: str) -> str:
     """Return in one line how to install a package, given its import name."""
-    if name in ROS_PACKAGES:
+    if _is_ros_package(name):
         return (
             'source /opt/ros/jazzy/setup.bash, or install the wheels ros-jazzy-rclpy, '
             'ros-jazzy-common-interfaces and ros-jazzy-rmw-fastrtps-cpp'
         )
-    pypi = (
-        ' '.join(RECORDING_PACKAGES) if name in RECORDING_PACKAGES else PYPI_NAMES.get(name, name)
-    )
-    if name in DEBIAN_PACKAGES:
-        return (
-            f'sudo apt install python3-{name.lower()}, or in a virtual environment pip '
-            f'install {pypi}'
-        )
     return (
-        f'python3 -m pip install {pypi} (where that is refused as externally managed: with '
-        '--break-system-packages, or in a virtual environment)'
+        f'python3 -m pip install {PYPI_NAMES.get(name, name)} (where that is refused as '
+        'externally managed: with --break-system-packages, or in a virtual environment)'
     )
 
 
 def describe_missing(error: ModuleNotFoundError) -> str:
     """Return in one line which package an import did not find, and how to install it."""
     name = (error.name or '').partition('.')[0]
-    if name in ROS_PACKAGES:
+    if _is_ros_package(name):
         return f'this needs ROS 2: {format_install_advice(name)}'
     if name == 'mlmem_tools':
         return f'{error}'
     if name == 'mlmem_lab':
         return 'the laboratory is missing; in a checkout: pip install ./lab'
     return f'the Python package {name} is missing: {format_install_advice(name)}'
+
+
+def _is_ros_package(name: str) -> bool:
+    return name == 'rclpy' or name.endswith(('_msgs', '_srvs', '_interfaces'))
 
 
 class Library(NamedTuple):

@@ -22,7 +22,7 @@ def test_missing_or_broken_library_gives_advice(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     assert doctor.check_library('broken_library').seen == 'libfoo.so.1: no such file'
     for name, verdict, advice in (
-        ('numba', 'fail', 'sudo apt install python3-numba'),
+        ('numba', 'fail', 'python3 -m pip install numba'),
         ('mcap', 'warn', 'python3 -m pip install mcap'),
         ('rclpy', 'fail', 'source /opt/ros/jazzy/setup.bash'),
     ):
