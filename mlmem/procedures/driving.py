@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from ..commands import Result
 from ..errors import ProcedureFailed
-from ..instrument.blocks import Procedure, catch_up, ramp
+from ..instrument.blocks import Procedure, catch_up, ramp_strain
 from ..instrument.end import End
 from ..memory import Memory
 from ..moves.corrections import PulseCorrection
@@ -82,9 +82,9 @@ def abort(element: Memory) -> Procedure[Result]:
     third ground state, which no strain clears (see `bring_back`).
     """
     times = element.settings.erase
-    element.transducer.release()
+    element.transducer.release_ends()
     if element.actuator.strain != 0.0 or element.actuator.is_moving:
-        yield from ramp(element, 0.0, times.release)
+        yield from ramp_strain(element, 0.0, times.release)
     return Result(None)
 
 
