@@ -55,9 +55,6 @@ STRAINED_PRESETS = tuple(
 )
 """Presets that are written by strain. The studies `kicks` and `words` measure the others."""
 
-ORIGIN_KEYS = ('command', 'version', 'processor', 'seed', 'date', 'seconds', 'modules', 'hashes')
-"""The keys that say where a result comes from."""
-
 
 def save_result(
     path: Path,
@@ -110,7 +107,7 @@ def describe_origin(
     seed: int | None,
     kept: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return the values of `ORIGIN_KEYS`."""
+    """Return where a result comes from, and when and from what code."""
     current = hash_modules(modules)
     return {
         'command': command,
@@ -154,7 +151,8 @@ def _read_content(file: Path) -> bytes:
         return _parse_code(file, file.stat().st_mtime_ns).encode()
     if file.parent != RESULT_FOLDER:
         return file.read_bytes()
-    numbers = {key: value for key, value in load_result(file).items() if key not in ORIGIN_KEYS}
+    origin = 'command', 'version', 'processor', 'seed', 'date', 'seconds', 'modules', 'hashes'
+    numbers = {key: value for key, value in load_result(file).items() if key not in origin}
     return json.dumps(numbers, sort_keys=True).encode()
 
 

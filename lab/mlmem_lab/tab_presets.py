@@ -29,8 +29,7 @@ from mlmem.settings import ProbeSettings, Settings
 from mlmem_tools.view.about import About
 from mlmem_tools.view.session_frame import load_frame
 
-PAGE_FOLDER = Path(__file__).parents[2] / 'docs' / 'try'
-"""Where the page is, in a checkout."""
+from .results import CHECKOUT_ROOT
 
 SHOWN_PRESETS = {
     'case_2': "by strain: the paper's element with eight levels",
@@ -232,11 +231,11 @@ def main(folder: Path) -> None:
     )
     file.write_text(text + '\n', encoding='utf-8')
     recorded.write_bytes(
-        gzip.compress(load_frame(PAGE_FOLDER.parents[1] / 'test' / 'data' / 'life'), 9, mtime=0)
+        gzip.compress(load_frame(CHECKOUT_ROOT / 'test' / 'data' / 'life'), 9, mtime=0)
     )
     for made in (file, recorded):
         print(f'{made}: {made.stat().st_size} bytes')
 
 
 if __name__ == '__main__':
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else PAGE_FOLDER)
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else CHECKOUT_ROOT / 'docs' / 'try')

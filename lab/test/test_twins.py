@@ -18,9 +18,8 @@ def calibrated_once(monkeypatch):
     monkeypatch.setattr(watched, 'WatchedElement', lambda *which: deepcopy(calibrated(*which)))
 
 
-def test_a_healthy_element_is_read_and_nothing_is_told(monkeypatch, calibrated_once):
-    monkeypatch.setattr(watched, 'HEALTHY_READS', 5)
-    found = watched.watch_healthy('bits_1', 0.01, 1)
+def test_a_healthy_element_is_read_and_nothing_is_told(calibrated_once):
+    found = watched.watch_healthy('bits_1', 0.01, 1, reads=5)
     assert found['reads'] == 4  # not that of the write, whose waves are still about
     assert found['alarms'] == 0
 

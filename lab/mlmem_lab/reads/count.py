@@ -52,11 +52,9 @@ READS_PER_MOVE = 10
 READ_OUTCOMES = ('right', 'wrong', 'undecodable', 'no level')
 """How a read may end; the last two say 'undecodable', the last of a wall at no level or of two."""
 
-WRITE_OUTCOMES = ('written', 'written wrong', 'not written')
-"""How a write may end."""
-
 COUNTED_NAMES = (
-    *READ_OUTCOMES, 'rows', 'wrong rows', *WRITE_OUTCOMES, 'second attempts', 'lost by hand',
+    *READ_OUTCOMES, 'rows', 'wrong rows', 'written', 'written wrong', 'not written',
+    'second attempts', 'lost by hand',
 )  # fmt: skip
 """What is counted: `rows` of reads, of which those of a row depend on each other and count as one;
 walls that a strain by hand moved. Counters also have the reasons why reads were undecodable and
@@ -87,7 +85,7 @@ def judge_read(element: MemoryElement, outcome: Outcome) -> str:
 
 
 def judge_write(element: MemoryElement, outcome: Outcome, content: int) -> str:
-    """Return how a write of a content, or an erase, ended, one of `WRITE_OUTCOMES`."""
+    """Return how a write of a content, or an erase, ended: written, written wrong, not written."""
     if not outcome.success:
         return 'not written'
     return 'written' if true_level(element) == content else 'written wrong'

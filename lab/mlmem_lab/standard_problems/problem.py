@@ -18,8 +18,6 @@ Answers = dict[str, float]
 """Quantities by name."""
 
 ANSWERS_FILE = Path(__file__).with_name('answers.csv')
-MAX_RELATIVE_ERROR = 1e-3
-"""Relative difference from our answer that is right; so are ten times our own error."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +44,8 @@ class Answer:
     error: float
 
     def agrees_with(self, value: float) -> bool:
-        """Return whether another answer agrees."""
-        return abs(value - self.value) <= max(
-            MAX_RELATIVE_ERROR * abs(self.value), 10.0 * self.error
-        )
+        """Return whether another answer is off by at most 0.1 %, or ten times our own error."""
+        return abs(value - self.value) <= max(1e-3 * abs(self.value), 10.0 * self.error)
 
 
 def define_problem(

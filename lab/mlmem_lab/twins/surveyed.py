@@ -27,14 +27,8 @@ from mlmem_tools.rig.emulated import Sensors
 from ..rk4 import Rk4Element
 from .sensed import TRANSDUCER_NOISE_CELLS, HiddenElement, perform_command
 
-SAMPLE_PERIOD = 0.25
-"""Time units between two samples of a transducer."""
-
-ALPHA_KIND = 'alpha'
-"""The kind of element of which nothing else than alpha scatters."""
-
 HIDDEN_KINDS: dict[str, dict[str, float]] = {
-    ALPHA_KIND: {},
+    'alpha': {},
     'springs 0.1 %': {'k_r': 0.001},
     'springs 0.3 %': {'k_r': 0.003},
     'masses 0.3 %': {'mass': 0.003},
@@ -45,12 +39,10 @@ HIDDEN_KINDS: dict[str, dict[str, float]] = {
     'friction 3e-6': {'friction': 3e-6},
     'third harmonic 0.3 %': {'harmonic': 0.003},
 }
-"""What a hidden element has besides, with its amount (s.d. where it scatters)."""
+"""What a hidden element has besides alpha that scatters, with its amount (s.d. of scatter)."""
 
 
-def make_hidden_element(
-    design: Design, scatter: float, seed: int, kind: str = ALPHA_KIND
-) -> Element:
+def make_hidden_element(design: Design, scatter: float, seed: int, kind: str = 'alpha') -> Element:
     """Return an element whose cells scatter and whose shared values are off, and its clock."""
     random = np.random.default_rng([seed, design.N])
 
@@ -69,9 +61,7 @@ def make_hidden_element(
     return Element(specimen, np.zeros(design.N), time_unit=draw_about(1.0))
 
 
-def survey_element(
-    preset: str, scatter: float, seed: int, kind: str = ALPHA_KIND
-) -> dict[str, Any]:
+def survey_element(preset: str, scatter: float, seed: int, kind: str = 'alpha') -> dict[str, Any]:
     """Return how well a hidden element is found from a survey.
 
     Returns:
@@ -105,7 +95,7 @@ def survey_element(
 
 
 def survey_shots(
-    preset: str, truth: Element, seed: int, kind: str = ALPHA_KIND
+    preset: str, truth: Element, seed: int, kind: str = 'alpha'
 ) -> tuple[list[Shot], float]:
     """Return the shots of a survey of a hidden element, and how long it took in time units.
 
@@ -118,9 +108,10 @@ def survey_shots(
     gains = 1.0 + gain_deviation * random.standard_normal(2)
     late = random.integers(1, HiddenElement.PARTS + 1, 2) if 'latency' in amount else (0, 0)
     uneven = 1.0 + amount.get('damping', 0.0) * random.standard_normal(design.N)
+    sample_period = 0.25  # time units between two samples of a transducer
     element = Rk4Element(
         truth.timed_specimen,
-        SAMPLE_PERIOD / HiddenElement.PARTS,
+        sample_period / HiddenElement.PARTS,
         damping=np.maximum(uneven, 0.1),
         friction=amount.get('friction', 0.0),
         harmonic=amount.get('harmonic', 0.0),

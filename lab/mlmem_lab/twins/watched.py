@@ -24,15 +24,6 @@ from .sensed import (
     perform_command,
 )
 
-HEALTHY_READS = 280
-"""Healthy reads of an element, every tenth by a write."""
-
-SETTLE_DAMPING_TIMES = 10.0
-"""Damping times before a read: only if the element was at rest is a read compared."""
-
-MAX_RELATIVE_ERROR = 0.5
-"""A change counts as found if what is told of it is off by at most this fraction."""
-
 CHANGE_KINDS: dict[str, dict[str, Any]] = {
     'a cell 3 % weaker': {'weak_factor': 0.97},
     'a cell 8 % weaker': {'weak_factor': 0.92},
@@ -69,7 +60,8 @@ class WatchedElement:
     def read_at_rest(self) -> Comparison | None:
         """Let the element rest, read it, and compare the read."""
         element = self.element
-        element.pass_ticks(math.ceil(SETTLE_DAMPING_TIMES / element.design.eta / element.tick))
+        # ten damping times: only if the element was at rest is a read compared
+        element.pass_ticks(math.ceil(10.0 / element.design.eta / element.tick))
         return self.compare_last_read(Read())
 
     def _compare_events(self, events: list[Event], moved: bool) -> Comparison | None:
@@ -103,11 +95,11 @@ class WatchedElement:
         return 'cell' if cell else other, float(amount)
 
 
-def watch_healthy(preset: str, scatter: float, seed: int) -> dict[str, Any]:
-    """Return how many of healthy reads, with writes between, were told as a change."""
+def watch_healthy(preset: str, scatter: float, seed: int, reads: int = 280) -> dict[str, Any]:
+    """Return how many of healthy reads, every tenth by a write, were told as a change."""
     bench, random = WatchedElement(preset, scatter, seed), np.random.default_rng(seed)
     told, chi2 = [], []
-    for number in range(HEALTHY_READS):
+    for number in range(reads):
         if number % 10 == 0:
             found = bench.compare_last_read(
                 Write(int(random.integers(bench.element.design.levels)))
@@ -159,7 +151,8 @@ def watch_changed(preset: str, scatter: float, seed: int, change: str) -> dict[s
                 stuck = 'stuck' in change
                 near = name != 'cell' or abs(one.site - site) <= 1
                 off = None if stuck else abs(one.amount / amount - 1.0)
-                found |= {'named': near and (off is None or off <= MAX_RELATIVE_ERROR), 'off': off}
+                # found if what is told is off by at most a half
+                found |= {'named': near and (off is None or off <= 0.5), 'off': off}
             break
     return found
 
