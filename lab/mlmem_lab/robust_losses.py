@@ -15,14 +15,9 @@ from mlmem import Calibrate, MemoryElement, load_element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, draw_specimen
 
+from .robust_reads import ROBUST_ELEMENTS
 from .robust_writes import write_at_random
 from .study import Study
-
-CHANGED_LOSSES = {
-    'robust_2': ('eta',), 'robust_3': ('eta',),
-    'robust_2_friction': ('friction', 'eta'), 'robust_3_friction': ('friction', 'eta'),
-}  # fmt: skip
-"""What is changed in the design, by element."""
 
 
 def count_writes(case: str, seed: int) -> dict[str, Any]:
@@ -50,13 +45,14 @@ robust_losses_study = Study(
     count_writes,
     tuple(
         f'{name}, {key} {factor}'
-        for name, keys in CHANGED_LOSSES.items()
-        for key in keys
+        for name in ROBUST_ELEMENTS
+        for key in ('friction', 'eta')
         for factor in (0.8, 1.2)
+        if key == 'eta' or name.endswith('friction')
     ),
     (
         'lab/mlmem_lab/robust_losses.py', 'lab/mlmem_lab/robust_writes.py',
-        *(f'config/{name}.yaml' for name in CHANGED_LOSSES),
+        *(f'config/{name}.yaml' for name in ROBUST_ELEMENTS),
     ),
     seed=900,
 )  # fmt: skip

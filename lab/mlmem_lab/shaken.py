@@ -113,11 +113,6 @@ def _slam_pulses(random: np.random.Generator) -> Iterator[float]:
         yield float(random.choice((-1.0, 1.0)) if slam else 1e-4 * random.standard_normal())
 
 
-COUNTED_NAMES = ('reads', 'moved', 'undecodable', 'wrong', 'blocks')
-"""Reads that were counted; that were not because the wall had moved; that gave no level; that gave
-another one. Rows of reads; those of a row depend on each other."""
-
-
 def count_block(
     design: Design,
     settings: Settings,
@@ -132,7 +127,10 @@ def count_block(
     The end is 'left', 'right' or 'both', and the seed of all random numbers.
 
     Returns:
-        `COUNTED_NAMES`, `wrong blocks` and the `ticks` of all reads.
+        reads: Those that were counted; `undecodable` of them gave no level, `wrong` another one.
+        moved: Reads that were not counted because the wall had moved.
+        blocks: Rows of reads, of which those of a row depend on each other, and `wrong blocks`.
+        ticks: Of all reads.
     """
     element = MemoryElement(design, settings)
     element.chain.place(find_pinned_wall(Specimen(design), level))
@@ -197,7 +195,8 @@ def count_reads(case: str, seed: int, count: int = 200) -> dict[str, Any]:
         level, own_seed = int(random.integers(design.levels)), int(random.integers(2**31))
         counts.update(count_block(design, settings, shaking, end, level, 20, own_seed))
     wrong = Rate(counts['wrong blocks'], counts['blocks']).interval if counts['blocks'] else None
-    return {key: counts[key] for key in COUNTED_NAMES} | {
+    names = 'reads', 'moved', 'undecodable', 'wrong', 'blocks'
+    return {name: counts[name] for name in names} | {
         'wrong blocks, at most (95 %)': wrong and wrong[1],
         'ticks': counts['ticks'] / counts['reads'] if counts['reads'] else None,
     }

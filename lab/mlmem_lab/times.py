@@ -17,7 +17,7 @@ import numpy as np
 from mlmem import MemoryElement, Read, Write, load_element
 from mlmem.physics import find_level, find_walls
 
-from .results import STRAINED_PRESETS
+from .results import list_strained_presets
 from .study import Study
 
 
@@ -90,4 +90,6 @@ def _summarise_times(times: Iterable[float]) -> dict[str, float]:
     }
 
 
-times_study = Study('times', measure_times, STRAINED_PRESETS, ('lab/mlmem_lab/times.py',), seed=1)
+times_study = Study(
+    'times', measure_times, list_strained_presets(), ('lab/mlmem_lab/times.py',), seed=1
+)

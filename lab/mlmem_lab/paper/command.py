@@ -31,10 +31,9 @@ from ..results import (
 from ..study import count_cores, map_calls
 from .figure import Claim, Data, Figure, Judgement, Quality, load_data
 from .gallery import (
-    ALL_CLAIMS,
-    ALL_FIGURES,
     FIGURES_BY_NAME,
     OUTPUT_FOLDER,
+    list_claims,
     make_figure,
     select_figures,
 )
@@ -43,10 +42,11 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-def load_all(output: Path, figures: Iterable[Figure] = ALL_FIGURES) -> dict[str, Data]:
-    """Return the data of figures that were made in an output folder, by name."""
+def load_all(output: Path, figures: Iterable[Figure] | None = None) -> dict[str, Data]:
+    """Return the data of some or all figures that were made in an output folder, by name."""
     return {
-        figure.name: load_data(output / OUTPUT_FOLDER / f'{figure.stem}.npz') for figure in figures
+        figure.name: load_data(output / OUTPUT_FOLDER / f'{figure.stem}.npz')
+        for figure in figures or FIGURES_BY_NAME.values()
     }
 
 
@@ -71,7 +71,7 @@ def keep_figure_picture(figure: Figure, output: Path) -> None:
 
 def judge_claims(data: Mapping[str, Data]) -> dict[str, Any]:
     """Return claims and their counts from all data."""
-    claims = {claim.key: _summarise_claim(claim, data) for claim in ALL_CLAIMS}
+    claims = {claim.key: _summarise_claim(claim, data) for claim in list_claims()}
     count = Counter(claim['verdict'] for claim in claims.values())
     return {
         'counts': {
@@ -115,7 +115,7 @@ def figures(arguments: argparse.Namespace) -> int:
     """
     console = create_console(aside=arguments.json)
     if arguments.list:
-        for figure in ALL_FIGURES:
+        for figure in FIGURES_BY_NAME.values():
             console.print(f'{figure.name:<10}{figure.title}', highlight=False)
         return 0
     try:
@@ -143,7 +143,7 @@ def figures(arguments: argparse.Namespace) -> int:
         shown = '  '.join(str(file) for file in files if file.suffix != '.npz')
         console.print(f'{name:<10}{shown}', highlight=False, soft_wrap=True)
     claims = _print_claims(console, load_all(arguments.output, figures))
-    if len(figures) == len(ALL_FIGURES):
+    if len(figures) == len(FIGURES_BY_NAME):
         for folder in (arguments.output, *([RESULT_FOLDER] if arguments.pages else ())):
             found = save_verdicts(arguments.output, quality, folder)
             console.print(f'claims    {found}', highlight=False, soft_wrap=True)
@@ -160,7 +160,7 @@ def _print_claims(console: Console, data: Mapping[str, Data]) -> list[dict[str, 
     """Print and return the verdict on every claim for which there are all the data."""
     claims = [
         _summarise_claim(claim, data)
-        for claim in ALL_CLAIMS
+        for claim in list_claims()
         if all(n in data for n in claim.needs)
     ]
     table = create_table("the paper's claims", 'verdict', 'the paper says', 'we find')

@@ -40,7 +40,7 @@ def save_film(design: Design, data: Data, signal: Array, label: str, stem: Path)
 
     title = upper.set_title(' ')
     cells = upper.scatter(
-        design.sites, field[0], c=field[0], cmap=style.PHASE_COLOURS, vmin=-1.3, vmax=1.3, s=12,
+        design.sites, field[0], c=field[0], cmap=style.Colour.PHASES, vmin=-1.3, vmax=1.3, s=12,
         linewidths=0,
     )  # fmt: skip
     (past,) = lower.plot([], [], color=style.Colour.INK)
@@ -50,7 +50,7 @@ def save_film(design: Design, data: Data, signal: Array, label: str, stem: Path)
     # one palette for all frames: the ramp of the phases, and greys
     colours = np.vstack(
         [
-            style.PHASE_COLOURS(np.linspace(0.0, 1.0, 16))[:, :3],
+            style.Colour.PHASES(np.linspace(0.0, 1.0, 16))[:, :3],
             np.linspace(0.0, 1.0, 8)[:, None] + np.zeros(3),
         ]
     )

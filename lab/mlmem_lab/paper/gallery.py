@@ -13,24 +13,22 @@ from .figure import Claim, Figure, Quality
 OUTPUT_FOLDER = 'figures'
 """Folder of what they write, below the output folder."""
 
-ALL_FIGURES: tuple[Figure, ...] = tuple(
-    importlib.import_module(f'.figures.{file}', __package__).definition
+FIGURES_BY_NAME: dict[str, Figure] = {
+    figure.name: figure
     for file in (
         'fig_1c', 'fig_2a', 'fig_2b', 'fig_2c', 'fig_3a', 'fig_3b', 'fig_4a', 'fig_4b', 'fig_5',
         'mov_s1', 'printed', 'gradient', 'carriers', 'peaks', 'launches', 'rigidity', 'design',
         'kicked', 'byte', 'robust',
     )
-)  # fmt: skip
-"""The `definition` of each file of the folder `figures`."""
+    for figure in [importlib.import_module(f'.figures.{file}', __package__).definition]
+}  # fmt: skip
+"""The `definition` of each file of the folder `figures`, in the order of the paper."""
 
-FIGURES_BY_NAME = {figure.name: figure for figure in ALL_FIGURES}
 
-ALL_CLAIMS: tuple[Claim, ...] = tuple(
-    sorted(
-        (claim for figure in ALL_FIGURES for claim in figure.claims), key=lambda claim: claim.page
-    )
-)
-"""The claims of all figures."""
+def list_claims() -> list[Claim]:
+    """Return the claims of all figures by page."""
+    claims = (claim for figure in FIGURES_BY_NAME.values() for claim in figure.claims)
+    return sorted(claims, key=lambda claim: claim.page)
 
 
 def select_figures(names: Sequence[str]) -> list[Figure]:
@@ -41,7 +39,7 @@ def select_figures(names: Sequence[str]) -> list[Figure]:
     """
     if unknown := [name for name in names if name not in FIGURES_BY_NAME]:
         raise KeyError(f'figure must be one of {", ".join(FIGURES_BY_NAME)}; got {unknown[0]!r}')
-    return [figure for figure in ALL_FIGURES if not names or figure.name in names]
+    return [each for name, each in FIGURES_BY_NAME.items() if not names or name in names]
 
 
 def make_figure(name: str, quality: Quality, output: Path) -> dict[str, list[Path]]:

@@ -27,9 +27,6 @@ from mlmem.settings import ElementSettings
 from ..study import Study, sum_counts
 from .count import judge_read, judge_write
 
-SITE_SPACING_BY_PRESET = {'bits_1': 2, 'bits_2': 2, 'case_2': 12}
-"""Distance of the sites of the bad cell, in cells."""
-
 CELL_FAULTS: dict[str, Callable[[int], tuple[str, Faults]]] = {
     'stuck': lambda site: (f'{site}', Faults(stuck_cell=site)),
     'half as stiff': lambda site: (f'{site}:0.5', Faults(weak_cell=site, weak_factor=0.5)),
@@ -97,12 +94,13 @@ def measure_element(name: str, seed: int) -> dict[str, Any]:
     result: dict[str, Any] = {}
     random = np.random.Generator(np.random.PCG64(seed))
     design = load_element(name).design
+    spacing = {'case_2': 12}.get(name, 2)  # cells between the sites of the bad cell
     names = ('cells', 'lost', 'levels', 'usable', 'writes', 'written', 'written wrong', 'reads',
              'read', 'read wrong')  # fmt: skip
     wrongly = Counter[str]()
     for kind, of in CELL_FAULTS.items():
         found = Counter[str]()
-        for number, site in enumerate(range(2, design.N, SITE_SPACING_BY_PRESET[name])):
+        for number, site in enumerate(range(2, design.N, spacing)):
             told, faults = of(site)
             found += use_element(name, told, faults, random)
             if number % 2:
@@ -129,7 +127,7 @@ def sum_presets(presets: Mapping[str, Any]) -> dict[str, Any]:
 bad_cells_study = Study(
     'bad_cells',
     measure_element,
-    tuple(SITE_SPACING_BY_PRESET),
+    ('bits_1', 'bits_2', 'case_2'),
     ('lab/mlmem_lab/reads/bad_cells.py',),
     1,
     sum_presets,

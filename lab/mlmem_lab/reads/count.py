@@ -24,7 +24,7 @@ from mlmem.physics.specimen import Scatter, draw_specimen
 from mlmem.readers.reading import UNDECODABLE
 from mlmem.readers.words import make_code
 
-from ..results import STRAINED_PRESETS
+from ..results import list_strained_presets
 from ..studies.tolerance.estimate import Rate
 from ..study import Study
 
@@ -202,7 +202,7 @@ def sum_presets(presets: Mapping[str, Any]) -> dict[str, Any]:
 reads_study = Study(
     'reads',
     count_element,
-    (*STRAINED_PRESETS, 'byte'),
+    (*list_strained_presets(), 'byte'),
     ('lab/mlmem_lab/reads/count.py',),
     1,
     sum_presets,

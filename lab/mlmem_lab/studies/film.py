@@ -27,9 +27,6 @@ from .trace import Trace, record_procedure
 
 FILMED_LEVEL = 3
 
-READ_GAIN = 40.0
-"""By how much small waves are magnified during the read."""
-
 
 def record_element() -> tuple[Trace, dict[str, int], Echo]:
     """Return an element over all ticks, in how many ticks each procedure had ended, and the echo.
@@ -66,7 +63,7 @@ def draw_frames(
             spine.set_color(faint)
         for part in (axes.xaxis.label, axes.yaxis.label, axes.title):
             part.set_color(ink)
-    colours = style.PHASE_COLOURS
+    colours = style.Colour.PHASES
     defects = [CASE_II.defect_site(level) for level in range(CASE_II.levels)]
     cells.set(xlim=(0.5, CASE_II.N + 0.5), ylim=(-1.7, 1.7), xticks=defects)
     cells.set_yticks([CASE_II.D_s1, CASE_II.D_s2], ['inactive', 'active'])
@@ -102,6 +99,7 @@ def draw_frames(
     figure.set_dpi(100)
     title = cells.set_title(' ', color=ink, loc='left', fontsize=12)
     begun = 0
+    read_gain = 40.0  # by how much small waves are magnified during the read
     # how long a frame is shown, and the last of a procedure
     frame_time_ms, last_frame_time_ms = 100, 900
     frames_by_procedure = {'write': 46, 'read': 26, 'erase': 20}  # frames of each procedure
@@ -112,12 +110,12 @@ def draw_frames(
             if name == 'read':
                 ground = np.where(now > 0.0, CASE_II.D_s2, CASE_II.D_s1)
                 calm = np.abs(now - ground) < 0.02  # not the wall itself
-                now = np.where(calm, ground + READ_GAIN * (now - ground), now)
+                now = np.where(calm, ground + read_gain * (now - ground), now)
                 upto = echo.t <= share * echo.t[-1]
                 wave.set_data(echo.t[upto], v_c[upto])
                 if echo.t[upto][-1] >= delay:
                     found.set_data([delay], [limit])
-            title.set_text(_describe_frame(name, echo, len(found.get_xdata()) > 0))
+            title.set_text(_describe_frame(name, echo, len(found.get_xdata()) > 0, read_gain))
             dots.set_offsets(np.column_stack((CASE_II.sites, now)))
             dots.set_array(field[tick])
             for old in over.collections:
@@ -136,7 +134,7 @@ def draw_frames(
         begun = ended[name]
 
 
-def _describe_frame(name: str, echo: Echo, heard: bool) -> str:
+def _describe_frame(name: str, echo: Echo, heard: bool, gain: float) -> str:
     """Return what happens in a frame."""
     if name == 'write':
         return f'write {FILMED_LEVEL}: strain moves the wall to level {FILMED_LEVEL}'
@@ -144,7 +142,7 @@ def _describe_frame(name: str, echo: Echo, heard: bool) -> str:
         return 'erase: strain drives a kink across, which takes the wall out'
     if heard:
         return f'read: an echo after {echo.delay:.0f} time units is level {FILMED_LEVEL}'
-    return f'read: a small pulse, drawn {READ_GAIN:.0f} times larger'
+    return f'read: a small pulse, drawn {gain:.0f} times larger'
 
 
 def main(folder: Path) -> None:

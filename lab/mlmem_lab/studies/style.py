@@ -37,6 +37,11 @@ class Colour:
     """Thresholds and other settings."""
     PRINTED = '#7b1fa2'
     """Numbers that the paper prints: violet, which nothing else has."""
+    PHASES = LinearSegmentedColormap.from_list(
+        'phases',
+        [(0.0, '#8a3d00'), (0.115, INACTIVE), (0.5, '#f7f7f7'), (0.885, ACTIVE), (1.0, '#004a75')],
+    )
+    """The configuration from -1.3 to 1.3: a phase at rest has the colour of its lines."""
 
 
 class Label:
@@ -46,18 +51,6 @@ class Label:
     TIME = 'time $t$ (1000 time units)'
     STRAIN = 'strain ($10^{-3}$)'
 
-
-PHASE_COLOURS = LinearSegmentedColormap.from_list(
-    'phases',
-    [
-        (0.0, '#8a3d00'),
-        (0.115, Colour.INACTIVE),
-        (0.5, '#f7f7f7'),
-        (0.885, Colour.ACTIVE),
-        (1.0, '#004a75'),
-    ],
-)
-"""Colours of the configuration from -1.3 to 1.3: a phase at rest has that of its lines."""
 
 SMALL_FONT_SIZE = 9.0
 """Size of notes, ticks and legends in points; everything else is larger."""
@@ -148,7 +141,7 @@ def draw_contour(axes: Any, t: np.ndarray, x: np.ndarray, field: np.ndarray) -> 
     max_contour_columns = 1200  # most columns of a contour: a screen shows no more
     thin = max(1, len(t) // max_contour_columns)
     return axes.pcolormesh(
-        t[::thin], x, field[::thin].T, cmap=PHASE_COLOURS, vmin=-1.3, vmax=1.3, shading='nearest',
+        t[::thin], x, field[::thin].T, cmap=Colour.PHASES, vmin=-1.3, vmax=1.3, shading='nearest',
         rasterized=True,
     )  # fmt: skip
 

@@ -24,14 +24,6 @@ from ..studies import style
 from ..studies.tolerance.estimate import pool_failures
 from ..study import Study
 
-LABEL_BY_PRESET = {
-    'case_2': "the paper's cells, 8 levels",
-    'kick_2': 'nine cells, 4 levels',
-    'robust_2': 'robust, 4 levels',
-    'robust_3': 'robust, 8 levels',
-}
-"""Counted elements, and their names in the figure."""
-
 
 def find_scattered_ends(
     design: Design,
@@ -98,7 +90,13 @@ def draw_shares(result: Mapping[str, Any]) -> Any:
     axes = style.axes_grid(figure)[0, 0]
     colours = style.Colour.INACTIVE, style.Colour.MARK, style.Colour.TENSION, style.Colour.ACTIVE
     element_count, min_shown_share = 40, 1e-3  # the share is the lower edge
-    for (name, label), colour, mark in zip(LABEL_BY_PRESET.items(), colours, 'os^v', strict=True):
+    labels = {
+        'case_2': "the paper's cells, 8 levels",
+        'kick_2': 'nine cells, 4 levels',
+        'robust_2': 'robust, 4 levels',
+        'robust_3': 'robust, 8 levels',
+    }
+    for (name, label), colour, mark in zip(labels.items(), colours, 'os^v', strict=True):
         rows = result['cases'][name]
         scatters = np.array([float(scatter) for scatter in rows])
         rates = [
@@ -131,7 +129,7 @@ def draw_shares(result: Mapping[str, Any]) -> Any:
 astray_study = Study(
     'astray',
     measure_preset,
-    tuple(LABEL_BY_PRESET),
+    ('case_2', 'kick_2', 'robust_2', 'robust_3'),
     ('lab/mlmem_lab/windows/astray.py', 'mlmem_tools/identification/kick_search.py'),
     4000,
     draw=draw_shares,

@@ -10,10 +10,10 @@ import pytest
 from PIL import Image
 
 from mlmem_lab.paper.figure import load_data
-from mlmem_lab.paper.gallery import ALL_FIGURES, FIGURES_BY_NAME
+from mlmem_lab.paper.gallery import FIGURES_BY_NAME
 from mlmem_lab.studies import style
 
-STILL = [figure.name for figure in ALL_FIGURES if figure.ending == 'png']
+STILL = [figure.name for figure in FIGURES_BY_NAME.values() if figure.ending == 'png']
 
 
 @pytest.mark.parametrize('name', STILL)
@@ -58,6 +58,6 @@ def test_the_film_moves_and_shows_what_has_succeeded(small, tmp_path):
 def test_every_file_of_the_folder_is_registered():
     folder = Path(__file__).parents[2] / 'mlmem_lab' / 'paper' / 'figures'
     files = {file.stem for file in folder.glob('*.py')} - {'__init__'}
-    assert files == {figure.stem for figure in ALL_FIGURES}
-    names = {figure.name for figure in ALL_FIGURES}
+    assert files == {figure.stem for figure in FIGURES_BY_NAME.values()}
+    names = {figure.name for figure in FIGURES_BY_NAME.values()}
     assert {'1c', '2a', '2b', '2c', '3a', '3b', '4a', '4b', '5', 's1'} <= names

@@ -22,8 +22,6 @@ from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 definition = Figure('carriers', 'Which carriers and thresholds return an echo', seconds=9)
 
-THRESHOLD_GRID = np.geomspace(1e-6, 2e-2, 431)
-
 
 @definition.register_data
 def compute_data(quality: Quality) -> Data:
@@ -38,13 +36,14 @@ def compute_data(quality: Quality) -> Data:
     levels = quality.pick((0, 7), tuple(range(CASE_II.levels)))
     walls = [find_pinned_wall(Specimen(CASE_II), level) for level in levels]
     duration = quality.pick(1100.0, 1400.0)
-    data: Data = {'levels': np.array(levels), 'thresholds': THRESHOLD_GRID}
+    thresholds = np.geomspace(1e-6, 2e-2, 431)
+    data: Data = {'levels': np.array(levels), 'thresholds': thresholds}
     for end in End:
         low, high = (1.0, 2.5) if end is End.LEFT else (0.4, 1.2)
         ours = quality.pick((0.7,), (0.62, 0.7))
         printed = (PAPER_PROBE.omega_c, 2.1, PRINTED_PROBE.omega_c) if end is End.LEFT else ours
         omega = np.unique(np.r_[np.linspace(low, high, quality.pick(0, 51)), printed])
-        rows = [_one_carrier(float(o), walls, end, duration) for o in omega]
+        rows = [_one_carrier(float(o), thresholds, walls, end, duration) for o in omega]
         data[f'omega_{end}'] = omega
         for name in ('echo', 'quiet', 'plain', 'compensated'):
             data[f'{name}_{end}'] = np.array([row[name] for row in rows])
@@ -52,7 +51,9 @@ def compute_data(quality: Quality) -> Data:
     return data
 
 
-def _one_carrier(omega: float, walls: list[np.ndarray], end: End, duration: float) -> Data:
+def _one_carrier(
+    omega: float, thresholds: np.ndarray, walls: list[np.ndarray], end: End, duration: float
+) -> Data:
     probe = dataclasses.replace(PAPER_PROBE, omega_c=omega)
     silence, dt = without_wall(CASE_II, probe, end, duration)
     heard = [record_echo(CASE_II, v, probe, end, duration)[0] for v in walls]
@@ -67,19 +68,20 @@ def _one_carrier(omega: float, walls: list[np.ndarray], end: End, duration: floa
     # the device's gain decay, eta / 2; the paper's plain threshold has none
     compensated_gain_decay = 0.002
     for name, decay in (('plain', 0.0), ('compensated', compensated_gain_decay)):
-        row[name] = _usable_thresholds(echoes, probe, decay, 1.0 if end is End.LEFT else -1.0)
+        sign = 1.0 if end is End.LEFT else -1.0
+        row[name] = _usable_thresholds(echoes, probe, thresholds, decay, sign)
     return row
 
 
 def _usable_thresholds(
-    echoes: list[Echo], probe: ProbeSettings, decay: float, sign: float
+    echoes: list[Echo], probe: ProbeSettings, thresholds: np.ndarray, decay: float, sign: float
 ) -> tuple[float, float]:
     """Return the least and greatest threshold of the longest run that tells all levels."""
     delays = []
     for echo in echoes:
         late = echo.t > blanking_time(probe)
         highest = np.maximum.accumulate(np.where(late, echo.v_c * np.exp(decay * echo.t), 0.0))
-        first = np.searchsorted(highest, THRESHOLD_GRID, side='right')
+        first = np.searchsorted(highest, thresholds, side='right')
         delays.append(np.where(first < len(highest), echo.t[np.minimum(first, len(echo.t) - 1)],
                                np.nan))  # fmt: skip
     # least difference of the delays of two neighbouring levels that counts as distinct
@@ -90,7 +92,7 @@ def _usable_thresholds(
         return float('nan'), float('nan')
     starts, stops = edges[::2], edges[1::2]
     longest = int(np.argmax(stops - starts))
-    return float(THRESHOLD_GRID[starts[longest]]), float(THRESHOLD_GRID[stops[longest] - 1])
+    return float(thresholds[starts[longest]]), float(thresholds[stops[longest] - 1])
 
 
 @definition.register_drawing

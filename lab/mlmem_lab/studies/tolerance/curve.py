@@ -19,12 +19,12 @@ from mlmem import Settings
 from mlmem.physics import Design
 
 from .element import (
-    JOINED_BY,
     WORD_TRIALS,
     Row,
     count_elements,
     count_trials,
     evaluate_batch,
+    split_kinds,
 )
 from .estimate import ENOUGH_FAILURES, RARE_RATE, Rate, pool_failures, rare_scatter
 
@@ -78,7 +78,7 @@ def count_missing_trials(rate: Rate | None, most: int) -> int:
 def list_amounts(kind: str, per_decade: int) -> list[float]:
     """Return the amounts of a kind that may be counted, rising."""
     least, most = 1e-8, 0.3  # of a relative scatter, or cells
-    if {'noise', 'vibration'} & set(kind.split(JOINED_BY)):
+    if {'noise', 'vibration'} & set(split_kinds(kind)):
         most = 1e-2  # of the pulse's amplitude
     last = int(per_decade * np.log10(most / least) + 1e-9)
     powers = np.arange(last + 1) / per_decade

@@ -12,7 +12,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from ..style import SMALL_FONT_SIZE, Colour, annotate_place, axes_grid, new_figure
 from .curve import list_rates
-from .element import ALL_KINDS, JOINED_BY, TRIAL_LABELS
+from .element import ALL_KINDS, TRIAL_LABELS, split_kinds
 from .estimate import RARE_RATE, Rate, fit_fragility, foot_length
 
 
@@ -40,7 +40,7 @@ def draw_rates(result: Mapping[str, Any], cases: Sequence[str]) -> Any:
         axes.xaxis.set_minor_locator(NullLocator())
         for (kind, what), rows in curves.items():
             if what == tried:
-                colour = kind_colours[kind.split(JOINED_BY)[0]]
+                colour = kind_colours[split_kinds(kind)[0]]
                 draw_curve(axes, *list_rates(rows), colour, kind)
     grid[0].set_title('dotted: one in a thousand fails', fontsize=SMALL_FONT_SIZE)
     grid[-1].set_xlabel(

@@ -64,11 +64,13 @@ of the instrument and linear between; of the damping and of the transducers' gai
 ALL_KINDS = (*(one.name for one in dataclasses.fields(Scatter)), *GLOBAL_KINDS)
 """Names of what may be random: the scatters of the fabrication, and these."""
 
-JOINED_BY = '+'
-"""Joins the names of kinds that are random at once, by the same amount: `alpha+k_r+mass`."""
-
 BATCH_TRIALS = 64
 """Trials of a batch: several small elements, or one tried at 64 levels."""
+
+
+def split_kinds(kind: str) -> list[str]:
+    """Return the kinds that are random at once, by the same amount: of `alpha+k_r+mass` three."""
+    return kind.split('+')
 
 
 def count_trials(design: Design, tried: str) -> int:
@@ -220,7 +222,7 @@ def evaluate_batch(
         elements, trials, failures: How many.
         squares: Sum over the elements of the square of the number of their failures.
     """
-    each, by = count_trials(design, tried), dict.fromkeys(kind.split(JOINED_BY), amount)
+    each, by = count_trials(design, tried), dict.fromkeys(split_kinds(kind), amount)
     counts = dict.fromkeys(('elements', 'trials', 'failures', 'squares'), 0)
     seeds = np.random.SeedSequence(seed).generate_state(count_elements(design, tried), np.uint64)
     for one in seeds.tolist():

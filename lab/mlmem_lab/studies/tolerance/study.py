@@ -17,7 +17,7 @@ from mlmem import load_element
 from ...study import Study
 from .curve import count_curve, describe_rare_amount
 from .draw import draw_rates
-from .element import ALL_KINDS, JOINED_BY, KICK_TRIAL, TRIAL_LABELS, WORD_TRIALS
+from .element import ALL_KINDS, KICK_TRIAL, TRIAL_LABELS, WORD_TRIALS, split_kinds
 
 
 def list_studied_cases() -> tuple[str, ...]:
@@ -50,7 +50,8 @@ def list_cases(
         ValueError: There is no such element, kind or trial, or the element has no such move.
     """
     design, settings = load_element(element).design_and_settings
-    if unknown := sorted(set(JOINED_BY.join(kinds).split(JOINED_BY)) - set(ALL_KINDS)):
+    parts = {part for kind in kinds for part in split_kinds(kind)}
+    if unknown := sorted(parts - set(ALL_KINDS)):
         raise ValueError(f'kinds must be of {", ".join(ALL_KINDS)}; got {", ".join(unknown)}')
     if unknown := sorted(set(trials) - set(TRIAL_LABELS)):
         raise ValueError(f'tried must be of {", ".join(TRIAL_LABELS)}; got {", ".join(unknown)}')
