@@ -31,13 +31,6 @@ from mlmem_tools.view.session_frame import load_frame
 
 from .results import CHECKOUT_ROOT
 
-SHOWN_PRESETS = {
-    'case_2': "by strain: the paper's element with eight levels",
-    'kick_2': 'by kicks: four levels, written without strain',
-    'byte': 'a byte: as many walls as there are ones',
-}
-"""The presets of the page, and what it says of them."""
-
 Event = dict[str, Any]
 """A move of the actuator or of an end, and the time `at` which it begins."""
 
@@ -71,8 +64,13 @@ def _shorten_values(values: Array) -> list[float]:
     return told[:1] if len(set(told)) == 1 else told
 
 
-def describe_preset(name: str) -> dict[str, Any]:
-    """Return all that the page knows of a preset."""
+def describe_preset(name: str, text: str, content: int) -> dict[str, Any]:
+    """Return all that the page knows of a preset.
+
+    Args:
+        text: What the page says of it.
+        content: What it holds when the page is opened.
+    """
     shipped = load_element(name)
     design, settings = shipped.design_and_settings
     element = MemoryElement(shipped)
@@ -80,7 +78,7 @@ def describe_preset(name: str) -> dict[str, Any]:
     about['procedures'] = {key: {'changes': True} for key in ('write', 'erase')}
     many = settings.register.spacing > 0
     found: dict[str, Any] = {
-        'text': SHOWN_PRESETS[name],
+        'text': text,
         'about': about,
         'dt': element.chain.dt,
         'nodes': element.chain.integrator.nodes,
@@ -94,10 +92,8 @@ def describe_preset(name: str) -> dict[str, Any]:
         found['register'] = _describe_register(settings)
     else:
         found['ways'] = _record_transitions(shipped)
-    # what they hold when the page is opened
-    initial_contents = {'case_2': 3, 'kick_2': 3, 'byte': 0b1100}
-    found['begun'] = initial_contents[name]
-    element.perform(Write(initial_contents[name]))
+    found['begun'] = content
+    element.perform(Write(content))
     found['cells'] = describe_cells(element.chain)
     return found
 
@@ -225,10 +221,16 @@ def round_numbers(value: Any) -> Any:
 def main(folder: Path) -> None:
     """Write what the page knows."""
     file, recorded = folder / 'presets.json', folder / 'session.gz'
-    text = json.dumps(
-        {name: round_numbers(describe_preset(name)) for name in SHOWN_PRESETS},
-        separators=(',', ':'),
-    )
+    # what the page says of each, and what it holds when the page is opened
+    presets = {
+        'case_2': ("by strain: the paper's element with eight levels", 3),
+        'kick_2': ('by kicks: four levels, written without strain', 3),
+        'byte': ('a byte: as many walls as there are ones', 0b1100),
+    }
+    described = {
+        name: round_numbers(describe_preset(name, *shown)) for name, shown in presets.items()
+    }
+    text = json.dumps(described, separators=(',', ':'))
     file.write_text(text + '\n', encoding='utf-8')
     recorded.write_bytes(
         gzip.compress(load_frame(CHECKOUT_ROOT / 'test' / 'data' / 'life'), 9, mtime=0)

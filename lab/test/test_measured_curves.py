@@ -18,7 +18,6 @@ from mlmem_lab.measured.runs import (
 from mlmem_lab.measured.shells import (
     ELEMENT_MASS_G,
     LAW_BOUNDS,
-    LAW_POINT_COUNT,
     MIN_MAGNET_DISTANCE_CM,
     Chains,
     fit_magnets,
@@ -68,7 +67,7 @@ def test_a_wave_is_that_of_another_integrator(name, spacing):
     tilt, damping, hand = 0.01, 0.01, 25.0
 
     def shell_force(u):
-        return np.interp(u, well * np.linspace(*LAW_BOUNDS, LAW_POINT_COUNT), table) - tilt
+        return np.interp(u, well * np.linspace(*LAW_BOUNDS, len(table)), table) - tilt
 
     def push(stretch):  # of two neighbours, less that at rest
         distance = np.maximum(spacing + stretch, MIN_MAGNET_DISTANCE_CM)

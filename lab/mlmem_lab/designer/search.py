@@ -29,9 +29,6 @@ from mlmem_tools.checks.budget import USUAL_SHARE, most_levels_with_friction, wi
 
 from ..windows.astray import find_scattered_ends
 
-FINE_SPEEDS_PER_LEVEL = 40
-"""Speeds per level that are tried where one is chosen."""
-
 
 class DesignNotFound(ValueError):
     """No design was found: the message says for what, and why."""
@@ -190,7 +187,7 @@ def search_values(
 def try_speeds(request: Request, values: Sequence[float], seed: int) -> list[int]:
     """Return where kicks of all speeds leave the wall of one scattered element."""
     design, settings = build_candidate(request, values)
-    speeds = {seed: list_speeds(settings, FINE_SPEEDS_PER_LEVEL * request.levels).tolist()}
+    speeds = {seed: list_speeds(settings, 40 * request.levels).tolist()}
     rest_time = settings.kick.settle
     return find_scattered_ends(design, settings, request.trial_scatter, speeds, rest_time)[0]
 
@@ -208,7 +205,7 @@ def choose_speeds(
         DesignNotFound: No speed leads half of the elements to a level.
     """
     design, settings = build_candidate(request, values)
-    speeds = list_speeds(settings, FINE_SPEEDS_PER_LEVEL * request.levels)
+    speeds = list_speeds(settings, len(ends[0]))
     smooth = np.full(5, 1.0 / 5.0)  # over neighbouring speeds
     shares = np.array([
         np.convolve((np.array(ends) == level).mean(axis=0), smooth, 'same')

@@ -30,10 +30,7 @@ TESTS_BY_RAIL = {
 """The force tests of one shell that belong to a distance of the rails, by their second well."""
 
 LAW_BOUNDS = (-1.0, 2.0)
-"""Ends of the table of a law, over the place of the second well."""
-
-LAW_POINT_COUNT = 601
-"""Number of its points."""
+"""Ends of the table of a law, over the place of the second well: 601 points, 200 to the well."""
 
 MIN_MAGNET_DISTANCE_CM = 0.3
 """Distance below which the repulsion of the magnets grows no more."""
@@ -53,7 +50,7 @@ def load_force_table(name: str) -> tuple[Array, float]:
     well = float(np.interp(0.0, force[rising : rising + 2], D[rising : rising + 2]))
     first, last = (np.polyfit(D[part], force[part], 1)[0] for part in (slice(8), slice(-8, None)))
     zero = D[0] - force[0] / first
-    x = zero + (well - zero) * np.linspace(*LAW_BOUNDS, LAW_POINT_COUNT)
+    x = zero + (well - zero) * np.linspace(*LAW_BOUNDS, 601)
     found = np.interp(x, D, force)
     found = np.where(x < D[0], force[0] + first * (x - D[0]), found)
     found = np.where(x > D[-1], force[-1] + last * (x - D[-1]), found)
@@ -93,7 +90,7 @@ class Chains:
     """Chains of equal shells, every field but the laws of shape (n,).
 
     Attributes:
-        laws: Tables of force over the way to the second well, 10 N, shape (n, LAW_POINT_COUNT).
+        laws: Tables of force over the way to the second well, 10 N, shape (n, 601).
         well: Second well, cm.
         spacing: Of the elements, cm.
         tilt: Constant force along the wave, 10 N.
