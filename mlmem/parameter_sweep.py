@@ -48,22 +48,6 @@ class Table:
         """Return a column, shape (rows,)."""
         return np.array([row[column] for row in self.rows])
 
-    def average_column(self, column: str, *by: str) -> Table:
-        """Return mean and standard error of a column for each combination of others.
-
-        The standard error of one value is NaN.
-        """
-        groups: dict[tuple[Any, ...], list[float]] = {}
-        for row in self.rows:
-            groups.setdefault(tuple(row[name] for name in by), []).append(float(row[column]))
-        names = (*by, f'{column}_mean', f'{column}_error')
-        rows = []
-        for key, values in groups.items():
-            several = len(values) > 1
-            error = float(np.std(values, ddof=1)) / len(values) ** 0.5 if several else np.nan
-            rows.append(dict(zip(names, (*key, float(np.mean(values)), error), strict=True)))
-        return Table(names, tuple(rows))
-
     def save(self, path: Path | str) -> Path:
         """Write it as CSV.
 

@@ -44,9 +44,20 @@ def wait(element: Instrument, duration: float) -> Procedure[None]:
     """Let whole ticks pass, at least `duration` time units."""
     if duration > 0.0:
         element.progress.phase = 'settling'
-    end = element.ticks + math.ceil(duration / element.tick)
+    yield from pass_ticks(element, math.ceil(duration / element.tick))
+
+
+def pass_ticks(element: Instrument, ticks: int) -> Procedure[None]:
+    """Let so many ticks pass."""
+    end = element.ticks + ticks
     while element.ticks < end:
         yield end - element.ticks
+
+
+def wait_for_strain(element: Instrument) -> Procedure[None]:
+    """Wait while the strain changes."""
+    while element.actuator.is_moving:
+        yield element.count_ticks_to_check(element.actuator.remaining_time)
 
 
 def catch_up(element: Instrument) -> Procedure[None]:
@@ -64,8 +75,7 @@ def ramp_strain(
     """
     element.progress.phase = 'straining'
     element.actuator.ramp_to(strain, duration, delay)
-    while element.actuator.is_moving:
-        yield element.count_ticks_to_check(element.actuator.remaining_time)
+    yield from wait_for_strain(element)
     # the actuator may be off by a tenth of its largest strain
     allowed = 0.1 * element.settings.actuator.max_strain
     patience = math.ceil(duration / element.tick)

@@ -20,7 +20,7 @@ from ..moves.corrections import PulseCorrection
 from ..moves.strain_cycle import return_to_zero
 from ..physics import Design
 from ..physics.waves import pass_band
-from ..readers.listening import wait_for_decay
+from ..readers.listening import fire_pulse, wait_for_decay
 from ..readers.reading import BLANK
 from ..settings import ProbeSettings
 from .driving import erase, go_to_level
@@ -133,17 +133,9 @@ def _record_shot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
     yield from _wait_for_fading(element)
     element.require_phase(aim.end)
     probe = make_pulse(element.design, wall, aim)
-    transducer = element.transducer
-    recorder = transducer.record_pulse(aim.end, probe)
-    element.progress.phase = 'listening'
-    ticks = math.ceil((12.0 * probe.sigma + RECORD_TIME) / element.tick) + element.driver.lag
-    end = element.ticks + ticks
-    while element.ticks < end:
-        yield end - element.ticks
-    transducer.release_ends()
-    element.report_shot(
-        recorder.shot(wall, element.transmission.encoder_strain, element.driver.dt)
-    )
+    ticks = math.ceil((12.0 * probe.sigma + RECORD_TIME) / element.tick)
+    shot = yield from fire_pulse(element, aim.end, probe, ticks)
+    element.report_shot(replace(shot, wall=wall))
     if strained:
         yield from ramp_strain(element, 0.0, times.release)
 

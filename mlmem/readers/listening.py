@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import ProcedureFailed
-from ..instrument.blocks import Procedure, catch_up, wait
+from ..instrument.blocks import Procedure, catch_up, pass_ticks, wait, wait_for_strain
 from ..instrument.end import End, Shot
 from ..instrument.instrument import Instrument
 from ..settings import ProbeSettings
@@ -37,8 +37,7 @@ def wait_for_decay(element: Instrument) -> Procedure[None]:
     Raises:
         ProcedureFailed: It does not become quiet within `read.settle_timeout`.
     """
-    while element.actuator.is_moving:  # set by hand: the wall may be moving
-        yield element.count_ticks_to_check(element.actuator.remaining_time)
+    yield from wait_for_strain(element)  # set by hand: the wall may be moving
     yield from catch_up(element)
     element.progress.phase = 'quieting'
     patience = math.ceil(element.settings.read.settle_timeout / element.tick)
@@ -54,10 +53,9 @@ def wait_for_decay(element: Instrument) -> Procedure[None]:
                 f'the element does not come to rest: waves of {bound:.2g} may still reach the '
                 f'{end} end; an echo can be heard up to {limit:.2g}'
             )
-        until = element.ticks + min(ticks, patience)
-        patience -= until - element.ticks
-        while element.ticks < until:
-            yield until - element.ticks
+        ticks = min(ticks, patience)
+        patience -= ticks
+        yield from pass_ticks(element, ticks)
 
 
 def try_wait_for_decay(element: Instrument, longest: float) -> Procedure[None]:
@@ -259,8 +257,7 @@ def record_waveforms(
     """
     transducer = element.transducer
     listener, probe = forecasts.listener, element.settings.register.probe
-    while element.actuator.is_moving:
-        yield element.count_ticks_to_check(element.actuator.remaining_time)
+    yield from wait_for_strain(element)
     yield from catch_up(element)
     element.progress.phase = 'quieting'
     patience = element.ticks + math.ceil(element.settings.read.settle_timeout / element.tick)
@@ -286,18 +283,16 @@ def record_waveforms(
                 f'{since} ticks ago; they must be quiet for {passage}'
             )
     element.require_phase(end)
-    element.progress.phase = 'listening'
     return (yield from fire_pulse(element, end, probe, listener.ticks)), noise
 
 
 def fire_pulse(element: Instrument, end: End, probe: ProbeSettings, ticks: int) -> Procedure[Shot]:
     """Fire a pulse at an end of a quiet element, and record both ends for so many ticks."""
+    element.progress.phase = 'listening'
     recorder = element.transducer.record_pulse(end, probe)
-    until = element.ticks + ticks + element.driver.lag
-    while element.ticks < until:
-        yield until - element.ticks
-    element.transducer.release_ends()
-    return recorder.shot(0.0, element.transmission.encoder_strain, element.driver.dt)
+    yield from pass_ticks(element, ticks + element.driver.lag)
+    element.transducer.release()
+    return recorder.shot(0.0, element.transmission.encoder, element.driver.dt)
 
 
 def is_undisturbed(element: Memory) -> bool:

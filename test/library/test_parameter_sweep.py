@@ -64,10 +64,7 @@ def test_sweep_bad_axis_is_named(axes, word):
         sweep(CASE_II, measure=measure_eta, **axes)
 
 
-def test_table_average_has_mean_and_standard_error(tmp_path):
-    table = sweep(CASE_II, measure=measure_alpha, alpha_std=[0.01], seeds=range(9))
-    (row,) = table.average_column('mean', 'alpha_std')
-    assert row['mean_mean'] == pytest.approx(np.mean(table['mean']))
-    assert row['mean_error'] == pytest.approx(np.std(table['mean'], ddof=1) / 3.0)
+def test_table_is_written_as_csv_and_as_text(tmp_path):
+    table = sweep(CASE_II, measure=measure_alpha, alpha_std=[0.01])
     assert table.save(tmp_path / 'table.csv').read_text().startswith('alpha_std,seed,mean,std\n')
     assert str(table).splitlines()[0].split() == ['alpha_std', 'seed', 'mean', 'std']
