@@ -10,8 +10,6 @@ values that differ from it.
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import MISSING, asdict, dataclass, field, fields, replace
@@ -90,18 +88,6 @@ class Element:
     def design_and_settings(self) -> tuple[Design, Settings]:
         """The intended element, and the settings of its instrument."""
         return self.design, self.settings
-
-    @property
-    def digest(self) -> str:
-        """A hash of every bit of design and settings that is not a default, so that a new setting
-        changes none.
-        """
-        defaults, values = Settings().as_dict(), {'design': self.design.as_dict()}
-        for name, group in self.settings.as_dict().items():
-            if given := {key: it for key, it in group.items() if it != defaults[name][key]}:
-                values[name] = given
-        text = json.dumps(values, sort_keys=True)
-        return hashlib.blake2b(text.encode(), digest_size=8).hexdigest()
 
     @property
     def timed_specimen(self) -> Specimen:

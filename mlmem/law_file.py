@@ -3,7 +3,7 @@
 """The file of an on-site law: `law.yaml`, as `mlmem law` writes it.
 
 `{format: 1, unit: SI, law: {low: 0.0, high: 0.04, force: [...]}, force_std: [...]}`: a `Curve` in
-m and N, or with `unit: cells` in those of a design.
+m and N.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .schema import describe_field
 FORMAT_VERSION = 1
 """Version of the format."""
 
-UNIT_SI, UNIT_CELLS = 'SI', 'cells'
+UNIT_SI = 'SI'
 
 
 class LawFileError(DecodeError):
@@ -38,11 +38,7 @@ class _File:
         MISSING, 'version of the format', low=FORMAT_VERSION, high=FORMAT_VERSION
     )
     law: Curve = describe_field(MISSING, 'the curve of force')
-    unit: str = describe_field(
-        UNIT_SI,
-        'SI: m and N; cells: lattice constants and k_r of the design',
-        choices=(UNIT_SI, UNIT_CELLS),
-    )
+    unit: str = describe_field(UNIT_SI, 'SI: m and N', choices=(UNIT_SI,))
     force_std: tuple[float | None, ...] = ()
 
 
@@ -62,8 +58,6 @@ def read_law_file(path: Path | str, length: float = 1.0, stiffness: float = 1.0)
     except ValueError as error:
         raise LawFileError(f'{path} is not a law as `mlmem law` writes: {error}') from error
     law = given.law
-    if given.unit == UNIT_CELLS:
-        return law
     try:
         force = (np.array(law.force) / (stiffness * length)).tolist()
         return replace(law, low=law.low / length, high=law.high / length, force=tuple(force))
