@@ -291,8 +291,8 @@ def fire_pulse(element: Instrument, end: End, probe: ProbeSettings, ticks: int) 
     element.progress.phase = 'listening'
     recorder = element.transducer.record_pulse(end, probe)
     yield from pass_ticks(element, ticks + element.driver.lag)
-    element.transducer.release()
-    return recorder.shot(0.0, element.transmission.encoder, element.driver.dt)
+    element.transducer.release_ends()
+    return recorder.shot(0.0, element.transmission.encoder_strain, element.driver.dt)
 
 
 def is_undisturbed(element: Memory) -> bool:
