@@ -5,7 +5,6 @@
 import signal
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import replace
 
 from .script import script
 from .world import SeededRun
@@ -26,55 +25,16 @@ def run_seed(seed):
     return SeededRun(script(seed)).run()
 
 
-def fails(given):
-    """Return whether a script fails."""
-    return bool(SeededRun(given).run())
-
-
-def shrink(script, fails, max_runs=400):
-    """Return a script of few steps that still fails.
-
-    Args:
-        script: A script that fails.
-        fails: Returns whether a script fails.
-        max_runs: Most runs for it.
-    """
-    runs = 0
-    steps = script.steps
-    size = max(1, len(steps) // 2)
-    while runs < max_runs:
-        shorter = None
-        for begin in range(0, len(steps), size):
-            rest = steps[:begin] + steps[begin + size :]
-            runs += 1
-            if fails(replace(script, steps=rest)):
-                shorter = rest
-                break
-        if shorter is not None:
-            steps = shorter
-            size = max(1, min(size, len(steps) // 2))
-        elif size > 1:
-            size //= 2
-        else:
-            break
-    return replace(script, steps=steps)
-
-
 def describe_run(seed):
-    """Do the run with this number; if it fails, shorten it while it still fails, and describe
-    it.
-    """
-    given = script(seed)
-    if fails(given):
-        given = shrink(given, fails)
-    run = SeededRun(given)
+    """Do the run with this number, and describe it."""
+    run = SeededRun(script(seed))
     found = run.run()
     lines = [
         f'{at:12.6f}  {who}: {" ".join(map(str, what)) if isinstance(what, tuple) else what}'
         for at, who, what in run.scheduler.history
     ]
     findings = [f'FOUND {finding}' for finding in found] or ['nothing is wrong']
-    return '\n'.join([*lines, '', str(given), '', *findings])
+    return '\n'.join([*lines, '', str(run.script), '', *findings])
 
 
 def campaign(first, count, processes=2, report=lambda done, failing: None):

@@ -4,6 +4,8 @@
 
 import math
 import traceback
+from concurrent.futures import Future
+from dataclasses import dataclass
 from pathlib import Path
 from types import NoneType
 
@@ -27,6 +29,7 @@ SLOW_ANSWER_S = 5.0 * DISK_TIMEOUT_S + 3.0
 """Seconds within which whatever needs a disk is answered, be it that it does not answer."""
 
 
+@dataclass
 class Ticket:
     """A pending request.
 
@@ -38,12 +41,11 @@ class Ticket:
         number: Number of such requests so far, including this one.
     """
 
-    def __init__(self, what, future, asked, moves, number):
-        self.what = what
-        self.future = future
-        self.asked = asked
-        self.moves = moves
-        self.number = number
+    what: object
+    future: Future
+    asked: float
+    moves: bool
+    number: int
 
     def __str__(self):
         return f'{self.what!r:.80} asked at {self.asked:.3f}'

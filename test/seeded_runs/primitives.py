@@ -52,21 +52,15 @@ class Lock:
     def __repr__(self):
         return self._name
 
-    def acquire(self, blocking=True, timeout=-1):
+    def acquire(self):
         scheduler = self._scheduler
         scheduler.handover(('acquire', self._name))
         me = scheduler.current or 'outside'
         while self.owner is not None and not (self._reentrant and self.owner is me):
-            if not blocking:
-                return False
             self._waiting.append(me)
-            held = f'{self._name} held by {self.owner.name}'
-            if not scheduler.block(held, None if timeout < 0 else timeout):
-                self._waiting.remove(me)
-                return False
+            scheduler.block(f'{self._name} held by {self.owner.name}')
         self.owner = me
         self._depth += 1
-        return True
 
     def release(self):
         self.release_strain()
@@ -85,11 +79,8 @@ class Lock:
             if self._waiting:
                 self._scheduler.wake(self._waiting.pop(0))
 
-    def locked(self):
-        return self.owner is not None
-
     def __enter__(self):
-        return self.acquire()
+        self.acquire()
 
     def __exit__(self, *_):
         self.release()
@@ -98,15 +89,14 @@ class Lock:
 class Condition:
     """Like `threading.Condition`."""
 
-    def __init__(self, lock=None, *, name=''):
+    def __init__(self, *, name=''):
         self._scheduler = _PRESENT[-1]
         self._name = name or f'condition {_place()}'
-        self._lock = lock or Lock(reentrant=True, name=self._name)
+        self._lock = Lock(reentrant=True, name=self._name)
         self._waiters = []
-        self.acquire, self.release = self._lock.acquire, self._lock.release
 
     def __enter__(self):
-        return self._lock.acquire()
+        self._lock.acquire()
 
     def __exit__(self, *_):
         self._lock.release()
@@ -173,16 +163,13 @@ class Future(concurrent.futures.Future):
 class Thread:
     """Like `threading.Thread`."""
 
-    def __init__(self, group=None, target=None, name=None, args=(), kwargs=None, *, daemon=None):
+    def __init__(self, target, name, daemon=True):
+        del daemon
         self._scheduler = _PRESENT[-1]
-        self._call = lambda: target(*args, **(kwargs or {}))
-        self.name = name or f'thread {_place()}'
-        self.daemon = daemon
+        self._call, self.name = target, name
         self._task = None
 
     def start(self):
-        if self._task is not None:
-            raise RuntimeError('threads can only be started once')
         self._task = self._scheduler.spawn(self._call, self.name)
         self._scheduler.handover(('start', self.name))
 
@@ -191,10 +178,6 @@ class Thread:
 
     def join(self, timeout=None):
         scheduler, task = self._scheduler, self._task
-        if task is None:
-            raise RuntimeError('cannot join thread before it is started')
-        if scheduler.current is task:
-            raise RuntimeError('cannot join current thread')
         scheduler.handover(('join', self.name))
         if task.ended:
             return

@@ -10,6 +10,7 @@ calls the disk. Time passes when no task can run, and a little with every readin
 
 import random
 from collections import deque
+from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from itertools import count
 
@@ -17,6 +18,9 @@ import greenlet
 
 EPOCH = 1.8e9
 """Time of day when the clock of a world would show 0."""
+
+MAX_HANDOVERS = 2_000_000
+"""Hand-overs after which a world counts as endless."""
 
 
 class Killed(greenlet.GreenletExit):
@@ -31,32 +35,28 @@ class Endless(Exception):
     """The tasks hand over for ever."""
 
 
+@dataclass(eq=False, slots=True)
 class Task:
     """A thread of control.
 
     Attributes:
         name: Name in the history.
-        ended: Whether it has finished or was killed.
-        failure: The exception it raised, or None.
-        waits_for: What it waits for, as a text or an object with a name.
         outside: Whether it is not part of the process that may be killed.
+        ended: Whether it has finished or was killed.
+        waits_for: What it waits for, as a text or an object with a name.
+        joiners: Tasks that wait for its end.
+        turn: How often it has slept: a timer of an earlier sleep is void.
     """
 
-    __slots__ = (
-        'asleep', 'ended', 'failure', 'greenlet', 'joiners', 'name', 'outside', 'turn',
-        'waits_for', 'woken',
-    )  # fmt: skip
-
-    def __init__(self, name, outside):
-        self.name = name
-        self.outside = outside
-        self.ended = False
-        self.failure = None
-        self.waits_for = ''
-        self.joiners = []
-        self.asleep = False
-        self.turn = 0  # how often it has slept: a timer of an earlier sleep is void
-        self.woken = False
+    name: str
+    outside: bool
+    greenlet: object = None
+    ended: bool = False
+    waits_for: str = ''
+    joiners: list = field(default_factory=list)
+    asleep: bool = False
+    turn: int = 0
+    woken: bool = False
 
 
 class Scheduler:
@@ -75,20 +75,11 @@ class Scheduler:
         crashed: Whether it was killed.
     """
 
-    def __init__(self, seed, *, restless=None, look=1e-6, most=2_000_000):
-        """Prepare a world without tasks.
-
-        Args:
-            seed: A number, or a `random.Random`.
-            restless: Probability that a possible hand-over takes place; by default the seed
-                chooses between calm and wild.
-            look: Seconds that a reading of the clock takes.
-            most: Hand-overs after which the world counts as endless.
-        """
-        self.random = seed if isinstance(seed, random.Random) else random.Random(seed)
+    def __init__(self, seed):
+        """Prepare a world without tasks, calm or wild as the seed chooses."""
+        self.random = random.Random(seed)
         self._dice = self.random.random
-        self.restless = restless or self.random.choice((0.02, 0.1, 0.4, 0.9))
-        self.look = look
+        self._handover_share = self.random.choice((0.02, 0.1, 0.4, 0.9))
         self.now = 1000.0
         self.current = None
         self.tasks = []
@@ -100,7 +91,6 @@ class Scheduler:
         self.crash_at = None
         self.crashed = False
         self._dying = False
-        self._most = most
         self._ready = []
         self._due = []
         self._number = count()
@@ -119,7 +109,6 @@ class Scheduler:
                 pass
             except Exception as failure:
                 if not task.ended:  # else it was killed, and tripped on its way out
-                    task.failure = failure
                     self.failures.append((name, failure))
             task.ended = True
             for joiner in task.joiners:
@@ -141,8 +130,8 @@ class Scheduler:
             if self._dying or self._crash_due():
                 self._kill()
                 continue
-            if self.handovers > self._most:
-                raise Endless(f'after {self._most} hand-overs; {self._standing()}')
+            if self.handovers > MAX_HANDOVERS:
+                raise Endless(f'after {MAX_HANDOVERS} hand-overs; {self._standing()}')
             if not self._somebody():
                 raise Deadlock(self._standing())
             self._choose().greenlet.switch()
@@ -208,7 +197,7 @@ class Scheduler:
         if self._crash_due():
             self._ready.append(task)
             self._root.switch()
-        elif self._dice() < self.restless:
+        elif self._dice() < self._handover_share:
             self._ready.append(task)
             self._go_on()
 
@@ -248,7 +237,7 @@ class Scheduler:
     def monotonic(self):
         """Return the time; the reading takes a moment."""
         self.handover('clock')
-        self.now += self.look
+        self.now += 1e-6
         return self.now
 
     def time(self):
@@ -263,7 +252,7 @@ class Scheduler:
     def _go_on(self):
         """Run a task that can, chosen by the seed."""
         me = self.current
-        if self._most < self.handovers or not self._somebody():
+        if self.handovers > MAX_HANDOVERS or not self._somebody():
             self._root.switch()  # which says so
         elif (task := self._choose()) is not me:
             task.greenlet.switch()

@@ -2,13 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whole runs, each determined by one number. `make seeded-runs` runs many more."""
 
-from dataclasses import replace
-
 import pytest
 from sampled import sampled
 
-from .campaign import describe_run, run_seed, shrink
-from .script import Step, script
+from .campaign import describe_run, run_seed
+from .script import script
 from .world import SeededRun
 
 SHORT = (17, 20, 24, 30, 32, 34, 40, 44, 45, 52, 63, 64, 68, 75, 77, 81, 84, 92)
@@ -30,17 +28,3 @@ def test_a_life_is_its_number():
 
     assert history(3) == history(3)
     assert history(3) != history(4)
-
-
-# --- a script that fails is cut down ---------------------------------------------------------
-
-
-def test_only_the_steps_that_matter_stay():
-    steps = tuple(Step(0.0, 'pause', number) for number in range(40))
-
-    def fails(given):
-        left = [step.given for step in given.steps]
-        return 7 in left and 31 in left
-
-    short = shrink(replace(script(1), steps=steps), fails)
-    assert [step.given for step in short.steps] == [7, 31]
