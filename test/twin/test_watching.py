@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A twin beside its element: what it tells of a change, after how many reads, and how far off."""
+"""A twin beside its element: what it tells of a change, after how many reads, and how far off;
+and which reads its monitor compares, with which wall.
+"""
 
 import math
 from dataclasses import replace
@@ -13,7 +15,8 @@ from mlmem.element_file import Element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import INTEGRATORS, Scatter, draw_specimen
 from mlmem.readers.reading import BLANK, UNDECODABLE
-from mlmem_tools.identification.watching import Residuals, locate_wall
+from mlmem_ros.contract.streams import decode_read_shot, encode_read_shot
+from mlmem_tools.identification.watching import ResidualMonitor, Residuals, locate_wall
 from mlmem_tools.rig.emulated import Sensors
 
 CHOSEN = load_element('bits_1')
@@ -32,8 +35,8 @@ class Bench:
         driver = Measured(MADE, self)
         self.element = MemoryElement(CHOSEN, driver=driver)
         known = replace(MADE, alpha_factor=MADE.alpha_factor * error)
-        twin = Element(known, 5e-4 * MADE.alpha)
-        self.watch = Residuals(twin, INTEGRATORS[SETTINGS.time.integrator])
+        self.twin = Element(known, 5e-4 * MADE.alpha), INTEGRATORS[SETTINGS.time.integrator]
+        self.watch = Residuals(*self.twin)
         self.set_faults()
         self.do(Write(LEVEL))
 
@@ -47,12 +50,16 @@ class Bench:
             heard += [each for each in self.element.advance(50) if isinstance(each, EchoReceived)]
         return heard[-2:]
 
+    def read_at_rest(self):
+        """Return what a read heard, after ten damping times."""
+        self.element.pass_ticks(math.ceil(10.0 / DESIGN.eta / self.element.tick))
+        return self.do(Read())
+
     def told(self, reads=2):
         """Read some times; return what the twin says after each."""
         found = []
         for _ in range(reads):
-            self.element.pass_ticks(math.ceil(10.0 / DESIGN.eta / self.element.tick))
-            shots = [each.echo.shot for each in self.do(Read())]
+            shots = [each.echo.shot for each in self.read_at_rest()]
             shots.sort(key=lambda shot: -shot.samples.shape[1])
             assert self.watch.was_at_rest(shots)
             found.append(self.watch.compare(shots, DESIGN.defect_site(LEVEL)))
@@ -144,3 +151,54 @@ def test_wall_after_a_failed_write_is_not_known():
     assert locate_wall(DESIGN, UNDECODABLE, before, moved=False) == before  # a stuck cell hides it
     assert locate_wall(DESIGN, 1, before, moved=True) == there
     assert locate_wall(DESIGN, BLANK, before, moved=False) == 0.0
+
+
+# --- which reads are compared ----------------------------------------------------------------
+
+
+@pytest.fixture(scope='module')
+def pulses():
+    """The twin of an element at level 1, and the pulses of a read as they come from its node."""
+    bench = Bench()
+    heard = bench.read_at_rest()
+    return bench.twin, [decode_read_shot(encode_read_shot(bench.element, each)) for each in heard]
+
+
+@pytest.fixture
+def monitor(pulses):
+    return ResidualMonitor(*pulses[0])
+
+
+@pytest.fixture
+def read(pulses):
+    return pulses[1]
+
+
+def compare_read(monitor, pulses, procedure='read'):
+    """Return how many reads have been compared after one."""
+    for each in pulses:
+        monitor.take_shot(each)
+    monitor.end_procedure(procedure)
+    return monitor.compared
+
+
+@pytest.mark.parametrize(('procedure', 'reads'), [('read', 2), ('write', 1)])
+def test_read_after_a_failed_write_is_not_compared(procedure, reads, monitor, read):
+    """A failed read moves nothing, so that what spoils the reads can be told."""
+    assert {each.level for each in read} == {LEVEL}
+    assert compare_read(monitor, read) == 1
+    assert not monitor.text
+    unclear = [each._replace(level=UNDECODABLE) for each in read]
+    assert compare_read(monitor, unclear, procedure) == reads
+    assert monitor.compared + monitor.skipped == 2
+
+
+def test_disturbed_read_is_not_compared(monitor, read):
+    assert compare_read(monitor, [each._replace(disturbed=True) for each in read]) == 0
+
+
+def test_last_read_of_a_procedure_is_compared(monitor, read):
+    earlier = [each._replace(tick=each.tick - 1, level=0) for each in read]
+    assert compare_read(monitor, earlier + read) == 1
+    assert not monitor.text  # the wall of level 0 would be another one
+    assert monitor.skipped == 1

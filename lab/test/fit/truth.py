@@ -33,11 +33,10 @@ class Truth:
     """A hidden element, and the instrument around it."""
 
     specimen: Specimen
-    time_unit: float = 1.0
-    zero: tuple[float, float] = (0.003, -0.002)
-    gain: tuple[float, float] = (1.01, 0.99)
-    noise: float = 1e-5
-    friction: float = 0.0
+    time_unit: float
+    friction: float
+    zero = 0.003, -0.002
+    gain = 1.01, 0.99
 
     @property
     def design(self):
@@ -50,24 +49,23 @@ class Truth:
         return self.specimen.alpha * self.design.d / SMALL.d
 
 
-def hidden(seed, scatter=0.01, off=0.02, mass=0.0, k_r=0.0, friction=0.0, **shared):
-    """Return an element whose cells scatter and whose shared values are off by up to `off`."""
+def hidden(seed, mass=0.0, friction=0.0, **shared):
+    """Return an element whose alpha scatters by 1 % and whose shared values are off by 2 %."""
     random = np.random.default_rng(seed)
 
     def about(value):
-        return value * (1.0 + off * random.uniform(-1.0, 1.0))
+        return value * (1.0 + 0.02 * random.uniform(-1.0, 1.0))
 
     made = replace(SMALL, **{
         'd': about(SMALL.d), 'a': about(SMALL.a), 'eta': about(SMALL.eta),
-        's_max': about(SMALL.s_max), 'j_0': SMALL.j_0 + 10.0 * off * random.uniform(-1.0, 1.0),
+        's_max': about(SMALL.s_max), 'j_0': SMALL.j_0 + 0.2 * random.uniform(-1.0, 1.0),
     } | shared)  # fmt: skip
     specimen = Specimen(
         made,
-        alpha_factor=1.0 + scatter * random.standard_normal(made.N),
+        alpha_factor=1.0 + 0.01 * random.standard_normal(made.N),
         mass=1.0 + mass * random.standard_normal(made.N),
-        k_r_factor=1.0 + k_r * np.random.default_rng([seed, 1]).standard_normal(made.N - 1),
     )
-    return Truth(specimen, about(1.0), friction=friction)
+    return Truth(specimen, about(1.0), friction)
 
 
 def settle(element, level, strain):
@@ -84,11 +82,11 @@ def settle(element, level, strain):
     element.velocity = np.zeros(design.N)
 
 
-def measured(truth, shots=SHOTS, *, dt=0.3, duration=120.0, parts=4, A=0.01, held_off=0.0, seed=0):
+def measured(truth, shots=SHOTS, *, dt=0.3, duration=120.0, parts=4, held_off=0.0):
     """Return the shots of a hidden element; `held_off`, of one or each of them, is by how much the
     driven end is held from where it rests.
     """
-    random, found = np.random.default_rng(seed), []
+    random, found, A = np.random.default_rng(0), [], 0.01
     zero, gain = np.array(truth.zero)[:, None], np.array(truth.gain)[:, None]
     body = Element(truth.specimen, np.zeros(SMALL.N), time_unit=truth.time_unit).timed_specimen
     samples = round(duration / dt)
@@ -105,7 +103,7 @@ def measured(truth, shots=SHOTS, *, dt=0.3, duration=120.0, parts=4, A=0.01, hel
         motion[1] /= truth.gain[row]
         ends = element.advance(np.full(samples, element.V_N), HeldCell(site, motion))
         read = zero + gain * ends
-        read += truth.noise * random.standard_normal(read.shape)
+        read += 1e-5 * random.standard_normal(read.shape)
         wall = 0 if level < 0 else SMALL.defect_site(level)
         before = (zero + gain * rest[:, None])[:, 0]
         found.append(Shot(end, carrier, A, sigma, wall, strain, dt, before, read))
