@@ -1,8 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The page in a headless Chromium, for its tests and its pictures."""
+"""The page in a headless Chromium, and its frames, for its tests and its pictures."""
 
 import contextlib
+import json
 import shutil
 import subprocess
 import time
@@ -32,6 +33,12 @@ def viewing(*arguments, **streams):
         'mlmem_tools.cli.main', command, stdout=subprocess.PIPE, text=True, **streams
     ) as it:
         yield it.stdout.readline().removeprefix('mlmem view: ').strip()
+
+
+def unpack_frame(frame):
+    """Return the header of a frame for a page, and its body."""
+    length = int.from_bytes(frame[:4], 'little')
+    return json.loads(frame[4 : 4 + length]), frame[4 + length :]
 
 
 def found():

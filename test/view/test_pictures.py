@@ -3,12 +3,12 @@
 """Pictures of a running element, from its messages."""
 
 import asyncio
-import json
 from array import array
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from page_browser import unpack_frame
 
 from mlmem import Settings
 from mlmem.physics import CASE_II
@@ -22,8 +22,8 @@ ACTIVE = SimpleNamespace(data=array('f', [CASE_II.D_s2] * CASE_II.N))
 
 
 def unpacked(frame):
-    length = int.from_bytes(frame[:4], 'little')
-    return json.loads(frame[4 : 4 + length]), np.frombuffer(frame[4 + length :], '<i2')
+    head, body = unpack_frame(frame)
+    return head, np.frombuffer(body, '<i2')
 
 
 def taken(**messages):

@@ -4,7 +4,6 @@
 
 import asyncio
 import io
-import json
 import zipfile
 from contextlib import asynccontextmanager
 from functools import wraps
@@ -15,6 +14,7 @@ import pytest
 aiohttp = pytest.importorskip('aiohttp')
 
 from aiohttp import web  # noqa: E402
+from page_browser import unpack_frame  # noqa: E402
 
 from mlmem_tools.view.frames import pack_frame  # noqa: E402
 from mlmem_tools.view.live import MAX_QUEUED_NEWS, Page  # noqa: E402
@@ -70,11 +70,6 @@ async def serving(element, token='', sessions=()):
         await runner.cleanup()
 
 
-def unpacked(frame):
-    length = int.from_bytes(frame[:4], 'little')
-    return json.loads(frame[4 : 4 + length])
-
-
 FOREIGN = 'http://example.com'
 
 
@@ -92,7 +87,7 @@ async def test_no_other_site_drives_the_element(origin):
 
         async with client.ws_connect(f'{address}/live', headers={'Origin': address}) as own:
             await own.send_json({'id': 1, 'do': 'read'})
-            assert unpacked(await own.receive_bytes())['ok']
+            assert unpack_frame(await own.receive_bytes())[0]['ok']
         assert element.asked == [{'id': 1, 'do': 'read'}]
 
 
@@ -160,7 +155,7 @@ async def test_slow_page_misses_pictures_but_no_news():
         page.add_news(pack_frame({'news': number}))
     found = []
     async for frame in page.iterate_frames():
-        found.append(unpacked(frame))
+        found.append(unpack_frame(frame)[0])
         if len(found) == MAX_QUEUED_NEWS + 1:
             break
     assert found[-1] == {'picture': 999}

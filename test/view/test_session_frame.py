@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recorded session as it is sent to the page."""
 
-import json
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from page_browser import unpack_frame
 
 from mlmem import Settings
 from mlmem.physics import CASE_II
@@ -19,18 +19,13 @@ from mlmem_tools.view.session_frame import Columns, load_frame
 DATA = Path(__file__).parent.parent / 'data'
 
 
-def unpacked(frame):
-    length = int.from_bytes(frame[:4], 'little')
-    return json.loads(frame[4 : 4 + length]), frame[4 + length :]
-
-
 @pytest.fixture(scope='module')
 def life():
     return load_frame(DATA / 'life')
 
 
 def test_session_lists_commands_and_outcomes(life):
-    events = unpacked(life)[0]['events']
+    events = unpack_frame(life)[0]['events']
     asked = [event['text'] for event in events if event['kind'] == 'command']
     ended = [event['text'] for event in events if event['kind'] == 'outcome']
     assert asked == ['write 2', 'read', 'erase', 'read']
@@ -39,7 +34,7 @@ def test_session_lists_commands_and_outcomes(life):
 
 def test_configuration_is_sent_as_integers(life):
     """While level 2 is held the first 75 cells are active; an erased element has none."""
-    head, body = unpacked(life)
+    head, body = unpack_frame(life)
     columns = np.frombuffer(body, dtype='<i2').reshape(len(head['t']), head['element']['rows'])
     written = next(event['t'] for event in head['events'] if event['text'] == 'write succeeded')
     held = columns[np.searchsorted(head['t'], written) - 1]
