@@ -13,7 +13,6 @@ from pathlib import Path
 
 from reference_pages.commands import generate_commands
 from reference_pages.elements import generate_checks, generate_elements
-from reference_pages.files import generate_files
 from reference_pages.interface import generate_interfaces
 from reference_pages.parameters import generate_parameters
 from reference_pages.problems import generate_standard_problems
@@ -35,7 +34,6 @@ PAGE_PARTS = {
     'checks.md': generate_checks,
     'commands.md': generate_commands,
     'elements.md': generate_elements,
-    'files.md': generate_files,
     'interfaces.md': generate_interfaces,
     'parameters.md': generate_parameters,
     'rig.md': generate_rig,
