@@ -128,11 +128,18 @@ _ROOT_KEY = 'rosbag2_bagfile_information'
 _NEVER_NS = 2**63 - 1  # the starting time of a bag or file that holds no message
 _MAX_METADATA_CHARS = 2**18  # characters: metadata of 400 topics
 
-_QOS_TEMPLATE = """\
+
+def format_qos(reliability: str = 'reliable', durability: str = 'volatile') -> str:
+    """Return the QoS of one publisher with unlimited durations.
+
+    History and depth are ``unknown`` and 0, as ``ros2 bag record`` writes them: discovery does
+    not carry them.
+    """
+    return f"""\
 - history: unknown
   depth: 0
-  reliability: {}
-  durability: {}
+  reliability: {reliability}
+  durability: {durability}
   deadline:
     sec: 9223372036
     nsec: 854775807
@@ -144,15 +151,6 @@ _QOS_TEMPLATE = """\
     sec: 9223372036
     nsec: 854775807
   avoid_ros_namespace_conventions: false"""
-
-
-def format_qos(reliability: str = 'reliable', durability: str = 'volatile') -> str:
-    """Return the QoS of one publisher with unlimited durations.
-
-    History and depth are ``unknown`` and 0, as ``ros2 bag record`` writes them: discovery does
-    not carry them.
-    """
-    return _QOS_TEMPLATE.format(reliability, durability)
 
 
 RELIABLE_QOS = format_qos()

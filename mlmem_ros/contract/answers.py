@@ -271,17 +271,14 @@ def _select_fields(kind: type[Answer]) -> dict[str, ResultField]:
 # --- the node's side --------------------------------------------------------------------------
 
 
-OUTCOME_FIELDS = 'level', 'word', 'attempts', 'ticks', 'delays'
-"""What an outcome holds itself; all else is of its reading, as its binary `code`."""
-
-
 def outcome_to_dict(outcome: Outcome) -> dict[str, Any]:
     """Return what a finished procedure tells, as plain values by name."""
     values: dict[str, Any] = {'procedure': outcome.procedure}
     if outcome.error:
         values['error'] = outcome.error
     for name, each in list_all_fields().items():
-        owner = outcome if name in OUTCOME_FIELDS else outcome.reading
+        own = name in ('level', 'word', 'attempts', 'ticks', 'delays')
+        owner = outcome if own else outcome.reading  # as of its binary `code`
         value = getattr(owner, name, each.default)
         if value is not each.default and value not in (each.default, {}):
             values[name] = _to_plain(value)

@@ -42,9 +42,6 @@ if TYPE_CHECKING:
 
 T = TypeVar('T')
 
-QUEUE_TIMEOUT_S = 60.0
-"""Longest wait of a request that brings no deadline of its own."""
-
 Listener = Callable[[Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""
 
@@ -297,13 +294,13 @@ class Host:
 
     def submit(self, command: Command, wait: float | None = None) -> Asked:
         """Hand in a command for the next tick; see `Loop.submit`. With 0 s it may wait for
-        its turn for `QUEUE_TIMEOUT_S`.
+        its turn for a minute.
 
         With a state file, the outcome comes after the changed content is safe on the disk; if it
         cannot be saved, the outcome is a failure.
         """
-        if wait == 0.0:
-            wait = QUEUE_TIMEOUT_S
+        if wait == 0.0:  # it brings no deadline of its own
+            wait = 60.0
         return self._send_request(lambda loop: loop.submit(command, wait))
 
     def submit_scaled(self, make: Callable[[Units], Command]) -> Asked:

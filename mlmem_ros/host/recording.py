@@ -31,9 +31,6 @@ from .worker import ThrottledLog
 Message = tuple[str, bytes, int]
 """Topic, CDR, and log time in nanoseconds."""
 
-SEGMENT_COUNT = 4
-"""Number of segments that cover the requested time; one more is being filled."""
-
 MAX_BUFFER_BYTES = 64 * 2**20
 """Most bytes kept, whatever is requested."""
 
@@ -67,7 +64,7 @@ class PreTriggerBuffer:
         """Return whether a segment should begin after a tick, if the device is idle."""
         self._tick = tick
         newest = self._segments[-1].tick if self._segments else -self._ticks
-        return tick - newest >= self._ticks / SEGMENT_COUNT
+        return tick - newest >= self._ticks / 4  # four cover the time, one more is being filled
 
     def begin(self, tick: int, header: Message) -> None:
         """Begin a segment, and drop those older than requested."""

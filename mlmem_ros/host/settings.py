@@ -74,8 +74,6 @@ class FileSettings(Checked):
         return target
 
 
-UNRESTRICTED_FILES = FileSettings()
-
 COLUMN_PERIOD_TICKS = 10
 """Ticks between two columns of `~/image`."""
 
@@ -165,7 +163,7 @@ class SessionPlan:
     settings: RecordSettings
     topics: Sequence[Topic] = ()
     parameters: Mapping[str, Any] | None = None
-    files: FileSettings = UNRESTRICTED_FILES
+    files: FileSettings = FileSettings()
 
 
 @dataclass(frozen=True)

@@ -58,9 +58,6 @@ ALIVE = 'alive'
 NOT_SERVING = DiagnosticStatus.STALE
 """Level of a heartbeat of a node that prepares: requests wait until it serves."""
 
-HEARTBEAT_PERIOD_S = 1.0
-"""Seconds between two signs."""
-
 HEARTBEAT_PROFILE = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 DESTROYED_ERRORS = InvalidHandle, rclpy_implementation.RCLError
@@ -68,7 +65,10 @@ DESTROYED_ERRORS = InvalidHandle, rclpy_implementation.RCLError
 
 
 class Heartbeat:
-    """Publishes signs of life of nodes, from a thread of its own: executors may be busy."""
+    """Publishes signs of life of nodes once a second, from a thread of its own.
+
+    Executors may be busy.
+    """
 
     _publishers: ClassVar[dict[Publisher, Callable[[], DiagnosticStatus]]] = {}
     _lock = threading.Lock()
@@ -91,7 +91,7 @@ class Heartbeat:
     def _run(cls) -> None:
         atexit.register(cls._thread.join)  # Python's end aborts who is in C++ then
         atexit.register(cls._over.set)
-        while not cls._over.wait(HEARTBEAT_PERIOD_S):
+        while not cls._over.wait(1.0):
             with cls._lock:
                 for publisher, status in list(cls._publishers.items()):
                     try:

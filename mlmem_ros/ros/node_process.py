@@ -46,14 +46,8 @@ class Signals(list[int]):
 RECEIVED_SIGNALS = Signals()
 """Those of this process, if it is ours."""
 
-PROFILE_PATH = Path(__file__).with_name('fast_dds.xml')
-"""The profile; other middleware ignores it."""
-
 PROFILE_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 """Variables that name a profile: of Fast DDS 2, which Jazzy has, and of Fast DDS 3."""
-
-DEFAULT_PROFILE_FILES = ('DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xml')
-"""Profiles that they load from the current folder by default."""
 
 
 def find_profile_variable(environment: Mapping[str, str]) -> str:
@@ -72,11 +66,12 @@ def use_profile(environment: MutableMapping[str, str]) -> None:
     already.
     """
     given = any(environment.get(name) for name in PROFILE_VARIABLES)
-    if not given and not any(Path(name).exists() for name in DEFAULT_PROFILE_FILES):
-        environment[find_profile_variable(environment)] = str(PROFILE_PATH)
+    # loaded from the current folder by default
+    loaded = 'DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xml'
+    if not given and not any(Path(name).exists() for name in loaded):
+        profile = Path(__file__).with_name('fast_dds.xml')  # other middleware ignores it
+        environment[find_profile_variable(environment)] = str(profile)
 
-
-PR_SET_PDEATHSIG = 1
 
 Parameters = Mapping[str, bool | int | float | str]
 
@@ -112,7 +107,7 @@ def run_child_process(
 
 def _end_with_parent() -> None:
     """Have this process killed with its parent: a leftover node would answer the next client."""
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # 1: PR_SET_PDEATHSIG
 
 
 def build_node_arguments(

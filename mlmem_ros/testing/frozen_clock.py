@@ -22,9 +22,6 @@ T = TypeVar('T')
 START_TIME_S = 1.0
 """ROS time in seconds at which a clock begins: rclpy treats 0 as not set."""
 
-CHECK_PERIOD_S = 0.02
-"""Seconds of ROS time between two checks of a condition."""
-
 MAX_STEP_TICKS = 500
 """Most ticks requested at a time."""
 
@@ -84,7 +81,7 @@ class FrozenClock:
         while not condition():
             if self.now >= end:
                 raise TimeoutError(f'it did not happen within {within:g} s of ROS time')
-            self.advance(CHECK_PERIOD_S)
+            self.advance(0.02)
             self._await_messages()
 
     def finish(self, reply: Reply[T], within: float = 60.0) -> T:

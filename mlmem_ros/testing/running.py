@@ -45,10 +45,6 @@ if TYPE_CHECKING:
     from ..ros.client import MemoryClient
 
 
-FAST_DISCOVERY = Path(__file__).with_name('fast_discovery.xml')
-"""The profile of Fast DDS."""
-
-
 @functools.cache
 def isolate() -> int:
     """Keep this process and all that it starts out of other ROS graphs; return the ROS domain.
@@ -69,7 +65,8 @@ def isolate() -> int:
         RMW_IMPLEMENTATION='rmw_fastrtps_cpp',
     )
     os.environ.setdefault('ROS_PYTHON_CHECK_FIELDS', '1')  # empty: as on a robot
-    os.environ[find_profile_variable(os.environ)] = str(FAST_DISCOVERY)
+    profile = Path(__file__).with_name('fast_discovery.xml')
+    os.environ[find_profile_variable(os.environ)] = str(profile)
     return domain
 
 

@@ -213,9 +213,6 @@ def _create_context_like(robot: Node) -> Context:
     return context
 
 
-REPORT_PERIOD_S = 5.0
-"""Time between two log lines on what a memory node waits for."""
-
 MAX_SILENCE_S = 4.0
 """Seconds without a heartbeat after which a memory node is given up."""
 
@@ -309,7 +306,7 @@ class NodeConnection:
         """Log what the memory node prepares, if it does, while a request waits since a time."""
         now, text = time.monotonic(), self.status.message
         before, logged = self._reported
-        if text and (text != before or now - logged >= REPORT_PERIOD_S):
+        if text and (text != before or now - logged >= 5.0):
             self._reported = text, now
             seconds = f'{now - begun:.0f} s'
             self.node.get_logger().info(f'{what} waits for {self.peer}: {text} ({seconds})')

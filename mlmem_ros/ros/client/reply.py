@@ -33,9 +33,6 @@ from .connection import CHECK_PERIOD_S, NodeConnection
 
 T = TypeVar('T')
 
-SIGNAL_PERIOD_S = 0.1
-"""Seconds after which a waiting thread looks for signals, which another thread may have got."""
-
 Steps = Generator[float, None, T]
 """What leads to an answer: it yields the seconds to wait at most, and may be resumed earlier."""
 
@@ -101,7 +98,7 @@ class Reply(Future[T]):
         try:
             while not self.done():
                 with suppress(NotYet):
-                    self.exception(SIGNAL_PERIOD_S)
+                    self.exception(0.1)  # then look for signals, which another thread may have got
         finally:
             self._awaiting.discard(waiter)
         return self.result()

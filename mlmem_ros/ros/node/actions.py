@@ -28,12 +28,6 @@ from ...host import Host
 from ..middleware import KEEP_ALL_PROFILE, RELIABLE_PROFILE
 from .callback_guard import await_future
 
-FEEDBACK_PERIOD_S = 0.05
-"""Seconds between two feedback messages of a goal."""
-
-NONE, FAILED, REFUSED, CANCELED = range(4)
-"""The results' error codes."""
-
 
 def serve_actions(node: Node, host: Host) -> list[Action]:
     """Serve the actions, if their types are built and the node is to serve them."""
@@ -72,6 +66,7 @@ class Action:
         self._host = host
         self._name = name
         self._kind = kind
+        self._codes = kind.Result
         self._goals: dict[bytes, ActionGoal] = {}
         self._open: set[ActionGoal] = set()  # goals whose procedure has not ended
         self._reported = 0.0
@@ -170,15 +165,15 @@ class Action:
             result, status = self._judge_result(goal, done)
         except Exception as error:  # answer the client anyway
             self._host.log.exception(self._name, error)
-            result, status = self._failed(FAILED, error)
+            result, status = self._failed(self._codes.FAILED, error)
         with self._lock:
             abort = goal.abort
             self._open.remove(goal)
         if abort is None or status == GoalStatus.STATUS_SUCCEEDED:
             self._conclude_goal(goal, result, status)
             return
-        if result.error_code in (FAILED, REFUSED):
-            result.error_code, status = CANCELED, GoalStatus.STATUS_CANCELED
+        if result.error_code in (self._codes.FAILED, self._codes.REFUSED):
+            result.error_code, status = self._codes.CANCELED, GoalStatus.STATUS_CANCELED
         # the next goal must find the element at rest
         abort.answer.add_done_callback(lambda _: self._conclude_goal(goal, result, status))
 
@@ -193,10 +188,10 @@ class Action:
         """Return the result and status at the end of a procedure."""
         if (refusal := done.exception()) is not None:
             self._host.log.refused(self._name, refusal)
-            return self._failed(REFUSED, refusal)
+            return self._failed(self._codes.REFUSED, refusal)
         outcome: Outcome = done.result()
         good = outcome.success or bool(outcome.checks)  # a self-test is complete if it failed, too
-        result = answers.build_result(self._kind, outcome, NONE if good else FAILED)
+        result = answers.build_result(self._kind, outcome, 0 if good else self._codes.FAILED)
         if outcome.checks:
             name = self._node.get_fully_qualified_name()
             result.passed, result.status = (
@@ -228,8 +223,8 @@ class Action:
     # --- topics --------------------------------------------------------------------------
 
     def tick(self) -> None:
-        """Publish feedback of the running goal, if due; called in the loop's thread."""
-        if not self._open or threads.monotonic() - self._reported < FEEDBACK_PERIOD_S:
+        """Publish feedback of the running goal every 0.05 s; called in the loop's thread."""
+        if not self._open or threads.monotonic() - self._reported < 0.05:
             return
         for goal in self._open.copy():
             if (feedback := self._host.feedback(goal.request)) is not None:

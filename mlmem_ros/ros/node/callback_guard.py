@@ -32,10 +32,6 @@ from ...host import REFUSALS, ThrottledLog
 
 T = TypeVar('T')
 
-REQUEST_ERRORS = (*REFUSALS, rclpy_implementation.RCLError, ValueError, TypeError)
-"""Errors of bad requests to rclpy's own services: a transition that is not available now, a
-parameter of unknown type."""
-
 RESEND_DELAYS_S = 0.2, 1.0, 4.0
 """Seconds before an answer that was dropped is sent once more; clients ignore a second one."""
 
@@ -95,6 +91,8 @@ class CallbackGuard:
 
     def _wrap_callback(self, name: str, callback: Callable[..., Any]) -> Callable[..., _Answer]:
         own = callback.__module__.startswith('mlmem_ros')
+        # rclpy's own raise these too: a transition not available now, a parameter of unknown type
+        rclpy_errors = () if own else (rclpy_implementation.RCLError, ValueError, TypeError)
 
         async def serve_request(request: Any, response: Any) -> Any:
             try:
@@ -103,7 +101,7 @@ class CallbackGuard:
                 answer = callback(request, response)
                 return await answer if inspect.isawaitable(answer) else answer
             except Exception as error:
-                if isinstance(error, REFUSALS if own else REQUEST_ERRORS):
+                if isinstance(error, (*REFUSALS, *rclpy_errors)):
                     self._log.refused(name, error)
                 else:
                     self._log.exception(name, error)

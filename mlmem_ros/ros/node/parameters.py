@@ -58,14 +58,8 @@ from ...host.settings import (
 FAULTS_PREFIX = 'faults.'
 """Prefix of the device's faults, which take effect at once."""
 
-LIVE_GROUPS = ('record', 'faults')
-"""Groups that may be set at any time: one applies to the next session, one to the device."""
-
 QOS_OVERRIDES_PREFIX = 'qos_overrides.'
 """Prefix of the parameters that rclpy declares for an endpoint; they are read-only."""
-
-PARAMETER_TYPE_NAMES = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
-"""The types of parameters, for messages."""
 
 CHOICE_HINTS = {
     'device.driver': '; a class may be named only at the start',
@@ -127,8 +121,10 @@ class ParameterSet:
             self._node.declare_parameter(name, default, build_descriptor(description, default))
         except InvalidParameterTypeException as error:
             hint = ' (a number with a decimal point)' if isinstance(default, float) else ''
-            kind = PARAMETER_TYPE_NAMES[type(default)]
-            raise SettingsError(f'parameter {name} must be {kind}{hint}; {got}') from error
+            names = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
+            raise SettingsError(
+                f'parameter {name} must be {names[type(default)]}{hint}; {got}'
+            ) from error
         except InvalidParameterValueException as error:
             ends = f'from {description.low} to {description.high}'
             raise SettingsError(f'parameter {name} must be {ends}; {got}') from error
@@ -327,7 +323,8 @@ class ParameterSet:
         """
         if not self._node.has_parameter(name):  # rclpy takes an empty name for a declared one
             raise SettingsError(f'there is no parameter {short_repr(name)}')
-        live = name in (*LIVE_PARAMETERS, METHOD) or name.split('.')[0] in LIVE_GROUPS
+        # groups of the next session, and of the device
+        live = name in (*LIVE_PARAMETERS, METHOD) or name.split('.')[0] in ('record', 'faults')
         if name == 'use_sim_time':
             if self._host.loop is not None and value != self._get_value(name):
                 raise SettingsError(f'{name} may be set only while the node is not active')

@@ -34,9 +34,6 @@ UNSUPPORTED, DONE, _, INCORRECT_STATE, FAILED = range(5)
 ALREADY, NOT_REACHED = 101, 102
 """Results of a request, as in `Result` and `SetSimulationState`."""
 
-TIME, STATE = 1, 2
-"""Scopes of a reset, as in `ResetSimulation`: bits of a number, which is 0 for all of them."""
-
 
 def load_types() -> dict[str, Any] | None:
     """Return the types of the services by name; None if they are not installed."""
@@ -140,7 +137,7 @@ class Simulator:
 
     def _reset_simulation(self, request: Any, response: Any) -> Any:
         now = self.state
-        if request.scope and ~request.scope & (TIME | STATE):
+        if request.scope and ~request.scope & 3:  # the bits of time and state; 0: all
             why = 'state and time are reset together: give the scope 0, 3 or 255'
             return _set_result(response, UNSUPPORTED, why)
         if now == NO_WORLD:
