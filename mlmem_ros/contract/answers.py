@@ -318,12 +318,12 @@ def format_answer(outcome: Outcome, **asked: Any) -> str:
     return json.dumps(outcome_to_dict(outcome) | asked)
 
 
-def format_refusal(reason: object, **asked: Any) -> str:
+def format_refusal(error: Exception) -> str:
     """Return the JSON object that answers a refused request: why, in words and as the value of an
-    `ErrorCode`, and what was asked for.
+    `ErrorCode`.
     """
-    code = reason.code if isinstance(reason, Rejected) else ErrorCode.OTHER
-    return json.dumps({'error': str(reason), 'error_code': code.value} | asked)
+    code = error.code if isinstance(error, Rejected) else ErrorCode.OTHER
+    return json.dumps({'error': str(error) or type(error).__name__, 'error_code': code.value})
 
 
 def build_result(kind: Any, outcome: Outcome, error_code: int) -> Any:

@@ -106,9 +106,4 @@ def build_test_statuses(outcome: Outcome, node: str) -> list[DiagnosticStatus]:
             Status(OK if check.passed else ERROR, check.message, check.values), node, check.name
         )
         for check in outcome.checks
-    ] or [build_refused_test(node, outcome.error)]
-
-
-def build_refused_test(node: str, reason: str) -> DiagnosticStatus:
-    """Return the status of a self-test that did not run."""
-    return build_status(Status(ERROR, reason), node, 'self_test')
+    ] or [build_status(Status(ERROR, outcome.error), node, 'self_test')]

@@ -214,12 +214,6 @@ def _select_content(given: Mapping[str, Any]) -> Any:
     return first
 
 
-def find_request_name(command: Command) -> str:
-    """Return the request for a command, one of `REQUEST_ARGUMENTS`."""
-    (name,) = (name for name in REQUEST_ARGUMENTS if type(command) is find_command_type(name))
-    return name
-
-
 # --- services ---------------------------------------------------------------------------------
 
 

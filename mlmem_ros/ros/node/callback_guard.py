@@ -105,9 +105,7 @@ class CallbackGuard:
                     self._log.refused(name, error)
                 else:
                     self._log.exception(name, error)
-                return _build_error_response(
-                    request, response, f'{error}' or type(error).__name__, own
-                )
+                return _build_error_response(request, response, error, own)
 
         return lambda request, response: _Answer(serve_request(request, response))
 
@@ -129,12 +127,13 @@ class CallbackGuard:
         return send_answer
 
 
-def _build_error_response(request: Any, response: Any, why: str, own: bool) -> Any:
+def _build_error_response(request: Any, response: Any, error: Exception, own: bool) -> Any:
     """Return a response that says why a request failed, as far as its type allows.
 
     Services of our `own` answer with a JSON object.
     """
-    reason = answers.format_refusal(why) if own else why
+    why = f'{error}' or type(error).__name__
+    reason = answers.format_refusal(error) if own else why
     failed = SetParametersResult(successful=False, reason=reason)
     if hasattr(response, 'results') and hasattr(request, 'parameters'):  # as many as requested
         response.results += [failed] * (len(request.parameters) - len(response.results))

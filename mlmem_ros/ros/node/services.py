@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The services: each hands a command to the loop and answers when it is done."""
+"""The services: each hands a command to the loop and answers when it is done. The callback guard
+answers those that are refused.
+"""
 
 from __future__ import annotations
 
@@ -20,12 +22,10 @@ from mlmem.instrument import drivers
 from mlmem.procedure_table import PROCEDURES, Procedure
 
 from ...contract import answers, messages
-from ...contract.commands import (
-    COMMAND_TOPICS,
-)
-from ...contract.requests import Record, build_command, find_request_name, parse_request
+from ...contract.commands import COMMAND_TOPICS
+from ...contract.requests import Record, build_command, parse_request
 from ...contract.streams import select_streams
-from ...host import REFUSALS, Host, SessionPlan
+from ...host import Host, SessionPlan
 from ...host.settings import Parameters
 from ..middleware import KEEP_ALL_PROFILE
 from .callback_guard import await_future
@@ -46,9 +46,7 @@ class Services:
             # a self-test answers in a type of its own
             if row.has_service and name != 'self_test':
                 self._create_json_service(Trigger, name, self._build_procedure_answer(name, row))
-        self._create_json_service(
-            Trigger, 'step', lambda _: self._answer_ticks('step', host.step().answer)
-        )
+        self._create_json_service(Trigger, 'step', lambda _: _answer_ticks(host.step().answer))
         self._create_json_service(SetBool, 'pause', self._run_pause)
         self._create_json_service(
             SetBool, 'record', lambda request: self._run_recording(Record(request.data))
@@ -81,67 +79,46 @@ class Services:
     async def _answer_request(
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
     ) -> SetParametersAtomically.Response:
-        result = response.result
         try:
             asked, wait = parse_request(request.parameters)
-        except Refused as refusal:
+        except Refused:
             self._host.refused += 1
-            _, result.reason = self._log_refusal('request', refusal)
-            return response
+            raise
         doing = (
             self._run_recording(asked)
             if isinstance(asked, Record)
             else self._run_command(asked, wait)
         )
-        result.successful, result.reason = await doing
+        response.result.successful, response.result.reason = await doing
         return response
 
     async def _run_command(self, command: Command, wait: float = 0.0) -> tuple[bool, str]:
-        asked = {'asked': command.level} if isinstance(command, Write) else {}
-        try:
-            outcome = await await_future(self._host.submit(command, wait).answer)
-        except REFUSALS as failure:
-            return self._log_refusal(find_request_name(command), failure, **asked)
+        outcome = await await_future(self._host.submit(command, wait).answer)
         if outcome is None:  # accepted, with nothing to wait for
             return True, '{}'
+        asked = {'asked': command.level} if isinstance(command, Write) else {}
         return outcome.success, answers.format_answer(outcome, **asked)
 
     async def _run_recording(self, asked: Record) -> tuple[bool, str]:
-        try:
-            plan = self._plan(asked.path) if asked.on else None
-            path = await await_future(self._host.record(plan))
-        except REFUSALS as refusal:
-            return self._log_refusal('record', refusal)
+        path = await await_future(self._host.record(self._plan(asked.path) if asked.on else None))
         return True, json.dumps({'recording': asked.on, 'path': str(path)})
 
     def _run_pause(self, request: SetBool.Request) -> Answered:
-        return self._answer_ticks('pause', self._host.pause(request.data), paused=request.data)
-
-    async def _answer_ticks(self, what: str, ticks: Future[int], **said: Any) -> tuple[bool, str]:
-        try:
-            return True, json.dumps({**said, 'tick': await await_future(ticks)})
-        except REFUSALS as refusal:
-            return self._log_refusal(what, refusal)
+        return _answer_ticks(self._host.pause(request.data), paused=request.data)
 
     async def _answer_self_test(
         self, _: SelfTestService.Request, response: SelfTestService.Response
     ) -> SelfTestService.Response:
         response.id = name = self._node.get_fully_qualified_name()
-        try:
-            outcome = await await_future(self._host.submit(SelfTest(), 0.0).answer)
-        except REFUSALS as failure:
-            self._log_refusal('self_test', failure)
-            response.status = [messages.build_refused_test(name, str(failure))]
-        else:
-            assert outcome is not None
-            response.passed = bytes([outcome.success])
-            response.status = messages.build_test_statuses(outcome, name)
+        outcome = await await_future(self._host.submit(SelfTest(), 0.0).answer)
+        assert outcome is not None
+        response.passed = bytes([outcome.success])
+        response.status = messages.build_test_statuses(outcome, name)
         return response
 
-    def _log_refusal(self, what: str, reason: object, **asked: Any) -> tuple[bool, str]:
-        """Log a refusal; return the answer, along with what was asked for."""
-        self._host.log.refused(what, reason)
-        return False, answers.format_refusal(reason, **asked)
+
+async def _answer_ticks(ticks: Future[int], **said: Any) -> tuple[bool, str]:
+    return True, json.dumps({**said, 'tick': await await_future(ticks)})
 
 
 def build_session_plan(node: Node, given: Parameters, path: str = '') -> SessionPlan:

@@ -112,24 +112,22 @@ class Simulator:
             return _set_result(response, ALREADY, '')
         if now == NO_WORLD:
             return _set_result(response, INCORRECT_STATE, 'the node is not configured')
-        if wanted == STOPPED:
-            return self._run_work(response, self._begin_anew, NOT_REACHED)
-        if now == STOPPED:
-            return self._run_work(response, lambda: self._activate(wanted == PAUSED), NOT_REACHED)
         try:
-            await await_future(self._host.pause(wanted == PAUSED))
+            if wanted == STOPPED:
+                self._begin_anew()
+            elif now == STOPPED:
+                self._activate(wanted == PAUSED)
+            else:
+                await await_future(self._host.pause(wanted == PAUSED))
         except REFUSALS as refusal:
             return _set_result(response, NOT_REACHED, f'{refusal}')
         return _set_result(response, DONE, '')
 
     async def _step_simulation(self, request: Any, response: Any) -> Any:
         steps = TickRequest(request.steps)
-        try:
-            if not steps.left:
-                raise Refused('steps must be at least 1')
-            await await_future(self._host.step(steps).answer)
-        except REFUSALS as refusal:
-            return _set_result(response, FAILED, f'{refusal}')
+        if not steps.left:
+            raise Refused('steps must be at least 1')
+        await await_future(self._host.step(steps).answer)
         if steps.cut:
             why = f'ended after {steps.done} steps: time was paused or resumed'
             return _set_result(response, FAILED, why)
@@ -142,20 +140,9 @@ class Simulator:
             return _set_result(response, UNSUPPORTED, why)
         if now == NO_WORLD:
             return _set_result(response, INCORRECT_STATE, 'the node is not configured')
-
-        def reset_element() -> None:
-            self._begin_anew()
-            if now != STOPPED:
-                self._activate(now == PAUSED)
-
-        return self._run_work(response, reset_element)
-
-    @staticmethod
-    def _run_work(response: Any, work: Callable[[], None], failed: int = FAILED) -> Any:
-        try:
-            work()
-        except REFUSALS as refusal:
-            return _set_result(response, failed, f'{refusal}')
+        self._begin_anew()
+        if now != STOPPED:
+            self._activate(now == PAUSED)
         return _set_result(response, DONE, '')
 
 
