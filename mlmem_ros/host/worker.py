@@ -43,17 +43,15 @@ class ThrottledLog:
 
     def info(self, text: str, about: str = '') -> None:
         """Log an event; a flood of lines about one subject is thinned to one per second."""
-        if (since := self._withhold_note(about)) is not None:
-            self._write('INFO', make_printable(text, MAX_LINE_CHARACTERS) + since)
+        self._write_thinned('INFO', about, text)
 
     def warning(self, text: str, about: str = '') -> None:
         """Log an oddity; floods are thinned as in `info`."""
-        if (since := self._withhold_note(about)) is not None:
-            self._write('WARN', make_printable(text, MAX_LINE_CHARACTERS) + since)
+        self._write_thinned('WARN', about, text)
 
     def error(self, text: str) -> None:
         """Log a failure."""
-        self._write('ERROR', make_printable(text, MAX_LINE_CHARACTERS))
+        self._write_thinned('ERROR', '', text)
 
     def refused(self, what: str, why: object) -> None:
         """Log a refusal; floods are thinned as in `info`."""
@@ -63,11 +61,9 @@ class ThrottledLog:
         """Log a fault in the software: an unexpected exception, with its traceback."""
         with self._lock:
             self.caught += 1
-        if (since := self._withhold_note(where)) is not None:
-            trace = ''.join(traceback.format_exception(error))
-            self._write(
-                'ERROR', f'{where} failed; this is a fault in the software{since}:\n{trace}'
-            )
+        self._write_thinned(
+            'ERROR', where, f'{where} failed; this is a fault in the software', error
+        )
 
     def cause(self, error: BaseException) -> None:
         """Log the traceback of what caused an expected error, if that was unexpected."""
@@ -75,11 +71,7 @@ class ThrottledLog:
         if cause is None or isinstance(cause, (OSError, ImportError)):
             return
         kinds = f'{type(error).__name__} of {type(cause).__name__}'  # texts are without number
-        if (since := self._withhold_note(kinds)) is not None:
-            trace = ''.join(traceback.format_exception(cause))
-            self._write(
-                'ERROR', f'{make_printable(str(error), MAX_LINE_CHARACTERS)}{since}:\n{trace}'
-            )
+        self._write_thinned('ERROR', kinds, str(error), cause)
 
     @contextmanager
     def guard_errors(self, where: str) -> Iterator[None]:
@@ -88,6 +80,14 @@ class ThrottledLog:
             yield
         except Exception as error:
             self.exception(where, error)
+
+    def _write_thinned(
+        self, severity: str, about: str, text: str, error: BaseException | None = None
+    ) -> None:
+        """Write a line, with the traceback of an error, unless there are too many on a subject."""
+        if (since := self._withhold_note(about)) is not None:
+            trace = ':\n' + ''.join(traceback.format_exception(error)) if error else ''
+            self._write(severity, make_printable(text, MAX_LINE_CHARACTERS) + since + trace)
 
     def _withhold_note(self, key: str) -> str | None:
         """Return a note on how many lines were withheld, or None to withhold this one too."""

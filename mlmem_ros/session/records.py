@@ -49,26 +49,21 @@ def build_header(element: MemoryElement, node: str, parameters: Mapping[str, Any
     Raises:
         Refused: A procedure runs.
     """
-    made, special = element.made, {}
-    if made.design != element.design or not made.is_ideal:
-        special['specimen'] = encode_value(made)
-    if element.forecast is not None:
-        special['forecast'] = encode_value(element.forecast)
-    if element.twin is not None:
-        special['twin'] = encode_value(element.twin)
-    return _serialize_json(
-        {
-            'format': SESSION_FORMAT,
-            'node': node,
-            'versions': collect_versions(),
-            'seed': element.faults.seed,
-            'design': element.design.as_dict(),
-            'settings': element.settings.as_dict(),
-            'parameters': dict(parameters),
-            'initial': snapshot.take_snapshot(element),
-            **special,
-        }
+    made = element.made
+    header = Header(
+        SESSION_FORMAT,
+        element.design,
+        element.settings,
+        snapshot.take_snapshot(element),
+        collect_versions(),
+        parameters,
+        specimen=None if made.is_ideal and made.design == element.design else made,
+        forecast=element.forecast,
+        twin=element.twin,
+        node=node,
+        seed=element.faults.seed,
     )
+    return _serialize_json(encode_value(header))
 
 
 def build_command(tick: int, given: Command) -> bytes:
