@@ -21,7 +21,7 @@ from mlmem import (
     load_element,
 )
 from mlmem.instrument.actuator import MAX_PROFILE_POINTS, Actuator, plan_profile
-from mlmem.instrument.blocks import play, run
+from mlmem.instrument.blocks import follow_ramps, run
 from mlmem.instrument.instrument import Instrument
 from mlmem.instrument.motion import Cycle, Ramp, shape_ramp
 from mlmem.move_settings import CycleSettings
@@ -247,7 +247,7 @@ def test_planned_cycle_equals_that_of_device(times, max_rate):
     """At every tick, with an actuator that follows and with one too slow for the ramps."""
     settings = Settings(actuator=ActuatorSettings(max_rate=max_rate))
     instrument, seen = Instrument(CASE_II, settings), []
-    procedure = play(instrument, Cycle.plan_cycle(times, PEAK))
+    procedure = follow_ramps(instrument, Cycle.plan_cycle(times, PEAK))
     run(instrument, procedure, lambda: seen.append(instrument.actuator.strain))
     seen = [*seen[1:], instrument.actuator.strain]
     told = Cycle.plan_cycle(times, PEAK, max_rate)

@@ -107,8 +107,8 @@ def test_no_echo_is_detected_while_window_overlaps_pulse():
     detector = heard(PROBE, v)
     assert detector.delay is None
     assert detector.threshold_margin == 0.0
-    assert detector.echo(End.LEFT).shape == (None, None, 0.0)
-    assert detector.echo(End.LEFT).measure_amplitude(math.inf) == 0.0
+    assert detector.build_echo(End.LEFT).shape == (None, None, 0.0)
+    assert detector.build_echo(End.LEFT).measure_amplitude(math.inf) == 0.0
     v[times(2000) > 96.0] = 1.0
     assert heard(PROBE, v).delay == 108.0  # the first sample after 96 + T / 2 = 107.968
 

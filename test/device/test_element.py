@@ -194,7 +194,7 @@ def test_listening_ends_after_echo_or_when_none_can_come():
     *echoes, outcome = rig.events(deaf, Read())
     assert outcome.error == 'no echo came back'
     left = next(each.echo for each in echoes if each.echo.end == 'left')
-    longest = 1.1 * deaf.calibration.table(left.end).longest
+    longest = 1.1 * deaf.calibration.table(left.end).longest_delay
     assert left.t[-1] == pytest.approx(longest + 150.0, abs=25.0)
 
 

@@ -264,7 +264,7 @@ def test_command_waits_for_single_tick(start):
     loop = start(rig.device(), lambda commands, events: stamped.extend(commands))
     result(loop.submit(SetStrain(0.08)))
     ticks = hold(loop)
-    assert loop.paused
+    assert loop.is_paused
     before = rig.bits(loop.element)
     answer = loop.submit(SetStrain(0.01)).answer
     time.sleep(0.02)

@@ -227,7 +227,7 @@ def test_no_fault_has_word_read_as_another(kind, count, faults, share):
         place(element, word)
         element.set_faults(given)
         read = element.perform(Read())
-        element.transducer.release()
+        element.transducer.release_ends()
         assert not read.success or read.reading.level == word, given
         right += read.success
     assert right >= share * count
@@ -257,7 +257,7 @@ def test_shaken_element_is_not_read(byte):
     rng, harmless = np.random.default_rng(1), byte.settings.disturbance.safe_limit
 
     def shake():
-        byte.base.disturb(float(rng.choice([-harmless, harmless])))
+        byte.base.accept_acceleration(float(rng.choice([-harmless, harmless])))
 
     for _ in range(60):
         shake()
@@ -346,8 +346,8 @@ def test_erase_of_an_unknown_content_succeeds():
 def test_kicks_out_have_the_speeds_of_kinks_and_walls_in_turn():
     """Three walls rest: a kink goes to the level below the first, a wall below the second."""
     element, speeds = rig.pin(MemoryElement(ROBUST), 1, 4, 7), []
-    kick = element.transducer.kick
-    element.transducer.kick = lambda target, speed, end: (
+    kick = element.transducer.kick_end
+    element.transducer.kick_end = lambda target, speed, end: (
         speeds.append(speed) or kick(target, speed)
     )
     assert element.perform(Write(ROBUST_CODE.word((3,)))).success

@@ -243,7 +243,7 @@ def drawn(chance):
 
 def release(made):
     """End all that keeps an element from its rest."""
-    made.transducer.release()
+    made.transducer.release_ends()
     made.base.accept_acceleration(0.0)
     made.set_faults(Faults())
 

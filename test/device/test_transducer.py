@@ -168,7 +168,7 @@ def follower(end=End.RIGHT, design=CASE_II):
 def fed(reverberation, v, past=None, ticks=None):
     """Let an end be seen moving for whole ticks, by default at rest before."""
     past = np.zeros(reverberation.memory) if past is None else past
-    reverberation.follow(np.concatenate((past, v)), ticks or len(v) // TICK)
+    reverberation.follow_samples(np.concatenate((past, v)), ticks or len(v) // TICK)
 
 
 def wave(samples, amplitude=1e-3, omega=0.7):

@@ -26,7 +26,7 @@ PLANTED_BUGS = {
     ],
     'recording_not_synced': [(writer.BagWriter, '_sync_file', lambda self, finish: finish())],
     'file_left_open_after_an_error': [(atomic_files, 'close_quietly', lambda file: None)],
-    'no_sync_before_the_rename': [(atomic_files.DurableFile, 'sync', lambda self: None)],
+    'no_sync_before_the_rename': [(atomic_files.DurableFile, 'sync_file', lambda self: None)],
     'no_sync_after_the_rename': [(atomic_files, 'sync_directory', lambda path: None)],
     'who_waits_for_a_hanging_disk_is_not_told': [(worker.Worker, 'on_timer', lambda self: None)],
 }  # fmt: skip
