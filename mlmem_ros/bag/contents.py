@@ -6,7 +6,6 @@ rosbag2's metadata, which say so: written as Jazzy writes them (version 9), read
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -102,10 +101,7 @@ class Loss:
 
 
 LIBRARY_NAME = 'mlmem_ros'
-"""Begins the name of the program in our files."""
-
-METADATA_NAME = 'rosbag2'
-"""Name of the MCAP metadata record in which rosbag2 keeps its metadata."""
+"""Begins the name of the program in our files, and names our record in them."""
 
 OFFERED_QOS, TYPE_HASH = 'offered_qos_profiles', 'topic_type_hash'
 """Keys in the metadata of every MCAP channel."""
@@ -204,21 +200,11 @@ class _Dumper(SafeDumper):  # type: ignore[misc]
 
 
 def format_metadata(
-    topics: Iterable[TopicInfo],
-    files: Sequence[FileInfo],
-    custom_data: Mapping[str, str],
-    *,
-    root: bool = True,
+    topics: Iterable[TopicInfo], files: Sequence[FileInfo], custom_data: Mapping[str, str]
 ) -> str:
-    """Return the metadata of a bag as YAML.
-
-    Args:
-        root: Whether to put all below the root key, as in ``metadata.yaml``; the MCAP record
-            ``rosbag2`` has none.
-    """
-    node = _build_node(topics, files, custom_data)
+    """Return the text of the ``metadata.yaml`` of a bag."""
     text: str = yaml.dump(
-        {_ROOT_KEY: node} if root else node,
+        {_ROOT_KEY: _build_node(topics, files, custom_data)},
         Dumper=_Dumper,
         sort_keys=False,
         allow_unicode=True,
@@ -274,11 +260,6 @@ def read_metadata_text(directory: Path) -> str | None:
         require_regular(path)
         with path.open('rb') as file:
             return file.read(4 * _MAX_METADATA_CHARS + 1).decode('utf-8', errors='replace')
-
-
-def add_root_key(text: str) -> str:
-    """Return the text of a metadata record as it stands in ``metadata.yaml``."""
-    return f'{_ROOT_KEY}:\n{textwrap.indent(text, "  ")}'
 
 
 def _build_node(

@@ -31,7 +31,6 @@ from mlmem.schema import make_printable
 
 from .contents import (
     LIBRARY_NAME,
-    METADATA_NAME,
     NOT_CLOSED_REASON,
     OFFERED_QOS,
     TYPE_HASH,
@@ -39,7 +38,6 @@ from .contents import (
     Loss,
     Message,
     TopicInfo,
-    parse_metadata,
 )
 from .errors import BagError, storage_errors
 
@@ -63,8 +61,8 @@ class McapPart:
         schemas: Message types by id.
         channels: Channels by id.
         span: Earliest and latest log time in nanoseconds, or None without messages.
-        metadata_text: The last metadata record that rosbag2 wrote; None without one.
         library: The program that wrote it.
+        number: Its place among the files of its bag, from 0; None if another program wrote it.
         losses: What of it cannot be read.
     """
 
@@ -78,8 +76,8 @@ class McapPart:
         self.schemas: dict[int, records.Schema] = {}
         self.channels: dict[int, records.Channel] = {}
         self.span: tuple[int, int] | None = None
-        self.metadata_text: str | None = None
         self.library = ''
+        self.number: int | None = None
         self.losses: list[Loss] = []
         self._counts: Counter[int] = Counter()  # messages by channel
         self._end: float = math.inf  # of what was whole when it was opened: it may be recorded
@@ -88,16 +86,6 @@ class McapPart:
         if unknown := sum(self._counts[each] for each in self._counts.keys() - self.channels):
             reason = f'{unknown} messages belong to channels whose definition is lost'
             self.losses.append(Loss(path, 0, 0, reason))
-
-    @property
-    def number(self) -> int | None:
-        """Its place among the files of its bag, from 0; None if another program wrote it."""
-        if self.metadata_text is None or not self.library.startswith(LIBRARY_NAME):
-            return None
-        try:  # the copy of the metadata in a file lists the files up to it
-            return len(parse_metadata(self.metadata_text).files) - 1
-        except BagError:
-            return None
 
     @property
     def topics(self) -> Mapping[str, TopicInfo]:
@@ -198,8 +186,9 @@ class McapPart:
             self.channels[record.id] = record
         elif isinstance(record, records.Header):
             self.library = record.library
-        elif isinstance(record, records.Metadata) and record.name == METADATA_NAME:
-            self.metadata_text = record.metadata.get('serialized_metadata', self.metadata_text)
+        elif isinstance(record, records.Metadata) and record.name == LIBRARY_NAME:
+            part = record.metadata.get('part', '')
+            self.number = int(part) if part.isdecimal() and len(part) < 5 else None
         elif isinstance(record, records.Message):
             self._counts[record.channel_id] += 1
             earliest, latest = self.span or (record.log_time, record.log_time)

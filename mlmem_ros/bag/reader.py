@@ -16,14 +16,12 @@ from mlmem.schema import short_repr
 
 from . import jazzy
 from .contents import (
-    LIBRARY_NAME,
     METADATA_FILE,
     BagMetadata,
     Definition,
     Loss,
     Message,
     TopicInfo,
-    add_root_key,
     parse_metadata,
     read_metadata_text,
 )
@@ -50,16 +48,13 @@ class BagReader:
                 raise BagError(f'{self.path} must be a bag directory or file; it does not exist.')
             directory = self.path.is_dir()
         self._losses: list[Loss] = []
-        self._metadata_text: str | None = None
-        metadata = self._read_metadata() if directory else None
+        self.metadata = metadata = self._read_metadata() if directory else None
+        """What ``metadata.yaml`` says, or None without one that can be read."""
         with storage_errors(f'read {self.path}'):
             self._parts = self._open(self._files(metadata) if directory else [self.path], metadata)
-        self._check_metadata()
         self._parts_before_gap = len(self._parts)
         self.missing_parts = self._find_missing_parts(metadata)
         """Numbers, from 0, of the files that this bag should have and has not."""
-        self.metadata = metadata or self._recorded_metadata()
-        """The recorder's last metadata, or None if it wrote none."""
         self.topics: dict[str, TopicInfo] = {}
         """The topics by name, with the number of messages that can be read."""
         for part in self._parts:
@@ -136,8 +131,8 @@ class BagReader:
 
     def _read_metadata(self) -> BagMetadata | None:
         try:
-            self._metadata_text = read_metadata_text(self.path)
-            return None if self._metadata_text is None else parse_metadata(self._metadata_text)
+            text = read_metadata_text(self.path)
+            return None if text is None else parse_metadata(text)
         except BagError as error:
             self._losses.append(Loss.of(self.path / METADATA_FILE, error))
             return None
@@ -188,21 +183,6 @@ class BagReader:
         gaps = [n for n, number in enumerate(known) if number != known[0] + n]
         self._parts_before_gap = min(gaps, default=len(known))
         return missing
-
-    def _check_metadata(self) -> None:
-        """Compare ``metadata.yaml`` with the copy in the last file, if we wrote and closed it."""
-        text, last = self._metadata_text, self._parts[-1]
-        ours = last.library.startswith(LIBRARY_NAME) and not last.losses
-        if text and ours and last.metadata_text and text != add_root_key(last.metadata_text):
-            reason = 'it has changed: the bag holds another copy'
-            self._losses.append(Loss(self.path / METADATA_FILE, 0, 0, reason))
-
-    def _recorded_metadata(self) -> BagMetadata | None:
-        texts = [part.metadata_text for part in self._parts if part.metadata_text is not None]
-        try:
-            return parse_metadata(texts[-1]) if texts else None
-        except BagError:
-            return None  # a copy for readers without metadata.yaml; the messages do not need it
 
 
 def _natural_order(path: Path) -> list[str | int]:

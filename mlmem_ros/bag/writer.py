@@ -20,7 +20,6 @@ from . import jazzy
 from .contents import (
     LIBRARY_NAME,
     METADATA_FILE,
-    METADATA_NAME,
     OFFERED_QOS,
     RELIABLE_QOS,
     TYPE_HASH,
@@ -85,7 +84,7 @@ class BagWriter:
         self._closed = False
         self.unsynced = False
         """Whether some messages are not safe on the disk yet."""
-        self._build_metadata(root=True)  # refuses bad custom data before anything is created
+        self._build_metadata()  # refuses bad custom data before anything is created
         self._create_directory()
         self._open_file()
 
@@ -234,13 +233,12 @@ class BagWriter:
             )
             self._mcap.start('ros2', f'{LIBRARY_NAME} {LIBRARY_IDENTIFIER}')
             self._schemas = {}
-            self._write_metadata_record()
+            self._mcap.add_metadata(LIBRARY_NAME, {'part': str(len(self._files) - 1)})
             for channel in self._channels.values():
                 self._declare_channel(channel)
             self._write_metadata()
 
     def _close_file(self) -> None:
-        self._write_metadata_record()
         self._sync_file(self._mcap.finish)
         self._file.close()
 
@@ -284,22 +282,18 @@ class BagWriter:
                 cdr, publish_time = channel.last
                 self._write_message(channel, cdr, log_time, publish_time)
 
-    def _write_metadata_record(self) -> None:
-        text = self._build_metadata(root=False)
-        self._mcap.add_metadata(METADATA_NAME, {'serialized_metadata': text})
-
-    def _build_metadata(self, root: bool) -> str:
+    def _build_metadata(self) -> str:
         topics = (
             replace(channel.info, message_count=channel.message_count)
             for channel in self._channels.values()
         )
         with storage_errors(f'describe {self.path}'):  # a lone surrogate has no UTF-8
-            return format_metadata(topics, self._files, self.custom_data, root=root)
+            return format_metadata(topics, self._files, self.custom_data)
 
     def _write_metadata(self) -> None:
         path = self.path / METADATA_FILE
         with storage_errors(f'write {path}'):
-            atomic_files.write_atomically(path, self._build_metadata(root=True))
+            atomic_files.write_atomically(path, self._build_metadata())
 
 
 def _check_nanoseconds(time: int) -> int:

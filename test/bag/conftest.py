@@ -19,10 +19,10 @@ def cdr(type_name, **values):
 
 @pytest.fixture
 def messages():
-    """Thirty messages on three topics, 0.1 s apart, sent 1 us before they were received."""
+    """Forty-five messages on three topics, 0.1 s apart, sent 1 us before they were received."""
     start, step = 1_700_000_000_000_000_000, 100_000_000
     made = []
-    for i in range(10):
+    for i in range(15):
         times = [start + (3 * i + j) * step for j in range(3)]
         made.append(Message(*LEVEL, times[0], times[0] - 1000, cdr(LEVEL[1], data=i - 2)))
         made.append(Message(*RANGE, times[1], times[1] - 1000, cdr(RANGE[1], data=i / 8)))
@@ -32,7 +32,7 @@ def messages():
 
 @pytest.fixture
 def record(tmp_path, messages):
-    """Record the thirty messages into `tmp_path / 'bag'`; options go to the writer."""
+    """Record these messages into `tmp_path / 'bag'`; options go to the writer."""
 
     def record(name='bag', latch=False, sync_each=False, **options):
         with BagWriter(tmp_path / name, **options) as writer:

@@ -44,13 +44,13 @@ def values(reader):
 def test_messages_come_back_in_order(record, messages):
     reader = BagReader(record())
     assert list(reader) == messages
-    assert reader.message_count == 30
+    assert reader.message_count == 45
     assert reader.span == (messages[0].log_time, messages[-1].log_time)
     assert reader.losses == ()
     topic = reader.topics['/mlmem/range']
     assert (topic.type, topic.offered_qos) == (FLOAT, format_qos('best_effort'))
     assert topic.type_hash == jazzy.find_definition(FLOAT).hash
-    assert topic.message_count == 10
+    assert topic.message_count == 15
     some = ['/mlmem/probe', '/not/there']
     assert list(reader.messages(some)) == [m for m in messages if m.topic == some[0]]
 
@@ -69,9 +69,7 @@ def test_order_is_that_of_writing_across_chunks_and_files(tmp_path):
 
 
 def test_single_file_is_a_bag(record, messages):
-    reader = BagReader(record(custom_data={'seed': '42'}) / 'bag_0.mcap')
-    assert list(reader) == messages
-    assert reader.custom_data == {'seed': '42'}  # from the record inside the file
+    assert list(BagReader(record() / 'bag_0.mcap')) == messages
 
 
 def test_bag_without_metadata_is_read_in_file_order(record, messages):
@@ -88,18 +86,19 @@ def test_damaged_metadata_is_reported_and_not_needed(record, messages):
     reader = BagReader(path)
     assert list(reader) == messages
     assert reader.losses[0].file == path / 'metadata.yaml'
-    assert reader.metadata.message_count == 30  # from the record inside the file
+    assert reader.metadata is None
 
 
 @pytest.mark.parametrize('content', [None, b'something else'])
 def test_missing_or_foreign_file_is_reported(record, messages, content):
     path = record(sync_each=True, max_bytes=1024)
     file = path / 'bag_1.mcap'
+    lost = list(BagReader(file))
     file.unlink()
     if content:
         file.write_bytes(content)
     reader = BagReader(path)
-    assert list(reader) == messages[:1] + messages[2:]
+    assert list(reader) == [each for each in messages if each not in lost]
     (loss,) = reader.losses
     assert (loss.file, loss.size) == (file, len(content or b''))
 
@@ -171,20 +170,18 @@ def test_chunks_that_overlap_in_time_are_read_one_at_a_time(tmp_path):
 
 
 @pytest.mark.parametrize('count', [0, 1])
-def test_file_with_damaged_qos_and_metadata_is_read(tmp_path, count):
+def test_file_with_damaged_qos_is_read(tmp_path, count):
     """Without a message it spans no time."""
     path = tmp_path / 'other.mcap'
     with path.open('wb') as stream:
         writer = mcap.writer.Writer(stream)
         writer.start()
-        writer.add_metadata('rosbag2', {'serialized_metadata': 'this: is\n not: metadata'})
         schema = writer.register_schema(FLOAT, 'ros2msg', b'float64 data')
         channel = writer.register_channel('/x', 'cdr', schema, {'offered_qos_profiles': '- {'})
         for _ in range(count):
             writer.add_message(channel, 1, bytes([0, 1, 0, 0]) + bytes(8), 1)
         writer.finish()
     reader = BagReader(path)
-    assert reader.metadata is None
     assert values(reader) == count * [0.0]
     assert reader.span == ((1, 1) if count else None)
     assert reader.losses == ()
