@@ -16,7 +16,7 @@ import threading
 import time
 from collections.abc import Callable
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 from weakref import ref
 
 import rclpy
@@ -36,11 +36,17 @@ from ..middleware import (
     create_events_executor,
 )
 
-if TYPE_CHECKING:
-    from .reply import Reply
-
 CHECK_PERIOD_S = 0.5
 """Seconds between two looks at clock and graph."""
+
+
+class PendingRequest(Protocol):
+    """A request that the thread resumes when it is `due` on the monotonic clock."""
+
+    due: float
+
+    def resume(self) -> None:
+        """Go on, if what it waits for has come, is late or is hopeless."""
 
 
 class HiddenNode:
@@ -84,7 +90,7 @@ class ClientThread:
         self._context.init([], initialize_logging=False)
         self._executor = create_events_executor(self._context)
         self._hidden: list[HiddenNode] = []
-        self._replies: set[Reply[Any]] = set()
+        self._replies: set[PendingRequest] = set()
         self._thread = threading.Thread(target=self._run, name='mlmem-client', daemon=True)
         self._thread.start()
         atexit.register(self.close)  # Python's end aborts who is in C++ then
@@ -117,7 +123,7 @@ class ClientThread:
 
     # --- in its thread ---------------------------------------------------------------------
 
-    def watch(self, reply: Reply[Any]) -> None:
+    def watch(self, reply: PendingRequest) -> None:
         """Resume a pending reply whenever it is due, from now on."""
         self._replies.add(reply)
 
