@@ -6,7 +6,6 @@ Calls raise only `REFUSALS`, and no request waits for a disk that hangs.
 """
 
 from .host import Host
-from .sessions import State
 from .settings import SessionPlan
 from .worker import REFUSALS, Overdue, ThrottledLog
 
@@ -15,6 +14,5 @@ __all__ = [
     'Host',
     'Overdue',
     'SessionPlan',
-    'State',
     'ThrottledLog',
 ]

@@ -8,7 +8,6 @@ import shutil
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
-from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -28,20 +27,11 @@ T = TypeVar('T')
 STARTING, CLOSING = 'starting the recording', 'closing the recording'
 
 
-class State(Enum):
-    """The state of an element's one recording."""
-
-    IDLE = 'not recording'
-    STARTING = 'starting'
-    ON = 'recording'
-    STOPPING = 'stopping'
-
-
 class Sessions:
     """Holds the one recording of an element.
 
-    A worker thread serves requests one by one. It alone changes `state`, opens and closes files,
-    and may hang on them. A recording begins and ends in the loop's thread, between two ticks.
+    A worker thread serves requests one by one. It alone opens and closes files, and may hang on
+    them. A recording begins and ends in the loop's thread, between two ticks.
     While there is none, a pre-trigger buffer may keep the last seconds: a recording then begins
     with them, and they are saved as a session if the device fails. Without one, it begins with
     the state that the device has, idle, once the bag is open.
@@ -52,7 +42,6 @@ class Sessions:
 
     def __init__(self, log: ThrottledLog, now: Callable[[], int]) -> None:
         """Create it idle; `now` is in nanoseconds."""
-        self.state = State.IDLE
         self.current: Recording | None = None
         self.buffer: PreTriggerBuffer | None = None
         self._bag: QueuedWriter | None = None  # of the recording
@@ -162,25 +151,21 @@ class Sessions:
                 raise Refused(f'busy: {running} is running; a session must begin while idle')
 
         _call_between_ticks(loop, require_start)  # before a file is made
-        self.state = State.STARTING
+        writer = recorder.open_bag(plan)
+
+        def begin_session() -> None:
+            require_start()
+            before = [] if self.buffer is None else self.buffer.content()
+            if not before and element is not None:
+                before = [recorder.build_header(plan, element, self._now)]
+            self._worker.unless_given_up(lambda: self._attach(plan, writer, before))
+
         try:
-            writer = recorder.open_bag(plan)
-
-            def begin_session() -> None:
-                require_start()
-                before = [] if self.buffer is None else self.buffer.content()
-                if not before and element is not None:
-                    before = [recorder.build_header(plan, element, self._now)]
-                self._worker.unless_given_up(lambda: self._attach(plan, writer, before))
-
-            try:
-                _call_between_ticks(loop, begin_session)
-            except Refused:  # the loop has ended, the device is not idle, or it is too late
-                writer.close()
-                shutil.rmtree(writer.path, ignore_errors=True)
-                raise
-        finally:
-            self.state = State.IDLE if self.current is None else State.ON
+            _call_between_ticks(loop, begin_session)
+        except Refused:  # the loop has ended, the device is not idle, or it is too late
+            writer.close()
+            shutil.rmtree(writer.path, ignore_errors=True)
+            raise
         return cast('Path', writer.path)
 
     def _attach(self, plan: SessionPlan, writer: BagWriter, before: list[Message]) -> None:
@@ -203,14 +188,11 @@ class Sessions:
                 recording.end(element)
 
         _call_between_ticks(loop, end_session)
-        self.state = State.STOPPING
         try:
             return self._close_bag(bag)
         except BagError:
             self._lost = True
             raise
-        finally:
-            self.state = State.IDLE
 
     def _close_bag(self, bag: QueuedWriter) -> Path:
         """Write what is queued, finish the bag, and return its path; waits for the disk."""

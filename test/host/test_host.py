@@ -17,8 +17,8 @@ from mlmem import Faults, Read, Refused, SetStrain, SettingsError, Write
 from mlmem.loop.timetable import SteadyPacer
 from mlmem.physics import StateError
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.host import State, store
 from mlmem_ros.host import recording as recording_module
+from mlmem_ros.host import store
 from mlmem_ros.host import worker as worker_module
 from mlmem_ros.host.settings import (
     RecordSettings,
@@ -213,7 +213,7 @@ def test_recording_that_cannot_be_opened_prevents_activation(serve, record, tmp_
     with pytest.raises((BagError, SettingsError)):
         service.activate()
     assert service.host.loop is None
-    assert service.host.sessions.state is State.IDLE
+    assert service.host.sessions.current is None
 
 
 def test_session_does_not_begin_while_a_procedure_runs(serve, record):
@@ -254,7 +254,7 @@ def test_stop_of_a_failed_recording_reports_the_failure(serve, record):
         assert host.submit(SetStrain(0.0)).answer.result(SOON) is None
     with pytest.raises(BagError, match=r'was deleted while being written|No such file'):
         host.record(None).result(SOON)
-    assert host.sessions.state is State.IDLE
+    assert host.sessions.current is None
     assert host.submit(Read()).answer.result(SOON).success
 
 
@@ -299,4 +299,4 @@ def test_one_of_many_record_requests_succeeds(serve, record):
     assert sum(future.exception(SOON) is None for future in stopped) == 1
     assert host.refused == 38
     assert run_replay(load_session(record.path)).exact
-    assert host.sessions.state is State.IDLE
+    assert host.sessions.current is None

@@ -6,7 +6,7 @@ import pytest
 
 from mlmem import Read, Refused, SetStrain, Write
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.host import State, recording
+from mlmem_ros.host import recording
 from mlmem_ros.host.settings import RecordSettings
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
@@ -68,7 +68,7 @@ def test_session_is_refused_if_a_procedure_begins_meanwhile(serve, tmp_path, mon
     monkeypatch.setattr(recording, 'open_bag', open_late)
     with pytest.raises(Refused, match='write is running'):
         host.record(service.plan(RecordSettings(path=str(tmp_path / 'session')))).result(SOON)
-    assert host.sessions.state is State.IDLE
+    assert host.sessions.current is None
 
 
 def test_last_seconds_before_a_failure_are_saved(serve, tmp_path, monkeypatch, log):

@@ -129,25 +129,6 @@ def test_asyncio_awaits_without_a_spinning_node(node, client, own):
     client.abort().wait()
 
 
-def test_two_tasks_await_one_reply_and_one_is_cancelled(client):
-    client.pause().wait()
-
-    async def awaited(reply):
-        return await reply
-
-    async def both():
-        read = client.read()
-        tasks = [asyncio.ensure_future(awaited(read)) for _ in range(2)]
-        await asyncio.sleep(0.05)
-        tasks[0].cancel()
-        client.pause(False)
-        return await asyncio.gather(*tasks, return_exceptions=True)
-
-    cancelled, content = asyncio.run(both())
-    assert isinstance(cancelled, asyncio.CancelledError)
-    assert content.attempts == 1
-
-
 # The end of node and context
 
 

@@ -18,7 +18,6 @@ from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.queued_writer import WriterStatus
 from mlmem_ros.contract.topics import ERROR, OK, WARN, Status
-from mlmem_ros.host import State
 from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.diagnostics import Pace
 
@@ -88,7 +87,7 @@ def session(full=False, **changes):
 )
 def test_worst_state_of_a_recording_is_reported(recording, level, word):
     current, status = recording
-    sessions = SimpleNamespace(state=State.IDLE, current=current, status=status, buffer=None)
+    sessions = SimpleNamespace(current=current, status=status, buffer=None)
     health = diagnostics.report_recorder(SimpleNamespace(sessions=sessions))
     assert health.severity == level
     assert health.text.startswith(word)

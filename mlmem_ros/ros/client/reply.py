@@ -76,7 +76,6 @@ class Reply(Future[T]):
         self.due = self._begun = time.monotonic()
         self._deadline = self._begun + timeout  # later, if the node prepares meanwhile
         self._is_sent = False  # whether the node may have begun with it
-        self._awaiting: set[object] = set()  # coroutines and threads
         self._steps: Steps[T] = steps(self)
         connection.thread.post(self._start)
 
@@ -93,14 +92,9 @@ class Reply(Future[T]):
         """
         if self._connection.thread.is_current_thread and not self.done():
             raise RuntimeError('this thread takes the answers: await the reply, or wait elsewhere')
-        waiter = object()
-        self._awaiting.add(waiter)
-        try:
-            while not self.done():
-                with suppress(NotYet):
-                    self.exception(0.1)  # then look for signals, which another thread may have got
-        finally:
-            self._awaiting.discard(waiter)
+        while not self.done():
+            with suppress(NotYet):
+                self.exception(0.1)  # then look for signals, which another thread may have got
         return self.result()
 
     def __await__(self) -> Generator[Any, None, T]:
@@ -108,15 +102,11 @@ class Reply(Future[T]):
         if not self.done():
             suspension = Suspension(self._connection.node)
             super().add_done_callback(suspension.resume)
-            self._awaiting.add(suspension)
             try:
                 yield from suspension.__await__()
-            except asyncio.CancelledError:  # asyncio's time-outs end what they wait for
-                if self._awaiting == {suspension}:  # another task may wait for the same
-                    self.cancel()
+            except asyncio.CancelledError:  # as of `asyncio.wrap_future`
+                self.cancel()
                 raise
-            finally:
-                self._awaiting.discard(suspension)
         return self.result()
 
     def cancel(self) -> bool:

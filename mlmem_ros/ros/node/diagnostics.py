@@ -201,7 +201,7 @@ def report_recorder(host: Host) -> Status:
     recording, status = host.sessions.current, host.sessions.status
     if recording is None or status is None:
         buffer = host.sessions.buffer
-        return Status(OK, host.sessions.state.value, {} if buffer is None else buffer.kept)
+        return Status(OK, 'not recording', {} if buffer is None else buffer.kept)
     values = {
         'path': status.path,
         'messages': status.messages,
