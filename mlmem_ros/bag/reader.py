@@ -51,7 +51,9 @@ class BagReader:
         self.metadata = metadata = self._read_metadata() if directory else None
         """What ``metadata.yaml`` says, or None without one that can be read."""
         with storage_errors(f'read {self.path}'):
-            self._parts = self._open(self._files(metadata) if directory else [self.path], metadata)
+            self._parts = self._open_parts(
+                self._find_files(metadata) if directory else [self.path], metadata
+            )
         self._parts_before_gap = len(self._parts)
         self.missing_parts = self._find_missing_parts(metadata)
         """Numbers, from 0, of the files that this bag should have and has not."""
@@ -137,7 +139,7 @@ class BagReader:
             self._losses.append(Loss.of(self.path / METADATA_FILE, error))
             return None
 
-    def _files(self, metadata: BagMetadata | None) -> list[Path]:
+    def _find_files(self, metadata: BagMetadata | None) -> list[Path]:
         listed = [self.path / name for name in metadata.files] if metadata else []
         if any(file.is_file() for file in listed):
             return listed
@@ -147,7 +149,7 @@ class BagReader:
                 return sorted(files, key=_natural_order)
         raise BagError(f'{self.path} must be a bag; it has no {METADATA_FILE} and no .mcap file.')
 
-    def _open(self, files: list[Path], metadata: BagMetadata | None) -> list[McapPart]:
+    def _open_parts(self, files: list[Path], metadata: BagMetadata | None) -> list[McapPart]:
         """Open the files; raise the first error if none can be read."""
         if (metadata is not None and metadata.compressed) or files[0].suffix == '.db3':
             raise BagError(

@@ -97,7 +97,7 @@ class Stream(Topic):
         """Whether it is published every few ticks."""
         return isinstance(self.when, str)
 
-    def reports(self, event: Event) -> bool:
+    def reports_event(self, event: Event) -> bool:
         """Return whether it is published at an event."""
         return not isinstance(self.when, str) and isinstance(event, self.when)
 

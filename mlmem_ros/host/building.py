@@ -45,7 +45,7 @@ def build_device(
     Raises:
         One of `REFUSALS`: Nothing is open.
     """
-    twin = _twin(given, disk)
+    twin = _load_twin(given, disk)
     if twin is not None:
         known = given.settings.add_stuck_cells(twin.specimen.stuck)
         given = replace(given, settings=twin.apply_planned_kicks(known))
@@ -57,7 +57,7 @@ def build_device(
                 given.specimen,
             )  # fmt: skip
         except (DriverError, SettingsError) as error:
-            log.cause(error)
+            log.log_cause(error)
             raise
         undo.callback(driver.close)
         store = Store(given.state, given.files, log, disk, name)
@@ -98,7 +98,7 @@ def place_initial_content(element: MemoryElement, content: int) -> None:
         raise SettingsError(f'initial_content {content}: {error}') from error
 
 
-def _twin(given: Parameters, disk: Worker) -> Element | None:
+def _load_twin(given: Parameters, disk: Worker) -> Element | None:
     """Return the element in the file of the twin, or None without one."""
     if not given.twin:
         return None

@@ -181,7 +181,7 @@ class Host:
                 listener(events)
             if recording is not None:
                 with guard('recording'):
-                    recording.tick(element)
+                    recording.record_tick(element)
 
         def resolve_request(request: Asked) -> None:
             store.resolve(request, element)
@@ -234,7 +234,7 @@ class Host:
             self.stopped = f'the device has stopped: {loop.failure}'
             self.log.error(self.stopped)
             if isinstance(loop.failure, REFUSALS):
-                self.log.cause(loop.failure)
+                self.log.log_cause(loop.failure)
             elif loop.failure is not None:
                 self.log.exception('the device', loop.failure)
             self._end_recording(None)
@@ -257,7 +257,7 @@ class Host:
                     element.driver.close()
                 except DriverError as error:
                     self.log.error(str(error))
-                    self.log.cause(error)
+                    self.log.log_cause(error)
 
     def close(self) -> None:
         """Shut down, whatever the device is doing: stop, save and release it."""

@@ -60,13 +60,13 @@ class PreTriggerBuffer:
         self._tick = 0
         self._size = 0
 
-    def due(self, tick: int) -> bool:
+    def is_due(self, tick: int) -> bool:
         """Return whether a segment should begin after a tick, if the device is idle."""
         self._tick = tick
         newest = self._segments[-1].tick if self._segments else -self._ticks
         return tick - newest >= self._ticks / 4  # four cover the time, one more is being filled
 
-    def begin(self, tick: int, header: Message) -> None:
+    def begin_segment(self, tick: int, header: Message) -> None:
         """Begin a segment, and drop those older than requested."""
         with self._lock:
             self._tick = tick
@@ -85,7 +85,7 @@ class PreTriggerBuffer:
                 while self._size > MAX_BUFFER_BYTES:
                     self._drop_segment()
 
-    def content(self) -> list[Message]:
+    def list_messages(self) -> list[Message]:
         """Return what is kept as one session, a header first; nothing is kept until an idle tick
         has come.
         """
@@ -169,7 +169,7 @@ class Recording:
             for tick, command in commands:
                 self._put_record(records.COMMAND_TOPIC, records.build_command(tick, command))
 
-    def tick(self, element: MemoryElement) -> None:
+    def record_tick(self, element: MemoryElement) -> None:
         """Take the state's hash if due, after the events of a tick."""
         if self.full:
             return
@@ -177,12 +177,12 @@ class Recording:
         if hashed:
             self._put_hash(element)
         if isinstance(self.sink, PreTriggerBuffer):
-            if self.sink.due(element.ticks) and not element.procedure:
-                self.sink.begin(element.ticks, build_header(self.plan, element, self._now))
+            if self.sink.is_due(element.ticks) and not element.procedure:
+                self.sink.begin_segment(element.ticks, build_header(self.plan, element, self._now))
         elif hashed:
             self._end_if_full(self.sink)
 
-    def end(self, element: MemoryElement) -> None:
+    def record_end(self, element: MemoryElement) -> None:
         """Record the hash of the last state; call it between ticks."""
         if not self.full:
             self._put_hash(element)
@@ -225,7 +225,7 @@ def start_buffer(
     """Record the last seconds, from the present state of an idle device on, in memory."""
     buffer = PreTriggerBuffer(seconds, element.settings.tick_seconds)
     recording = Recording(plan, log, now, buffer)
-    buffer.begin(element.ticks, build_header(plan, element, now))
+    buffer.begin_segment(element.ticks, build_header(plan, element, now))
     return recording
 
 

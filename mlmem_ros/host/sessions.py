@@ -155,10 +155,10 @@ class Sessions:
 
         def begin_session() -> None:
             require_start()
-            before = [] if self.buffer is None else self.buffer.content()
+            before = [] if self.buffer is None else self.buffer.list_messages()
             if not before and element is not None:
                 before = [recorder.build_header(plan, element, self._now)]
-            self._worker.unless_given_up(lambda: self._attach(plan, writer, before))
+            self._worker.unless_given_up(lambda: self._attach_recording(plan, writer, before))
 
         try:
             _call_between_ticks(loop, begin_session)
@@ -168,7 +168,9 @@ class Sessions:
             raise
         return cast('Path', writer.path)
 
-    def _attach(self, plan: SessionPlan, writer: BagWriter, before: list[Message]) -> None:
+    def _attach_recording(
+        self, plan: SessionPlan, writer: BagWriter, before: list[Message]
+    ) -> None:
         """Record into an open bag from now on."""
         recorder = _import_recorder()
         self.current, self._bag = recorder.start_recording(
@@ -185,7 +187,7 @@ class Sessions:
         def end_session() -> None:
             self.current = self._bag = None
             if element is not None:
-                recording.end(element)
+                recording.record_end(element)
 
         _call_between_ticks(loop, end_session)
         try:

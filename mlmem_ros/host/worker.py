@@ -65,7 +65,7 @@ class ThrottledLog:
             'ERROR', where, f'{where} failed; this is a fault in the software', error
         )
 
-    def cause(self, error: BaseException) -> None:
+    def log_cause(self, error: BaseException) -> None:
         """Log the traceback of what caused an expected error, if that was unexpected."""
         cause = error.__cause__
         if cause is None or isinstance(cause, (OSError, ImportError)):

@@ -91,7 +91,7 @@ class Contour:
         self._taken = 0
         self._seen = (element.ticks - 1) // self._every
 
-    def take(self) -> None:
+    def take_columns(self) -> None:
         """Take the columns that were due since the last call: of a run at rest they are equal."""
         due = self._element.ticks // self._every - self._seen
         if due <= 0:
@@ -103,7 +103,7 @@ class Contour:
             self._indices[self._taken % self._columns] = column
             self._taken += 1
 
-    def message(self, stamp: Time) -> Image:
+    def build_image(self, stamp: Time) -> Image:
         """Return the image of the latest columns."""
         oldest_first = np.roll(self._indices, -(self._taken % self._columns), axis=0)
         pixels = COLOUR_TABLE.take(oldest_first.T, axis=0)
@@ -187,7 +187,7 @@ class ChainMarkers:
             marker.id = number
             marker.header.frame_id = settings.frame_id
 
-    def message(self, stamp: Time) -> MarkerArray:
+    def build_markers(self, stamp: Time) -> MarkerArray:
         """Return the markers of the present state; the next call changes them."""
         state, unit = self._element.chain, self._unit
         configuration, displacement = state.configuration, state.v

@@ -84,7 +84,7 @@ def run_replay(session: SessionData, progress: Progress | None = None) -> Replay
         other_build=_find_other_build(header.versions),
     )
     player = _Player(element, report, session)
-    player.play(session.stamped, find_last_tick(session, element.ticks), progress)
+    player.play_commands(session.stamped, find_last_tick(session, element.ticks), progress)
     player.reach_recorded_events(header.hash_every)  # a killed recorder leaves no hash at the end
     return report
 
@@ -108,7 +108,7 @@ class _Player:
             name: ComparedEvents(len(recorded)) for name, recorded in self._recorded.items()
         }
 
-    def play(
+    def play_commands(
         self, stamped: Sequence[tuple[int, Command]], last: int, progress: Progress | None
     ) -> None:
         """Apply the commands at their ticks and advance until the last tick is done."""
@@ -122,7 +122,7 @@ class _Player:
         while (now := self._element.ticks) < last:
             for given in due.get(now, ()):
                 self._apply_command(given)
-            self._run(last)
+            self._run_ticks(last)
             now = self._element.ticks
             if progress and (now == last or now - reported >= 500):
                 reported = now
@@ -134,7 +134,7 @@ class _Player:
         while self._element.ticks < last and any(
             each.compared < each.recorded for each in self._report.events.values()
         ):
-            self._run(last)
+            self._run_ticks(last)
 
     def _apply_command(self, given: Command) -> None:
         try:
@@ -143,7 +143,7 @@ class _Player:
         except Refused as refusal:
             self._report.refused.append(f'tick {self._element.ticks}: {refusal}')
 
-    def _run(self, last: int) -> None:
+    def _run_ticks(self, last: int) -> None:
         """Advance by a run of ticks, at most to the next command or hash, or to the last tick."""
         begun = self._element.ticks
         place = bisect_right(self._stops, begun)
@@ -169,7 +169,7 @@ class _Player:
         """Compare what an event publishes with the next of the recording on each stream."""
         for name, recorded in self._recorded.items():
             stream, compared = STREAMS[name], self._report.events[name]
-            if compared.compared == compared.recorded or not stream.reports(event):
+            if compared.compared == compared.recorded or not stream.reports_event(event):
                 continue
             values = stream.values(self._element, event)
             difference = find_difference(recorded[compared.compared], values)

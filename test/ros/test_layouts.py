@@ -31,7 +31,9 @@ def test_rviz_config_names_topics_and_namespaces():
     kinds = {'MarkerArray': MarkerArray, 'Image': Image}
     for display in config['Displays']:
         assert TYPES[display['Topic']['Value']] is kinds[display['Class'].split('/')[1]]
-    message = ChainMarkers(MemoryElement(CASE_II, Settings()), PublishSettings()).message(Time())
+    message = ChainMarkers(MemoryElement(CASE_II, Settings()), PublishSettings()).build_markers(
+        Time()
+    )
     shown = next(d['Namespaces'] for d in config['Displays'] if 'Namespaces' in d)
     assert shown == {marker.ns: True for marker in message.markers}
 

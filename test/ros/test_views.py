@@ -64,8 +64,8 @@ def test_image_columns_are_configurations_and_move_left():
     for tick in range(130):
         element.ticks = element.computed = tick
         element.chain.configuration = with_wall(CASE_II, tick)
-        contour.take()
-        image = pixels(contour.message(NOW))
+        contour.take_columns()
+        image = pixels(contour.build_image(NOW))
         assert image.shape == (225, 50, 3)
         colours = Palette(CASE_II).colour_indices(element.chain.configuration)
         expected, column = COLOUR_TABLE[colours][::-1], image[:, -1]
@@ -78,8 +78,8 @@ def test_image_columns_are_configurations_and_move_left():
 
 def test_image_of_a_long_chain_stays_small():
     contour = Contour(idle_element(LONG, 2500), 'mlmem')
-    contour.take()
-    shown = pixels(contour.message(NOW))
+    contour.take_columns()
+    shown = pixels(contour.build_image(NOW))
     assert shown.shape[0] <= MAX_IMAGE_ROWS
     assert shown.shape[1] <= IMAGE_COLUMNS
     blue = shown[:, -1, 2] > shown[:, -1, 0]
@@ -103,7 +103,7 @@ def by_namespace(message):
 def test_markers_show_cells_wall_and_levels():
     element = MemoryElement(CASE_II, Settings())
     element.perform(Write(1))
-    found = by_namespace(ChainMarkers(element, PublishSettings()).message(NOW))
+    found = by_namespace(ChainMarkers(element, PublishSettings()).build_markers(NOW))
     (cells,), (wall,), (wall_label,), (title,) = (
         found[name] for name in ('cells', 'wall', 'wall label', 'level')
     )
@@ -122,17 +122,17 @@ def test_markers_show_cells_wall_and_levels():
 def test_markers_of_former_walls_are_deleted():
     element = idle_element(CASE_II, 100)
     markers = ChainMarkers(element, PublishSettings())
-    assert len(by_namespace(markers.message(NOW))['wall']) == 1
+    assert len(by_namespace(markers.build_markers(NOW))['wall']) == 1
     element.chain.configuration = with_wall(CASE_II, 0)
-    assert 'wall' not in by_namespace(markers.message(NOW))
+    assert 'wall' not in by_namespace(markers.build_markers(NOW))
     stripes = CASE_II.sites % 20 < 10
     element.chain.configuration = np.where(stripes, CASE_II.D_s1, CASE_II.D_s2)
-    assert len(by_namespace(markers.message(NOW))['wall label']) == MAX_SHOWN_WALLS
+    assert len(by_namespace(markers.build_markers(NOW))['wall label']) == MAX_SHOWN_WALLS
 
 
 def test_markers_of_a_long_chain_stay_few():
     markers = ChainMarkers(idle_element(LONG, 2500), PublishSettings())
-    found = by_namespace(markers.message(NOW))
+    found = by_namespace(markers.build_markers(NOW))
     assert len(found['cells'][0].points) <= MAX_SHOWN_CELLS
     assert len(found['levels']) <= MAX_LABELS
     assert found['wall'][0].pose.position.x == pytest.approx(25.0, abs=0.01)

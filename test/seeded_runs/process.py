@@ -151,6 +151,6 @@ class Process:
         self.invariants.truth.ticked(element, events)
         if (recording := host.recording) is not None:
             level = jazzy.make_message(LEVEL.type, data=find_content(element, None))
-            reported = [LEVEL for event in events if LEVEL.reports(event)]
+            reported = [LEVEL for event in events if LEVEL.reports_event(event)]
             for topic in (*reported, *([BEAT] if element.ticks % 4 == 0 else ())):
                 recording.put(topic.name, jazzy.serialize_message(level))

@@ -91,7 +91,9 @@ class ClientThread:
         self._executor = create_events_executor(self._context)
         self._hidden: list[HiddenNode] = []
         self._replies: set[PendingRequest] = set()
-        self._thread = threading.Thread(target=self._run, name='mlmem-client', daemon=True)
+        self._thread = threading.Thread(
+            target=self._run_requests, name='mlmem-client', daemon=True
+        )
         self._thread.start()
         atexit.register(self.close)  # Python's end aborts who is in C++ then
 
@@ -123,7 +125,7 @@ class ClientThread:
 
     # --- in its thread ---------------------------------------------------------------------
 
-    def watch(self, reply: PendingRequest) -> None:
+    def watch_request(self, reply: PendingRequest) -> None:
         """Resume a pending reply whenever it is due, from now on."""
         self._replies.add(reply)
 
@@ -144,7 +146,7 @@ class ClientThread:
     def _find_newest(self, robot: Node | None) -> HiddenNode | None:
         return next((each for each in self._hidden[::-1] if each.robot() is robot), None)
 
-    def _run(self) -> None:
+    def _run_requests(self) -> None:
         checked = 0.0
         while not self._over:
             begun = time.monotonic()

@@ -77,7 +77,7 @@ class Reply(Future[T]):
         self._deadline = self._begun + timeout  # later, if the node prepares meanwhile
         self._is_sent = False  # whether the node may have begun with it
         self._steps: Steps[T] = steps(self)
-        connection.thread.post(self._start)
+        connection.thread.post(self._start_steps)
 
     def wait(self) -> T:
         """Block this thread until the answer comes, and return it.
@@ -129,9 +129,9 @@ class Reply(Future[T]):
 
     # --- in the client's thread -------------------------------------------------------------
 
-    def _start(self) -> None:
+    def _start_steps(self) -> None:
         """Send it, or wait until that is possible."""
-        self._connection.thread.watch(self)
+        self._connection.thread.watch_request(self)
         self.resume()
 
     def resume(self, _: Any = None) -> None:
@@ -148,10 +148,10 @@ class Reply(Future[T]):
                 raise self._describe_end()
             self.due = now + max(min(next(self._steps), self._deadline - now), 0.0)
         except StopIteration as end:
-            self._end(end.value)
+            self._end_request(end.value)
         except Exception as error:  # for the caller
             known = isinstance(error, RequestError) or not self._connection.find_end()
-            self._end(error if known else self._describe_end())
+            self._end_request(error if known else self._describe_end())
 
     def wait_for(self, futures: Sequence[Future[Any]]) -> Steps[None]:
         """Wait until all futures are done."""
@@ -216,7 +216,7 @@ class Reply(Future[T]):
         end = self._connection.find_end()
         return NoAnswer(f'{self._connection.peer}: {end} during {self._what}')
 
-    def _end(self, outcome: Any) -> None:
+    def _end_request(self, outcome: Any) -> None:
         """End for good, with an answer or an error, unless the answer was given up."""
         self.due = math.inf
         self._steps.close()

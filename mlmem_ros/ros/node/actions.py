@@ -165,7 +165,7 @@ class Action:
             result, status = self._judge_result(goal, done)
         except Exception as error:  # answer the client anyway
             self._host.log.exception(self._name, error)
-            result, status = self._failed(self._codes.FAILED, error)
+            result, status = self._build_failure(self._codes.FAILED, error)
         with self._lock:
             abort = goal.abort
             self._open.remove(goal)
@@ -188,7 +188,7 @@ class Action:
         """Return the result and status at the end of a procedure."""
         if (refusal := done.exception()) is not None:
             self._host.log.refused(self._name, refusal)
-            return self._failed(self._codes.REFUSED, refusal)
+            return self._build_failure(self._codes.REFUSED, refusal)
         outcome: Outcome = done.result()
         good = outcome.success or bool(outcome.checks)  # a self-test is complete if it failed, too
         result = answers.build_result(self._kind, outcome, 0 if good else self._codes.FAILED)
@@ -200,7 +200,7 @@ class Action:
             )
         return result, GoalStatus.STATUS_SUCCEEDED if good else GoalStatus.STATUS_ABORTED
 
-    def _failed(self, code: int, why: BaseException) -> tuple[Any, int]:
+    def _build_failure(self, code: int, why: BaseException) -> tuple[Any, int]:
         return answers.build_failed_result(self._kind, code, f'{why}'), GoalStatus.STATUS_ABORTED
 
     def _drop_old_goals(self) -> None:
@@ -222,7 +222,7 @@ class Action:
 
     # --- topics --------------------------------------------------------------------------
 
-    def tick(self) -> None:
+    def publish_feedback(self) -> None:
         """Publish feedback of the running goal every 0.05 s; called in the loop's thread."""
         if not self._open or threads.monotonic() - self._reported < 0.05:
             return

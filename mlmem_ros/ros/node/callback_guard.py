@@ -74,7 +74,7 @@ class CallbackGuard:
         self._log = log
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
 
-    def every(self, seconds: float, where: str, callback: Callable[[], None]) -> Timer:
+    def call_every(self, seconds: float, where: str, callback: Callable[[], None]) -> Timer:
         """Call back periodically by the machine's clock, even while simulated time stands."""
 
         def call_guarded() -> None:  # since Kilted, one with arguments gets the timer's times

@@ -233,7 +233,9 @@ class Diagnostics:
         self._publisher = node.create_publisher(
             DiagnosticArray, DIAGNOSTICS_TOPIC.name, build_qos_profile(DIAGNOSTICS_TOPIC.qos)
         )
-        callback_guard.every(REPORT_PERIOD_S, DIAGNOSTICS_TOPIC.name, self._sample_and_publish)
+        callback_guard.call_every(
+            REPORT_PERIOD_S, DIAGNOSTICS_TOPIC.name, self._sample_and_publish
+        )
 
     def _sample_and_publish(self) -> None:
         loop = self._host.loop

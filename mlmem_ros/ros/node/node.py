@@ -86,7 +86,7 @@ class MemoryNode(LifecycleNode):
             self.write_line,
             lambda: self.get_clock().now().nanoseconds,
             name=self.get_fully_qualified_name(),
-            failed=self._failed,
+            failed=self._schedule_failure,
         )
         self._callback_guard = callback_guard = CallbackGuard(self, self.host.log)
         try:
@@ -110,7 +110,7 @@ class MemoryNode(LifecycleNode):
         self._prepared: Future[None] | None = None  # done, in the executor, when it is built
         self._away_since: float | None = None  # while the node waits for its element
         self._next_attempt = 0.0
-        callback_guard.every(CHECK_PERIOD_S, 'checking disks and clock', self._on_timer)
+        callback_guard.call_every(CHECK_PERIOD_S, 'checking disks and clock', self._on_timer)
         for service in self.services:
             if service.srv_name.endswith('/change_state'):
                 service.callback = self._change_state_when_prepared(service.callback)
@@ -325,7 +325,7 @@ class MemoryNode(LifecycleNode):
 
     def on_activate(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Start time."""
-        return self._attempt_transition('activate', self._activate)
+        return self._attempt_transition('activate', self._start_time)
 
     def on_deactivate(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Hold the state, at zero strain."""
@@ -373,7 +373,7 @@ class MemoryNode(LifecycleNode):
         building, self._building = self._building, None
         built = self._build_device(given, self._blank) if building is None else building.result()
         element = self.host.adopt(built, self._blank)
-        self._given.lock(element.reader.content_count)
+        self._given.lock_parameters(element.reader.content_count)
         self._published = Publishers(self, element, given.publish, self.host)
         words = (
             f'{element.reader.content_count} words, ' if given.settings.register.spacing else ''
@@ -384,7 +384,7 @@ class MemoryNode(LifecycleNode):
             f'{1e3 * given.settings.tick_seconds:g} ms ticks'
         )
 
-    def _activate(self) -> None:
+    def _start_time(self) -> None:
         given = self._given.values()
         self.host.activate(
             given,
@@ -424,11 +424,11 @@ class MemoryNode(LifecycleNode):
     def _after_tick(self, events: Sequence[Event]) -> None:
         """Publish what happened, in the loop's thread."""
         if self._published is not None:
-            self._published.tick(events)
+            self._published.publish_tick(events)
         for action in self._actions:
-            action.tick()
+            action.publish_feedback()
 
-    def _failed(self) -> None:
+    def _schedule_failure(self) -> None:
         """Have an executor look after a failed device; without one, the next `_on_timer` does."""
         if (executor := self.executor) is not None:
             executor.create_task(self._handle_failure)
@@ -442,7 +442,7 @@ class MemoryNode(LifecycleNode):
     def _on_timer(self) -> None:
         self._handle_failure()
         self.host.on_timer()
-        self._retry()
+        self._retry_start()
         self._check_clock()
 
     def _await_element(self, why: BaseException | None) -> bool:
@@ -462,7 +462,7 @@ class MemoryNode(LifecycleNode):
         self.host.stopped = f'waiting for the element since {waited}: {why}'
         return True
 
-    def _retry(self) -> None:
+    def _retry_start(self) -> None:
         """Prepare the device again if it is time; give up if somebody else configures the node."""
         if self._away_since is None or time.monotonic() < self._next_attempt:
             return
@@ -501,7 +501,7 @@ class MemoryNode(LifecycleNode):
         """Say in `host.held_up` if simulated time stands still; log that once."""
         before, problem = self.host.held_up, ''
         if self._sim_time is not None and self.host.loop is not None:
-            problem = self._sim_time.problem()
+            problem = self._sim_time.find_problem()
         if problem not in ('', before):
             self.host.log.warning(problem)
         self.host.held_up = problem

@@ -94,7 +94,7 @@ class ParameterSet:
         _, description = declared.pop(DESCRIPTION)
         for name, (default, described) in declared.items():
             self._declare_parameter(name, own.get(name, default), described)
-        self._element = self._checked = self._load(self._get_value(ELEMENT))
+        self._element = self._checked = self._load_source(self._get_value(ELEMENT))
         text = text_of(self._element)
         node.declare_parameter(DESCRIPTION, text, build_descriptor(description, ''), True)
         self._report_strange_overrides(text)
@@ -139,14 +139,16 @@ class ParameterSet:
         log, given = self._host.log, self._node._parameter_overrides
         for name in sorted(given):
             if not (self._node.has_parameter(name) or name.startswith(QOS_OVERRIDES_PREFIX)):
-                log.warning(f'there is no parameter {name}: it is ignored{self._suggest(name)}')
+                log.warning(
+                    f'there is no parameter {name}: it is ignored{self._suggest_name(name)}'
+                )
         if DESCRIPTION in given and given[DESCRIPTION].value not in ('', description):
             log.warning(
                 f'the element is not the one whose parameters were saved: {DESCRIPTION} follows '
                 f'from {ELEMENT}'
             )
 
-    def _suggest(self, name: str) -> str:
+    def _suggest_name(self, name: str) -> str:
         """Return which parameter has a name like this one."""
         known = sorted(self._node.get_parameters_by_prefix(''))
         alike = difflib.get_close_matches(name, known, 1)
@@ -156,7 +158,7 @@ class ParameterSet:
         """Raise `ParameterNotDeclaredException` with the name of one that there is not."""
         for name in (parameter.name for parameter in changed):
             if name and not self._node.has_parameter(name):  # `_check_change` refuses an empty one
-                raise ParameterNotDeclaredException(short_repr(name) + self._suggest(name))
+                raise ParameterNotDeclaredException(short_repr(name) + self._suggest_name(name))
 
     def _get_value(self, name: str) -> Any:
         """Return the present value of a parameter."""
@@ -203,7 +205,7 @@ class ParameterSet:
             named = ', '.join(f'{name} = {value}' for name, value in given.items() if value != '')
             raise SettingsError(f'parameters {named}: {error}') from error
 
-    def _load(self, source: str) -> Element:
+    def _load_source(self, source: str) -> Element:
         """Return a shipped element, or that in a file.
 
         Raises:
@@ -220,7 +222,7 @@ class ParameterSet:
             named = text if text.startswith(f'{ELEMENT} ') else f'{ELEMENT}: {text}'
             raise SettingsError(named) from error
 
-    def lock(self, words: int) -> None:
+    def lock_parameters(self, words: int) -> None:
         """Allow only live parameters from now on, and contents below `words`."""
         self._limit_content(words)
         self.locked = True
@@ -271,7 +273,7 @@ class ParameterSet:
         if not isinstance(given.get(ELEMENT), str):  # rclpy refuses another type
             return changed
         try:
-            element = self._load(given[ELEMENT])
+            element = self._load_source(given[ELEMENT])
         except SettingsError:  # `_check_changes` reports it
             return changed
         unfit = LEVEL if is_fitting_target(WORD, element) else WORD
@@ -300,7 +302,9 @@ class ParameterSet:
             for parameter in changed:
                 self._check_change(parameter.name, parameter.value)
             given = {parameter.name: parameter.value for parameter in changed}
-            self._checked = self._load(given[ELEMENT]) if ELEMENT in given else self._element
+            self._checked = (
+                self._load_source(given[ELEMENT]) if ELEMENT in given else self._element
+            )
             for name in given.keys() & {LEVEL, WORD}:
                 _check_target(name, given[name], self._checked)
             if DESCRIPTION in given and given[DESCRIPTION] != text_of(self._checked):

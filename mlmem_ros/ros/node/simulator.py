@@ -193,7 +193,7 @@ class SimTimePacer:
         """Return soon: whether and how fast ROS time runs is unknown."""
         changed.wait(1e-3)
 
-    def problem(self) -> str:
+    def find_problem(self) -> str:
         """Return why time has stood for a while, empty if it runs; call it once a second."""
         now, seen, here = self.now(), self._clock.now().nanoseconds, time.monotonic()
         if now != self._ran_to:

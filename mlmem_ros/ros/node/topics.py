@@ -130,7 +130,7 @@ class Publishers:
         # of a fresh simulated one there is nothing to say, a real one's is not known yet
         if element.reading or element.unknown or not element.is_simulated:
             for stream in self._on_events:
-                if stream.reports(Unknown('', 0)):
+                if stream.reports_event(Unknown('', 0)):
                     self._publish_event(stream, None)
 
     def close(self) -> None:
@@ -148,10 +148,10 @@ class Publishers:
         else:
             publisher.publish(message)
 
-    def tick(self, events: Sequence[Event]) -> None:
+    def publish_tick(self, events: Sequence[Event]) -> None:
         """Publish the streams due after a tick, and its events."""
         if self._contour is not None:
-            self._contour.take()
+            self._contour.take_columns()
         active = self.active_streams.names
         for stream, every in self._periodic:
             if self._element.ticks % every == 0 and stream.name in active:
@@ -159,7 +159,7 @@ class Publishers:
         for event in events:
             for stream in self._on_events:
                 # asked now: there is no next one for who has just come
-                if stream.reports(event) and self._is_subscribed(stream):
+                if stream.reports_event(event) and self._is_subscribed(stream):
                     self._publish_event(stream, event)
 
     def _publish_event(self, stream: Stream, event: Event | None) -> None:
@@ -170,9 +170,9 @@ class Publishers:
         """Return the present message of a stream."""
         if stream.kind is Image:
             assert self._contour is not None
-            return self._contour.message(self._publication.now())
+            return self._contour.build_image(self._publication.now())
         if stream.kind is MarkerArray:
-            return self._markers().message(self._publication.now())
+            return self._markers().build_markers(self._publication.now())
         return build_message(stream, stream.values(self._element, None), self._publication)
 
     def _current_message(self, stream: Stream) -> Any:
