@@ -190,9 +190,9 @@ def _record_events(element: MemoryElement) -> list[Event]:
         return {'end': 'left' if held.site == 1 else 'right', **_describe_motion(held.motion)}
 
     watch_method(element.actuator, 'ramp_to', strain_event)
-    for name in ('move', 'kick'):
+    for name in ('move_end', 'kick_end'):
         watch_method(element.transducer, name, drive_event)
-    for name in ('fire', 'record_pulse'):
+    for name in ('fire_probe', 'record_pulse'):
         watch_method(element.transducer, name, lambda: {'probe': True})
     return events
 

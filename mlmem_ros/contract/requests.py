@@ -11,6 +11,7 @@ values before a message takes them.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from importlib import import_module
@@ -99,7 +100,8 @@ def build_parameter(name: str, value: Any, kind: Any = None) -> Any:
         raise ValueError(
             f'{name} must be true or false, a number or a text; got {short_repr(value)}'
         )
-    plain = decode_value(kind, plain, name)
+    if not (kind is float and plain == math.inf):  # as a deadline may be
+        plain = decode_value(kind, plain, name)
     if kind is str and '\0' in plain:  # messages end a text there
         raise ValueError(f'{name} must be a text without NUL; got {short_repr(value)}')
     return Parameter(name, Parameter.Type[PARAMETER_TYPES[kind]], plain).to_parameter_msg()

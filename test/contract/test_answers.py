@@ -170,7 +170,7 @@ def test_action_definition_holds_the_declared_fields(name):
     ('kind', 'accepted', 'rejected'),
     [
         (int, (-(2**63), 2**63 - 1), (-(2**63) - 1, 2**63, True, 2.5, '3', None, [3])),
-        (float, (1, -2.5), (True, '3', None, 10**400)),
+        (float, (1, -2.5, math.inf), (True, '3', None, 10**400)),
         (bool, (True, False), (0, 1, 'true', None)),
         (str, ('', 'left'), (3, b'left', None, 'a\0b')),
         (tuple[float, ...], ([], [1, 2.5]), (3.0, 'abc', None, [0.0, 'x'])),

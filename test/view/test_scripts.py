@@ -30,7 +30,7 @@ def test_page_sets_walls_as_the_element_does():
     """In 8 levels, and in 16 at two or more apart."""
     chance, asked, expected = random.Random(5), [], []
     for code in (Code(8, 1), Code(16, 2)):
-        tops = [b - a for a, b in pairwise((*code.each, code.words))]
+        tops = [b - a for a, b in pairwise((*code.single_wall_words, code.words))]
         told = {'tops': tops, 'spacing': code.spacing}
         for _ in range(40):
             word, level = chance.randrange(code.words), chance.randrange(code.levels)
