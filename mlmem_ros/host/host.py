@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from pathlib import Path
@@ -29,7 +30,7 @@ from mlmem.instrument.instrument import Units
 from mlmem.loop.mailbox import Asked, Request, TickRequest
 from mlmem.loop.open_requests import Stamped
 from mlmem.loop.timetable import Pacer
-from mlmem.physics import StateError
+from mlmem.physics import INTEGRATORS, StateError, is_kernel_cached
 
 from .building import Built, build_device
 from .sessions import Sessions
@@ -117,13 +118,30 @@ class Host:
         """
         return self.adopt(self.build(given, blank), blank)
 
-    def build(self, given: Parameters, blank: bool = False) -> Built:
+    def build(self, given: Parameters, blank: bool = False, is_retry: bool = False) -> Built:
         """Check the design and build the device, in any thread; `adopt` or `discard` it then.
+
+        `preparing` says what takes the time meanwhile; of a retry the log does not.
 
         Raises:
             One of `REFUSALS`: Nothing is open.
         """
-        return build_device(given, self.log, self._disk, self._name, blank)
+        design, integrator = given.design, given.settings.time.integrator
+        begun, is_cached = time.monotonic(), is_kernel_cached(design, INTEGRATORS[integrator])
+        self.preparing = 'preparing the device'
+        if not is_retry:
+            self.log.info(self.preparing)
+        if not is_cached:
+            kernels = f'the kernels of the {design.substrate} substrate ({integrator})'
+            self.preparing = f'compiling {kernels}'
+            self.log.info(f'{self.preparing} (once; it takes some seconds)')
+        try:
+            built = build_device(given, self.log, self._disk, self._name, blank)
+        finally:
+            self.preparing = ''
+        if not is_cached:
+            self.log.info(f'compiled in {time.monotonic() - begun:.1f} s, and cached')
+        return built
 
     def discard(self, device: Built) -> None:
         """Release a device that is not adopted."""

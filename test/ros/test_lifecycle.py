@@ -118,9 +118,9 @@ def slow_build(monkeypatch):
     """Let a device take a time to build, as with a cold cache; return what lets it go on."""
     built, go_on = Host.build, threading.Event()
 
-    def build(*arguments):
+    def build(*arguments, **named):
         assert go_on.wait(SOON)
-        return built(*arguments)
+        return built(*arguments, **named)
 
     monkeypatch.setattr(Host, 'build', build)
     yield go_on

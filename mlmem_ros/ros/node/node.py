@@ -21,7 +21,6 @@ from rclpy.parameter import Parameter
 
 from mlmem import DriverError, DriverHangs, Event, Refused, threads
 from mlmem.loop.timetable import Pacer, SteadyPacer
-from mlmem.physics import INTEGRATORS, is_kernel_cached
 
 from ...contract.requests import NODE_SERVICES
 from ...host import REFUSALS, Host
@@ -242,23 +241,7 @@ class MemoryNode(LifecycleNode):
                 self.host.discard(building.result())
 
     def _build_device(self, given: Parameters, blank: bool = False) -> Built:
-        """Build the device; `host.preparing` says what takes the time meanwhile."""
-        host, design, integrator = self.host, given.design, given.settings.time.integrator
-        begun, cached = time.monotonic(), is_kernel_cached(design, INTEGRATORS[integrator])
-        host.preparing = 'preparing the device'
-        if self._away_since is None:
-            host.log.info(host.preparing)
-        if not cached:
-            kernels = f'the kernels of the {design.substrate} substrate ({integrator})'
-            host.preparing = f'compiling {kernels}'
-            host.log.info(f'{host.preparing} (once; it takes some seconds)')
-        try:
-            built = host.build(given, blank)
-        finally:
-            host.preparing = ''
-        if not cached:
-            host.log.info(f'compiled in {time.monotonic() - begun:.1f} s, and cached')
-        return built
+        return self.host.build(given, blank, is_retry=self._away_since is not None)
 
     def _run_transitions(
         self, *transitions: Callable[[], Any], blank: bool = False, held: bool = False
