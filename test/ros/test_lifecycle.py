@@ -12,7 +12,7 @@ from nodes import QUICK, SOON, element_file, end_node
 from robot import Robot
 
 from mlmem_ros import standalone
-from mlmem_ros.host import Host, store
+from mlmem_ros.host import host, store
 
 BY_HAND = {'autostart': False}
 
@@ -116,13 +116,13 @@ def test_design_that_fails_its_check_is_rejected_or_named(start):
 @pytest.fixture
 def slow_build(monkeypatch):
     """Let a device take a time to build, as with a cold cache; return what lets it go on."""
-    built, go_on = Host.build, threading.Event()
+    built, go_on = host.build_device, threading.Event()
 
-    def build(*arguments, **named):
+    def build(*arguments):
         assert go_on.wait(SOON)
-        return built(*arguments, **named)
+        return built(*arguments)
 
-    monkeypatch.setattr(Host, 'build', build)
+    monkeypatch.setattr(host, 'build_device', build)
     yield go_on
     go_on.set()
 
