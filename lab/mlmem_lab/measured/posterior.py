@@ -23,7 +23,7 @@ import numpy as np
 
 from mlmem.physics.potential import Array
 
-from .runs import ALL_CASES, RAIL_DISTANCES_CM, SILENT_CASES, Case, load_runs
+from .runs import ALL_CASES, SILENT_CASES, Case, load_runs
 from .shells import TESTS_BY_RAIL, Chains, launch_waves, load_force_table
 
 
@@ -61,7 +61,7 @@ class Particles:
     def build_chains(self, case: int) -> Chains:
         """Return their chains of a lattice."""
         rail = case // 3
-        tables = [load_force_table(name) for name in TESTS_BY_RAIL[RAIL_DISTANCES_CM[rail]]]
+        tables = [load_force_table(name) for name in TESTS_BY_RAIL[ALL_CASES[case].rail]]
         weights = self.share_laws(rail)[:, : len(tables)]
         own = np.array([well for _, well in tables])
         well = self.well[:, case]
@@ -260,7 +260,7 @@ class Model:
         new.common[:, own] += size * self._propose_jump(new.common[:, own])
 
     def _propose_shares(self, new: Particles, rail: int) -> None:
-        k = len(TESTS_BY_RAIL[RAIL_DISTANCES_CM[rail]])
+        k = len(TESTS_BY_RAIL[ALL_CASES[3 * rail].rail])
         new.shares[:, rail, :k] += self._propose_jump(new.shares[:, rail, :k])
 
     def _propose_lattice(self, new: Particles, case: int) -> None:

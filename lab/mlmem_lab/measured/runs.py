@@ -31,8 +31,9 @@ class Case(NamedTuple):
         return f'rail{self.rail:g}_spacing{self.spacing:g}'
 
 
-RAIL_DISTANCES_CM = (21.5, 22.0, 22.5)
-ALL_CASES = tuple(Case(rail, spacing) for rail in RAIL_DISTANCES_CM for spacing in (6.0, 7.0, 8.0))
+ALL_CASES = tuple(
+    Case(rail, spacing) for rail in (21.5, 22.0, 22.5) for spacing in (6.0, 7.0, 8.0)
+)
 SILENT_CASES = (Case(21.5, 7.0), Case(22.0, 7.0))
 """Where no wave was seen to propagate."""
 

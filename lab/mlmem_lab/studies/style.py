@@ -52,7 +52,7 @@ class Label:
     STRAIN = 'strain ($10^{-3}$)'
 
 
-SMALL_FONT_SIZE = 9.0
+SMALL_FONT_SIZE_PT = 9.0
 """Size of notes, ticks and legends in points; everything else is larger."""
 
 MIDDLE_SITE = 100.0
@@ -79,12 +79,12 @@ def style_context() -> AbstractContextManager[None]:
         ),
         'axes.spines.top': False,
         'axes.spines.right': False,
-        'xtick.labelsize': SMALL_FONT_SIZE,
-        'ytick.labelsize': SMALL_FONT_SIZE,
+        'xtick.labelsize': SMALL_FONT_SIZE_PT,
+        'ytick.labelsize': SMALL_FONT_SIZE_PT,
         'lines.linewidth': 1.4,
         'legend.frameon': False,
-        'legend.fontsize': SMALL_FONT_SIZE,
-        'legend.title_fontsize': SMALL_FONT_SIZE,
+        'legend.fontsize': SMALL_FONT_SIZE_PT,
+        'legend.title_fontsize': SMALL_FONT_SIZE_PT,
         'savefig.dpi': 120,
         'svg.fonttype': 'none',
         'svg.hashsalt': 'mlmem_ros',
@@ -125,7 +125,7 @@ def annotate_place(
     axes: Any, text: str, at: tuple[Any, Any], shift: tuple[float, float] = (0, 0), **options: Any
 ) -> None:
     """Write beside a place in the data, shifted by points, what is there."""
-    options = {'fontsize': SMALL_FONT_SIZE, 'color': Colour.INK, **options}
+    options = {'fontsize': SMALL_FONT_SIZE_PT, 'color': Colour.INK, **options}
     axes.annotate(text, at, shift, textcoords='offset points', **options)
 
 

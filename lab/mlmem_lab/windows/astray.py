@@ -121,7 +121,7 @@ def draw_shares(result: Mapping[str, Any]) -> Any:
         xlabel='scatter of on-site stiffness, springs and masses at once',
     )  # fmt: skip
     axes.axvspan(0.01, 0.05, color=style.Colour.FAINT, alpha=0.25, linewidth=0)
-    axes.text(0.0105, 0.0013, 'printed or machined parts', fontsize=style.SMALL_FONT_SIZE)
+    axes.text(0.0105, 0.0013, 'printed or machined parts', fontsize=style.SMALL_FONT_SIZE_PT)
     figure.legend(loc='outside upper center', ncols=4)
     return figure
 

@@ -87,12 +87,11 @@ def test_the_seed_makes_the_element():
 
 
 def test_a_batch_counts_its_elements(monkeypatch):
-    """Of eight elements every second one fails at both of its levels, once by another level."""
-    outcomes = iter([(0, 1), (1, UNDECODABLE)] * 4)
+    """Of 32 elements every second one fails at both of its levels, once by another level."""
+    outcomes = iter([(0, 1), (1, UNDECODABLE)] * 16)
     monkeypatch.setattr(element, 'try_element', lambda *_: next(outcomes))
-    monkeypatch.setattr(element, 'BATCH_TRIALS', 16)
     assert evaluate_batch(SHORT, Settings(), 'mass', 'right', 0.02, seed=5) == {
-        'elements': 8, 'trials': 16, 'failures': 8, 'squares': 16,
+        'elements': 32, 'trials': 64, 'failures': 32, 'squares': 64,
     }  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.ticker import LogLocator, NullLocator
 
-from ..style import SMALL_FONT_SIZE, Colour, annotate_place, axes_grid, new_figure
+from ..style import SMALL_FONT_SIZE_PT, Colour, annotate_place, axes_grid, new_figure
 from .curve import list_rates
 from .element import ALL_KINDS, TRIAL_LABELS, split_kinds
 from .estimate import RARE_RATE, Rate, fit_fragility, foot_length
@@ -42,7 +42,7 @@ def draw_rates(result: Mapping[str, Any], cases: Sequence[str]) -> Any:
             if what == tried:
                 colour = kind_colours[split_kinds(kind)[0]]
                 draw_curve(axes, *list_rates(rows), colour, kind)
-    grid[0].set_title('dotted: one in a thousand fails', fontsize=SMALL_FONT_SIZE)
+    grid[0].set_title('dotted: one in a thousand fails', fontsize=SMALL_FONT_SIZE_PT)
     grid[-1].set_xlabel(
         'standard deviation: alpha, k_r, s, mass, damping, gain relative; depth over the barrier; '
         'offset, noise in cells; vibration per time unit$^2$'

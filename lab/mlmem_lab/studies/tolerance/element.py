@@ -64,9 +64,6 @@ of the instrument and linear between; of the damping and of the transducers' gai
 ALL_KINDS = (*(one.name for one in dataclasses.fields(Scatter)), *GLOBAL_KINDS)
 """Names of what may be random: the scatters of the fabrication, and these."""
 
-BATCH_TRIALS = 64
-"""Trials of a batch: several small elements, or one tried at 64 levels."""
-
 
 def split_kinds(kind: str) -> list[str]:
     """Return the kinds that are random at once, by the same amount: of `alpha+k_r+mass` three."""
@@ -81,8 +78,8 @@ def count_trials(design: Design, tried: str) -> int:
 
 
 def count_elements(design: Design, tried: str) -> int:
-    """Return how many elements a batch has: seconds of computing."""
-    return max(1, BATCH_TRIALS // count_trials(design, tried))
+    """Return how many elements a batch of 64 trials has, at least one: seconds of computing."""
+    return max(1, 64 // count_trials(design, tried))
 
 
 def try_element(
