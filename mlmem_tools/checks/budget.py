@@ -31,29 +31,24 @@ from mlmem_ros.host.design_check import Verdict
 
 from .concern import Finding, Report, Subject, judge_value
 
-NARROWEST_WALL = 1.97
-"""Width in cells below which no kick contracts a wall."""
+MIN_HALF_WIDTH_CELLS = 1.97
+"""Half width in cells below which no kick contracts a wall."""
 
-RARE_DEVIATIONS = 2.58
-"""Standard deviations outside which one of a hundred normal values lies."""
-
-ENERGY_PER_LEVEL = 2.0 * RARE_DEVIATIONS * 0.25
+ENERGY_PER_LEVEL = 2.0 * 2.58 * 0.25
 """Kinetic energy that a level with a scatter sigma needs, over sigma E_0. The highest point
-between two levels scatters by 0.23 to 0.30 of sigma E_0."""
-
-USUAL_SHARE, BEST_SHARE = 0.25, 0.5
-"""Share of the scatter allowed by law 2 that designs reach: usually, and at best."""
+between two levels scatters by 0.23 to 0.30 of sigma E_0; one of a hundred normal values lies
+outside 2.58 standard deviations."""
 
 
-def width_for_scatter(levels: int, scatter: float, share: float) -> float:
+def width_for_scatter(levels: int, scatter: float, share: float = 0.25) -> float:
     """Return the half width in cells of the narrowest wall that bears a scatter, by law 2.
 
     Args:
         levels: Number of levels.
         scatter: Standard deviation of on-site stiffness, springs and masses, relative.
-        share: Share of the budget that a design reaches.
+        share: Share of the budget that a design reaches: usually a quarter, at best a half.
     """
-    return NARROWEST_WALL * (1.0 + ENERGY_PER_LEVEL * levels * scatter / share)
+    return MIN_HALF_WIDTH_CELLS * (1.0 + ENERGY_PER_LEVEL * levels * scatter / share)
 
 
 def most_levels_with_scatter(scatter: float) -> float:
@@ -61,8 +56,9 @@ def most_levels_with_scatter(scatter: float) -> float:
     if scatter <= 0.0:
         return math.inf
     widest_wall = 10.0  # half width in cells above which no design was tried
-    energy = widest_wall / NARROWEST_WALL - 1.0
-    return BEST_SHARE * energy / (ENERGY_PER_LEVEL * scatter)
+    energy = widest_wall / MIN_HALF_WIDTH_CELLS - 1.0
+    best_share = 0.5  # share of the budget that designs reach at best
+    return best_share * energy / (ENERGY_PER_LEVEL * scatter)
 
 
 def most_levels_with_friction(friction: float) -> float:
@@ -108,7 +104,7 @@ class Budget:
     @property
     def kick_energy(self) -> float:
         """Greatest kinetic energy E_max of a wall in k_r a^2; 0 for one as narrow as any."""
-        return self.wall_energy * max(0.0, self.width / NARROWEST_WALL - 1.0)
+        return self.wall_energy * max(0.0, self.width / MIN_HALF_WIDTH_CELLS - 1.0)
 
     @property
     def scatter(self) -> float:
@@ -138,7 +134,7 @@ class Budget:
     @property
     def damping(self) -> float:
         """Largest damping eta, by law 3."""
-        return math.acosh(max(1.0, self.width / NARROWEST_WALL)) / self.way
+        return math.acosh(max(1.0, self.width / MIN_HALF_WIDTH_CELLS)) / self.way
 
     @property
     def friction(self) -> float:
@@ -150,7 +146,8 @@ class Budget:
         """Largest standard deviation between the depths of a cell's wells, over the barrier, by
         law 5: the energy of a wall at the last level is a sum over all cells behind it.
         """
-        deviation = self.kick_energy / (2.0 * RARE_DEVIATIONS * self.design.levels)
+        # one of a hundred normal values lies outside 2.58 standard deviations
+        deviation = self.kick_energy / (2.0 * 2.58 * self.design.levels)
         return deviation / (math.sqrt(self.way) * self.barrier)
 
     def echo_reach(self, omega: float, amplitude: float) -> float:
@@ -182,7 +179,7 @@ def check(subject: Subject) -> Iterator[Finding]:
     if settings.register.spacing:
         return
     budget = Budget(design)
-    if budget.width > NARROWEST_WALL:  # of narrower walls the laws say nothing
+    if budget.width > MIN_HALF_WIDTH_CELLS:  # of narrower walls the laws say nothing
         yield from _judge_wide_wall(budget)
     yield from _judge_friction(subject, budget)
 
@@ -286,11 +283,11 @@ def judge_request(levels: int, scatter: float, friction: float) -> Report:
         scatter: Standard deviation of on-site stiffness, springs and masses, relative.
         friction: Dry friction of a cell in k_r a.
     """
-    width = width_for_scatter(levels, scatter, USUAL_SHARE)
+    width = width_for_scatter(levels, scatter)
     sized = Finding(
         'width',
         {
-            'at least': width_for_scatter(levels, scatter, BEST_SHARE),
+            'at least': width_for_scatter(levels, scatter, share=0.5),
             'usually': width,
             # two cells per level over the width of a wall; nearer defects merge
             'cells of the element': 2.0 * levels * width,

@@ -86,9 +86,6 @@ LAUNCH_LEVEL = -1
 MAX_CELL_STEPS = 1e9
 """Most cell steps that the simulations for one finding may take: some seconds."""
 
-TICK_CELL_STEPS = 6e4
-"""Overhead of a device's tick, in cell steps."""
-
 MIN_STEP_CELLS = 100
 """A step of a shorter chain takes as long as that of one with this many cells."""
 

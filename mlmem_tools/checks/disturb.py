@@ -25,12 +25,6 @@ from mlmem.settings import ProbeSettings, TimeSettings
 from ..identification.kick_search import drive_end
 from .concern import Finding, Subject, grade_finding, judge_value
 
-SETTLING_TIME = 2500.0
-"""Ten damping times, after which a wall no longer swings about its defect."""
-
-AMPLITUDE_STEPS = tuple(1.25**k for k in range(24))
-"""Amplitudes that are tried, over that of the pulse: up to 170 times."""
-
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the finding on what a read does to the wall; none of an element with many walls, which
@@ -79,16 +73,17 @@ def find_safe_limit(
     chain = build_bare_chain(Specimen.from_design(made), time)
     levels = range(chain.design.levels)
     least = 0.5  # cells; no read may be set to more
+    factors = [1.25**k for k in range(24)]  # on the amplitude of the pulse: up to 170
     for level in levels[:2] if end is End.LEFT else (*levels[:-3:-1], BLANK):
 
         def leaves_wall(amplitude: float, level: int = level) -> bool:
             pulse = dataclasses.replace(probe, A=amplitude)
             return find_level_after(chain, level, end, pulse) == level
 
-        louder = (step * probe.A for step in AMPLITUDE_STEPS)
+        louder = (factor * probe.A for factor in factors)
         most = max(least, probe.A)
         found = [*itertools.takewhile(leaves_wall, (A for A in louder if most >= A))]
-        fainter = (probe.A / step for step in AMPLITUDE_STEPS)
+        fainter = (probe.A / factor for factor in factors)
         least = min(least, found[-1] if found else next(filter(leaves_wall, fainter), 0.0))
     return least
 
@@ -103,4 +98,5 @@ def find_level_after(chain: Chain, level: int, end: End, probe: ProbeSettings) -
     except StateError:  # the level pins no wall
         return UNDECODABLE
     near = 1.0 if made.is_ideal else 0.5 * made.design.J
-    return drive_end(chain, Pulse(chain.end(site), probe), SETTLING_TIME, site, near)
+    settling_time = 2500.0  # ten damping times: the wall no longer swings about its defect
+    return drive_end(chain, Pulse(chain.end(site), probe), settling_time, site, near)

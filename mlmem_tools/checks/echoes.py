@@ -32,9 +32,6 @@ from mlmem_ros.host.design_check import Verdict, find_worst_verdict
 
 from .concern import Finding, Subject, grade_finding, judge_value
 
-MIN_SAMPLE_SPACING = 0.25
-"""Time units between samples if the device's own steps are shorter."""
-
 
 def forecast_echo(
     made: Design | Specimen,
@@ -55,7 +52,8 @@ def forecast_echo(
         integrator: Its method, which damps and slows the wave a little (see
             `Integrator.squared_frequency`).
     """
-    made, sampling = Specimen.from_design(made), max(dt, MIN_SAMPLE_SPACING)
+    made = Specimen.from_design(made)
+    sampling = max(dt, 0.25)  # time units between samples, if the device's own steps are shorter
     samples = math.ceil(listening_time(made.design, probe, end) / sampling)
     period = 2 * samples  # so that later arrivals are not aliased
     t = np.arange(1.0, period + 1.0) * sampling
@@ -111,15 +109,14 @@ def solve_propagation(trace: Complex) -> Complex:
     return np.where(np.abs(first) < 1.0, first, 0.5 * (trace + root))
 
 
-MAX_CALIBRATION_CELL_STEPS = 1.5e8
-"""Most cell steps of a calibration: a second. Above, levels are sampled."""
+def check(subject: Subject, max_calibration_cell_steps: float = 1.5e8) -> Iterator[Finding]:
+    """Yield the findings on the echoes by which one wall is read, and that of a blank element.
 
-MIN_ECHO_RATIO = 1.25
-"""Echo over threshold that allows for what the forecast neglects (some 10 %)."""
-
-
-def check(subject: Subject) -> Iterator[Finding]:
-    """Yield the findings on the echoes by which one wall is read, and that of a blank element."""
+    Args:
+        subject: The design and its settings.
+        max_calibration_cell_steps: Most cell steps of a calibration, by default a second's work.
+            Above, levels are sampled.
+    """
     settings = subject.settings
     if settings.register.spacing:
         return
@@ -143,7 +140,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         apart[end] = _find_least_spacing(probe, echoes)
     work = len(End) * subject.design.levels * subject.design.N * latest / dt
     calibration = None
-    if work <= MAX_CALIBRATION_CELL_STEPS:
+    if work <= max_calibration_cell_steps:
         with suppress(SettingsError, StateError):  # `echo_...` reports why it has none
             calibration = compute_calibration(subject.made, subject.design, settings)
     yield _judge_separation(subject, calibration, apart)
@@ -154,7 +151,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         'echo_blank',
         {'over threshold': empty.threshold_margin},
         '',
-        judge_value(empty.threshold_margin, 1.0, MIN_ECHO_RATIO),
+        _judge_echo_ratio(empty.threshold_margin),
         'a blank element is recognised by the echo of its far end',
         'the far end of a blank element is hardly heard from the right, so an erase cannot be '
         'verified: choose a smaller v_th or another carrier for probe_right',
@@ -227,6 +224,13 @@ def _judge_reverberation(eta: float, read: ReadSettings, loudest: float) -> Find
     )
 
 
+def _judge_echo_ratio(ratio: float) -> Verdict:
+    """Judge an echo over its threshold; a quarter more covers what the forecast neglects (some
+    10 %).
+    """
+    return judge_value(ratio, 1.0, 1.25)
+
+
 def _judge_echoes(
     end: End,
     margins: dict[int, float],
@@ -244,7 +248,7 @@ def _judge_echoes(
         # the end that only confirms needs 90 % of the levels in order
         bool(np.mean(steps > 0.0) >= (1.0 if names_level else 0.9)) if len(steps) else True
     )
-    heard = judge_value(margins[faintest], 1.0, MIN_ECHO_RATIO)
+    heard = _judge_echo_ratio(margins[faintest])
     verdict = find_worst_verdict((heard, Verdict.PASS if order else Verdict.FAIL))
     if heard is not Verdict.PASS:
         text = (

@@ -19,9 +19,6 @@ from mlmem.physics.wall import find_walls
 MAX_PINNED_DISTANCE = 3.0
 """A wall farther than this from its defect, in cells, is de-pinned."""
 
-POINTS_PER_CELL = 8
-"""Positions per cell of a landscape, enough for the ripple of the lattice."""
-
 
 @dataclass(frozen=True)
 class Landscape:
@@ -51,7 +48,8 @@ def compute_held_landscape(
         StateError: No wall can be held there.
     """
     part = cut_excerpt(made, low, high)
-    X = np.linspace(low, high, 1 + max(2, math.ceil((high - low) * POINTS_PER_CELL)))
+    # eight positions per cell show the ripple of the lattice
+    X = np.linspace(low, high, 1 + max(2, math.ceil((high - low) * 8)))
     held = hold_walls(part.made, X - part.before, strain * part.strain_shape)
     return Landscape(X, held.energy - held.energy[0])
 

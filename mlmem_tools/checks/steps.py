@@ -31,9 +31,6 @@ from mlmem_ros.host.design_check import Verdict
 
 from .concern import MAX_CELL_STEPS, MIN_STEP_CELLS, Finding, Subject
 
-MAX_TIME_STEP = 1.0
-"""Greatest time step: with it, all shipped elements get the verdicts of a finer one."""
-
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the finding on the steps of a write."""
@@ -77,12 +74,16 @@ def _estimate_work(subject: Subject) -> float:
     """Return the cell steps for making all steps once."""
     design, write = subject.design, subject.settings.write
     cycle = Cycle.plan_cycle(write, write.tension, subject.settings.actuator.max_rate)
-    dt = min(
-        MAX_TIME_STEP,
-        stable_step(Specimen(dataclasses.replace(design, substrate='rigid')), NOH_BATHE),
-    )
+    dt = _choose_time_step(Specimen(dataclasses.replace(design, substrate='rigid')))
     time = cycle.duration + write.final_settle
     return len(subject.steps) * time / dt * max(design.N, MIN_STEP_CELLS)
+
+
+def _choose_time_step(made: Specimen) -> float:
+    """Return a stable time step of at most 1 time unit: with it, all shipped elements get the
+    verdicts of a finer one.
+    """
+    return min(1.0, stable_step(made, NOH_BATHE))
 
 
 def _find_lost_levels(subject: Subject, compression: float, tension: float) -> list[int]:
@@ -109,7 +110,7 @@ def _simulate_steps(subject: Subject, write: WriteSettings, start: int) -> Itera
     design = dataclasses.replace(subject.design, substrate='rigid')
     made = dataclasses.replace(subject.made, design=design)
     rate = subject.settings.actuator.max_rate
-    chain = Chain(design, min(MAX_TIME_STEP, stable_step(made, NOH_BATHE)), NOH_BATHE)
+    chain = Chain(design, _choose_time_step(made), NOH_BATHE)
     chain.set_specimen(made)
     try:
         chain.place(find_pinned_wall(made, start))

@@ -190,11 +190,10 @@ def test_levels_between_the_samples_are_compared_too(monkeypatch):
     assert 'the left end hardly tells level 4 from another' in found.text
 
 
-def test_large_element_is_judged_by_sampled_levels(monkeypatch):
+def test_large_element_is_judged_by_sampled_levels():
     subject = Subject(*load_element('bits_2').design_and_settings)
     assert 'sampled' not in Report(tuple(echoes.check(subject)))['apart'].text
-    monkeypatch.setattr(echoes, 'MAX_CALIBRATION_CELL_STEPS', 0.0)
-    found = Report(tuple(echoes.check(subject)))['apart']
+    found = Report(tuple(echoes.check(subject, max_calibration_cell_steps=0.0)))['apart']
     assert found.verdict is Verdict.PASS
     assert found.text.startswith('as far as levels were sampled')
 

@@ -25,7 +25,7 @@ from mlmem.move_settings import KickSettings, WriteSettings
 from mlmem.physics import Design, DesignError
 from mlmem.physics.potential import Array
 from mlmem.settings import ActuatorSettings, ReadSettings, RegisterSettings, TransducerSettings
-from mlmem_tools.checks.budget import USUAL_SHARE, most_levels_with_friction, width_for_scatter
+from mlmem_tools.checks.budget import most_levels_with_friction, width_for_scatter
 
 from ..windows.astray import find_scattered_ends
 
@@ -65,7 +65,7 @@ class Range:
 
 def list_ranges(request: Request) -> dict[str, Range]:
     """Return what the search varies, around what the laws say."""
-    wanted = width_for_scatter(request.levels, request.scatter, USUAL_SHARE)
+    wanted = width_for_scatter(request.levels, request.scatter)
     braked = min(1.0, request.levels / most_levels_with_friction(request.friction))
     # against friction a narrow wall has a shorter way to go
     width = min(max(wanted * (1.0 - 0.5 * braked), 1.7), 8.0)
