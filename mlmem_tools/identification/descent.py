@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 
@@ -109,41 +110,42 @@ def minimise_misfit(
     return x, then / max(1, normal.data), slopes
 
 
-SHARED_STAGES = tuple(Stage(window, 2e-4, 'shared') for window in (20.0, 60.0, 200.0))
-"""How what all cells share is fitted once more."""
+class Schedule(Enum):
+    """Stages of a fit, in their order; the value is a tuple of `Stage`."""
 
-WHOLE_STAGES = (
-    Stage(WHOLE_WINDOW, 3e-4),
-    Stage(WHOLE_WINDOW, 1e-4, iterations=1),
-    Stage(WHOLE_WINDOW, 3e-5, iterations=1),
-)
-"""How the whole record is taken into account."""
+    BLANK = (
+        Stage(WHOLE_WINDOW, 3e-4),
+        Stage(WHOLE_WINDOW, 1e-4, iterations=1),
+        Stage(WHOLE_WINDOW, 3e-5, iterations=1),
+        Stage(WHOLE_WINDOW, 0.0, iterations=20, enough=1e-3),
+    )
+    """How a blank element alone is fitted at last: it leaves cells open, so that its minimum lies
+    at the end of a long valley, and only begins what follows."""
 
-BLANK_STAGES = (*WHOLE_STAGES, Stage(WHOLE_WINDOW, 0.0, iterations=20, enough=1e-3))
-"""How a blank element alone is fitted at last: it leaves cells open, so that its minimum lies at
-the end of a long valley, and only begins what follows."""
+    CELLS = (
+        *BLANK[:-1],
+        Stage(WHOLE_WINDOW, 0.0, iterations=60, enough=1e-6, least=0.05),
+    )
+    """How every cell is fitted once the wall is found. A shorter window would leave far cells
+    open, and as they wander, the wall may lose its place. Few iterations do for most elements;
+    where the wall was at one place only, the minimum lies at the end of a long valley, too."""
 
-LAST_STAGES = (*WHOLE_STAGES, Stage(WHOLE_WINDOW, 0.0, iterations=60, enough=1e-6, least=0.05))
-"""How every cell is fitted once the wall is found. A shorter window would leave far cells open,
-and as they wander, the wall may lose its place. Few iterations do for most elements; where the
-wall was at one place only, the minimum lies at the end of a long valley, too."""
+    FIRST = (
+        Stage(-WHOLE_WINDOW, 0.0, 'rest'),
+        *(Stage(window, 2e-4, 'shared') for window in (20.0, 60.0, 120.0, 200.0)),
+        *(Stage(window, 3e-4, iterations=3) for window in (60.0, 150.0, 300.0)),
+        *BLANK,
+    )
+    """What all cells share first, on growing windows, so that a clock that is some per cent off
+    skips no cycle; then every cell; then all that the noise allows."""
 
-FIRST_SCHEDULE = (
-    Stage(-WHOLE_WINDOW, 0.0, 'rest'),
-    *(Stage(window, 2e-4, 'shared') for window in (20.0, 60.0, 120.0, 200.0)),
-    *(Stage(window, 3e-4, iterations=3) for window in (60.0, 150.0, 300.0)),
-    *BLANK_STAGES,
-)
-"""What all cells share first, on growing windows, so that a clock that is some per cent off skips
-no cycle; then every cell; then all that the noise allows."""
-
-SLOW_SCHEDULE = (
-    FIRST_SCHEDULE[0],
-    *(
-        Stage(window, 2e-4, 'shared', 12, 0.01)
-        for window in (10.0, 20.0, 40.0, 80.0, 140.0, 200.0)
-    ),
-    *(Stage(window, 5e-4, 'cells', 6, 0.01) for window in (20.0, 40.0, 80.0, 160.0, 320.0)),
-    *BLANK_STAGES,
-)
-"""For an element on which the first one ends in a local minimum."""
+    SLOW = (
+        FIRST[0],
+        *(
+            Stage(window, 2e-4, 'shared', 12, 0.01)
+            for window in (10.0, 20.0, 40.0, 80.0, 140.0, 200.0)
+        ),
+        *(Stage(window, 5e-4, 'cells', 6, 0.01) for window in (20.0, 40.0, 80.0, 160.0, 320.0)),
+        *BLANK,
+    )
+    """For an element on which the first one ends in a local minimum."""

@@ -18,18 +18,9 @@ from mlmem.instrument.end import Shot
 from mlmem.physics import Design, Integrator
 from mlmem.physics.potential import Array
 
-from .descent import (
-    BLANK_STAGES,
-    FIRST_SCHEDULE,
-    LAST_STAGES,
-    SHARED_STAGES,
-    SLOW_SCHEDULE,
-    Stage,
-    minimise_misfit,
-)
+from .descent import Schedule, Stage, minimise_misfit
 from .fitted import (
     ADDED_TERMS,
-    LINE_TERMS,
     Fit,
     compute_posterior,
     rescale_scatter,
@@ -131,7 +122,8 @@ def _choose_best(guesses: Sequence[Misfit], x: Array) -> tuple[Misfit, Array]:
     """
     tried = [(guess, x, 0.0) for guess in guesses]
     wrong_place_ratio = 4.0  # misfit of a wrong place over that of the best
-    for stage in SHARED_STAGES:
+    for window in (20.0, 60.0, 200.0):
+        stage = Stage(window, 2e-4, 'shared')
         tried = [(guess, *minimise_misfit(guess, at, stage)[:2]) for guess, at, _ in tried]
         least = min(cost for *_, cost in tried)
         tried = [each for each in tried if each[2] <= wrong_place_ratio * least]
@@ -176,7 +168,7 @@ def fit_element(
     if not _list_walls(misfit):
         raise Misfitting('the wall was lost before every shot that was to see one: survey again')
     _, x = _choose_best([misfit], x)
-    found = _descend_stages(relocate_walls(misfit, x), x, LAST_STAGES, told)
+    found = _descend_stages(relocate_walls(misfit, x), x, Schedule.CELLS, told)
     if found.chi2 > MAX_MISFIT_PER_DATUM and not found.missing.term:
         found = _without_worst(found, x, told)
     found = _extend_model(found, told)
@@ -216,14 +208,14 @@ def _without_worst(found: Fit, x: Array, told: Report) -> Fit:
         return found
     worst = max(costs, key=lambda wall: costs[wall])
     others = [shot for shot in misfit.shots if shot.wall != worst]
-    again = _descend_stages(misfit.select_shots(others), x, LAST_STAGES, told)
+    again = _descend_stages(misfit.select_shots(others), x, Schedule.CELLS, told)
     if again.chi2 > MAX_MISFIT_PER_DATUM:
         return found
     moved = rank_places(misfit, again.x, _shots_with_wall(misfit, worst))[:1]
     shots = others + [
         replace(shot, wall=wall) for wall in moved for shot in _shots_with_wall(misfit, worst)
     ]
-    whole = _descend_stages(misfit.select_shots(shots), again.x, LAST_STAGES, told)
+    whole = _descend_stages(misfit.select_shots(shots), again.x, Schedule.CELLS, told)
     if whole.chi2 <= MAX_MISFIT_PER_DATUM:
         return whole
     left_out = f'the shots with the wall near {worst:.0f}, which agree with no place of it'
@@ -236,14 +228,15 @@ def _fit_blank(misfit: Misfit, told: Report) -> Fit:
     It need not describe the element yet, but what is wrong with the line must be known.
     """
     blank = misfit.select_shots(_shots_with_wall(misfit, 0.0))
-    found = _descend_stages(blank, misfit.unknowns.mean, FIRST_SCHEDULE, told)
+    found = _descend_stages(blank, misfit.unknowns.mean, Schedule.FIRST, told)
     while found.chi2 > MAX_MISFIT_PER_DATUM:
         term, why, _ = found.missing
-        if term in LINE_TERMS:
-            found = _fit_with_term(found, term, BLANK_STAGES, told)
+        # they are of the transducers and their line: a blank element tells them
+        if term in ('latency', 'drift'):
+            found = _fit_with_term(found, term, Schedule.BLANK, told)
             continue
         if not term:  # a local minimum?
-            again = _descend_stages(found.misfit, misfit.unknowns.mean, SLOW_SCHEDULE, told)
+            again = _descend_stages(found.misfit, misfit.unknowns.mean, Schedule.SLOW, told)
             found = min(found, again, key=lambda each: each.chi2)
         elif term not in ADDED_TERMS:
             raise Misfitting(
@@ -258,7 +251,7 @@ def _extend_model(found: Fit, told: Report) -> Fit:
     while needs_term(found):
         term, why, _ = found.missing
         if term in ADDED_TERMS:
-            found = _fit_with_term(found, term, LAST_STAGES, told)
+            found = _fit_with_term(found, term, Schedule.CELLS, told)
         elif doubt := list_doubts(found):
             raise Misfitting(
                 f'the model does not describe this element: '
@@ -269,14 +262,14 @@ def _extend_model(found: Fit, told: Report) -> Fit:
     return found
 
 
-def _fit_with_term(found: Fit, term: str, stages: Sequence[Stage], told: Report) -> Fit:
+def _fit_with_term(found: Fit, term: str, schedule: Schedule, told: Report) -> Fit:
     """Return the fit with one more term, from where it was without: what is missing may have put a
     wall beside its place.
     """
     misfit, slopes = with_term(found.misfit, term), found.missing.slopes
     x = widen_unknowns(found, misfit.unknowns)
     moved = _move_strayed_walls(misfit, x)
-    return _descend_stages(moved, x, stages, told, slopes if moved is misfit else None)
+    return _descend_stages(moved, x, schedule, told, slopes if moved is misfit else None)
 
 
 def _move_strayed_walls(misfit: Misfit, x: Array) -> Misfit:
@@ -321,9 +314,10 @@ def _check_shots(design: Design, shots: Sequence[Shot]) -> None:
 
 
 def _descend_stages(
-    misfit: Misfit, x: Array, stages: Sequence[Stage], told: Report, slopes: Slopes | None = None
+    misfit: Misfit, x: Array, schedule: Schedule, told: Report, slopes: Slopes | None = None
 ) -> Fit:
-    """Return the fit to which a sequence of stages leads; derivatives near x may be known."""
+    """Return the fit to which a schedule leads; derivatives near x may be known."""
+    stages: tuple[Stage, ...] = schedule.value
     for number, stage in enumerate(stages):
         told(f'stage {number + 1} of {len(stages)}', number / len(stages))
         if not stage.blur and stage.window == WHOLE_WINDOW:

@@ -27,7 +27,7 @@ from .misfit import (
     prior_precision,
 )
 from .noise import estimate_noise
-from .unknowns import SHARED_UNKNOWNS, Unknowns
+from .unknowns import CELL_TERMS, SHARED_UNKNOWNS, Unknowns
 
 MIN_DIVISOR = 1e-300
 """Keeps quotients finite."""
@@ -140,11 +140,13 @@ def rescale_scatter(misfit: Misfit, x: Array, slopes: Slopes | None) -> Misfit:
 
 def _band_misfit(misfit: Misfit, x: Array, slopes: Slopes, H: Array) -> tuple[float, float]:
     """Return the misfit per datum, weighted with the power of the echoes at each frequency, and
-    what it is at most if noise alone is left.
+    what it is at most if noise alone is left; no more than 1.2 is believed.
 
     Intervals must be as wide as the noise at these frequencies says. A fit of precision H takes
     some of that.
     """
+    # misfit per datum from which a missing term is sought, however uncertain it is
+    max_sound_misfit = 1.2
     both = power = expected = variance = 0.0
     scale = 1.0 / np.sqrt(np.diag(H))
     root = np.linalg.inv(np.linalg.cholesky(scale[:, None] * H * scale))
@@ -163,9 +165,10 @@ def _band_misfit(misfit: Misfit, x: Array, slopes: Slopes, H: Array) -> tuple[fl
         expected += float(np.sum(free))
         variance += float(np.sum(free**2))
     if not power:
-        return 1.0, MIN_BAND_MISFIT
+        return 1.0, max_sound_misfit
     min_band_deviations = 3.0  # the same in standard deviations above what noise leaves of it
-    return both / power, (expected + min_band_deviations * math.sqrt(variance)) / power
+    sound = (expected + min_band_deviations * math.sqrt(variance)) / power
+    return both / power, min(max_sound_misfit, sound)
 
 
 def invert_matrix(matrix: Array) -> Array:
@@ -208,15 +211,8 @@ TERM_DESCRIPTIONS = {
 }
 """What a model may lack."""
 
-LINE_TERMS = ('latency', 'drift')
-"""Those that are of the transducers and their line: a blank element tells them."""
-
-ADDED_TERMS = (*LINE_TERMS, 'masses', 'offsets', 'springs', 'damping')
+ADDED_TERMS = ('latency', 'drift', *CELL_TERMS)
 """Those that can be added to it."""
-
-MIN_BAND_MISFIT = 1.2
-"""Misfit per datum at the frequencies of the echoes from which a missing term is sought, however
-uncertain it is."""
 
 MIN_EVIDENCE_GAIN = 10.0
 """Least gain of twice the logarithm of the evidence for which a term is added."""

@@ -269,18 +269,16 @@ class Forward:
         )
         size = patterns + len(SHARED_UNKNOWNS) if patterns else unknowns.size
         J = np.zeros((*raw.shape[:2], size), np.float32)
-        common = first + q + len(tangent.COMMON_DERIVATIVES)
+        last = material.first_pattern_column
         if patterns:
-            J[..., :patterns] = d * raw[..., common:]
+            J[..., :patterns] = d * raw[..., last:]
         else:
             J[..., unknowns.alpha] = d * raw[..., : material.height_count]
             for term, where in unknowns.cells.items():
                 J[..., where] = raw[..., material.columns[term]]
         if 'damping' in material.terms:
             J[..., unknowns.cells['damping']] /= self._damping_ratios
-        *of_law, forces, damping, friction, drive = np.moveaxis(
-            raw[..., first + q : common], -1, 0
-        )
+        *of_law, forces, damping, friction, drive = np.moveaxis(raw[..., first + q : last], -1, 0)
         of_law.append(raw[..., first])
         rates = unknowns.law_rates(self.x)
         for k, name in enumerate(('D_s1', 'D_s2', 'c')):

@@ -26,10 +26,6 @@ from .noise import estimate_noise, remove_lines, whiten_waveforms
 from .tangent import NO_PATTERNS, Single
 from .unknowns import SHARED_UNKNOWNS, Unknowns
 
-EQUILIBRIUM_UNKNOWNS = ('D_s1', 'D_s2', 'zero_left', 'zero_right', 'gain_left', 'gain_right')
-"""Unknowns that the displacements at rest show."""
-
-
 PRIOR_DEVIATIONS = {
     'scatter': 0.02,  # alpha from cell to cell, relative
     'stiffness': 0.05,  # overall stiffness of the cells, relative
@@ -101,7 +97,8 @@ def free_basis(unknowns: Unknowns, free: str) -> Array:
     if free == 'cells':
         return np.eye(unknowns.size)
     if free == 'rest':
-        return np.eye(unknowns.size)[:, [unknowns.shared(name) for name in EQUILIBRIUM_UNKNOWNS]]
+        shown = 'D_s1', 'D_s2', 'zero_left', 'zero_right', 'gain_left', 'gain_right'
+        return np.eye(unknowns.size)[:, [unknowns.shared(name) for name in shown]]
     shared = np.zeros((unknowns.size, 3 + len(SHARED_UNKNOWNS)))
     shared[unknowns.alpha, :3] = alpha_patterns(unknowns.design).T
     shared[unknowns.design.N : unknowns.shared_end, 3:] = np.eye(len(SHARED_UNKNOWNS))
@@ -118,8 +115,8 @@ ZERO_DRIFT_CELLS = 1e-4
 """Standard deviation of a transducer's zero from shot to shot in cells, as long as it is not
 known."""
 
-LEAST_DRIFT = 1e-5
-"""Least one that is believed."""
+MIN_ZERO_DRIFT_CELLS = 1e-5
+"""Least standard deviation of a zero that is believed, in cells."""
 
 
 class Normal(NamedTuple):
@@ -235,7 +232,7 @@ class Misfit:
         misfit = np.where(weights > 0.0, predicted - measured, 0.0)
         drifts = self._drift_changes(x, shot, window, weights)
         values, loosened = _loosen_gains(self.whiten_residuals(shot, misfit, weights), drifts)
-        loosened = 4.0 * math.log(self.drift / LEAST_DRIFT) + loosened
+        loosened = 4.0 * math.log(self.drift / MIN_ZERO_DRIFT_CELLS) + loosened
         return ShotResiduals(values, weights, drifts, loosened)
 
     def _clock(self, shot: Shot) -> Clock:
@@ -285,9 +282,10 @@ class Misfit:
         if self.gain_drift:
             return replace(self, drift=ZERO_DRIFT_CELLS)
         each = [self.predict_shot(x, shot, -WHOLE_WINDOW)[:, 0] - shot.rest for shot in self.shots]
-        free = max(1, 2 * len(each) - len(EQUILIBRIUM_UNKNOWNS))
+        shown = free_basis(self.unknowns, 'rest').shape[1]  # unknowns that they determine
+        free = max(1, 2 * len(each) - shown)
         found = float(np.sqrt(np.sum(np.square(each)) / free))
-        return replace(self, drift=max(found, LEAST_DRIFT))
+        return replace(self, drift=max(found, MIN_ZERO_DRIFT_CELLS))
 
     def select_shots(self, shots: Sequence[Shot]) -> Misfit:
         """Return the misfit of other shots."""

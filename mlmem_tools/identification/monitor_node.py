@@ -34,9 +34,7 @@ from mlmem_ros.ros.client.client import MemoryClient
 from mlmem_ros.ros.middleware import RELIABLE_PROFILE, build_qos_profile, write_log_line
 from mlmem_ros.ros.node.diagnostics import REPORT_PERIOD_S
 
-from .watching import MAX_WATCHED_CELLS, ResidualMonitor
-
-DRIVER = 'device.driver'
+from .watching import ResidualMonitor
 
 
 class MonitorNode:
@@ -128,15 +126,16 @@ def report_twin(monitor: ResidualMonitor) -> Status:
 
 def _build_monitor(memory: MemoryClient, twin: Path) -> ResidualMonitor:
     """Return the monitor of the element behind a memory node; raises as `MonitorNode`."""
-    parameters = memory.parameters(DESCRIPTION, DRIVER, timeout=60.0).wait()
+    parameters = memory.parameters(DESCRIPTION, 'device.driver', timeout=60.0).wait()
     element = element_file.parse(parameters[DESCRIPTION], DESCRIPTION)
     design, settings = element.design, element.settings
-    if settings.compares_waveforms or design.N > MAX_WATCHED_CELLS:
+    # the derivatives by all cells take memory and time
+    if settings.compares_waveforms or design.N > 1000:
         raise SettingsError(
-            f'the element must hold one wall that is read by delays, in at most '
-            f'{MAX_WATCHED_CELLS} cells; others compare every read with forecasts by themselves'
+            'the element must hold one wall that is read by delays, in at most '
+            '1000 cells; others compare every read with forecasts by themselves'
         )
-    simulated = parameters[DRIVER] == SIMULATION_NAME
+    simulated = parameters['device.driver'] == SIMULATION_NAME
     integrator = INTEGRATORS[settings.time.integrator] if simulated else None
     return ResidualMonitor(read_matching_element(twin, design), integrator)
 

@@ -13,13 +13,10 @@ from mlmem.physics.potential import Array
 
 from .tangent import Single
 
-MIN_NOISE_CELLS = 1e-6
-"""Least standard deviation of a sample in cells: the error of the forward model's step."""
-
 
 def estimate_noise(shot: Shot) -> Array:
     """Return the standard deviation of white noise on the samples of either end after the pulse,
-    at least `MIN_NOISE_CELLS`, shape (2,).
+    at least 1e-6 cells, shape (2,).
 
     A difference of high order removes motion that is slow beside the samples, which are at most
     0.5 time units apart. Its median size is that of noise alone, even if some samples are missing.
@@ -29,7 +26,8 @@ def estimate_noise(shot: Shot) -> Array:
     differences = np.abs(np.diff(after, difference_order))
     gain = math.sqrt(math.comb(2 * difference_order, difference_order))
     middle = [np.nanmedian(each) if np.isfinite(each).any() else 0.0 for each in differences]
-    return np.maximum(MIN_NOISE_CELLS, np.array(middle) / (0.674489750196 * gain))
+    min_noise = 1e-6  # cells; the error of the forward model's step
+    return np.maximum(min_noise, np.array(middle) / (0.674489750196 * gain))
 
 
 def whiten_waveforms(waveforms: Array | Single, weights: Array, held: int = 0) -> Array:

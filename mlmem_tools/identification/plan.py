@@ -40,9 +40,6 @@ from .kick_search import (
 Report = Callable[[str, float], object]
 """Is told what is being planned, and the fraction done."""
 
-MAX_ARRIVAL_ERROR_CELLS = 1.0
-"""Cells from its defect within which a wall has arrived."""
-
 
 @dataclass(frozen=True)
 class Step:
@@ -248,10 +245,8 @@ class _Trial:
         except StateError:
             return None
         found = find_walls(self._specimen.design, rest)
-        if (
-            len(found) != 1
-            or abs(found[0].position - design.defect_site(level)) > MAX_ARRIVAL_ERROR_CELLS
-        ):
+        # a wall has arrived within a cell of its defect
+        if len(found) != 1 or abs(found[0].position - design.defect_site(level)) > 1.0:
             return None
         chain.place(rest)
         return chain.state()

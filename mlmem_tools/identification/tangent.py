@@ -26,12 +26,6 @@ from .unknowns import lay_out_cells
 
 Single = NDArray[np.float32]
 
-COMMON_DERIVATIVES = ('first', 'second', 'forces', 'eta', 'friction', 'drive')
-"""The last derivatives, by what all cells share: two of the potential (see `Phases` and `Spline`),
-a factor on all forces, damping, dry friction (the motion itself has none), and the amplitude of
-the driven end."""
-
-
 NO_PATTERNS = np.empty((0, 0))
 """`Material.patterns` where every height changes by itself."""
 
@@ -134,16 +128,21 @@ class Material(NamedTuple):
         return int(self.columns['damping'].stop)
 
     @property
+    def first_pattern_column(self) -> int:
+        """Column of the first derivative by a pattern.
+
+        Before it stand six by what all cells share: two of the potential (see `Phases` and
+        `Spline`), a factor on all forces, damping, dry friction (the motion itself has none), and
+        the amplitude of the driven end.
+        """
+        return self.first_shared_column + len(self.origins) + 6
+
+    @property
     def column_count(self) -> int:
-        """Number of derivatives: of cells and springs, by origins, `COMMON_DERIVATIVES` and
+        """Number of derivatives: of cells and springs, by origins, by what all cells share, and by
         patterns.
         """
-        return (
-            self.first_shared_column
-            + len(self.origins)
-            + len(COMMON_DERIVATIVES)
-            + len(self.patterns)
-        )
+        return self.first_pattern_column + len(self.patterns)
 
 
 class Source(NamedTuple):

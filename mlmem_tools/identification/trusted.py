@@ -12,7 +12,7 @@ import numpy as np
 
 from mlmem.physics import DesignError, StateError
 
-from .fitted import MIN_BAND_MISFIT, MIN_DIVISOR, MIN_EVIDENCE_GAIN, Fit, invert_matrix
+from .fitted import MIN_DIVISOR, MIN_EVIDENCE_GAIN, Fit, invert_matrix
 from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, alpha_patterns
 from .unknowns import SHARED_UNKNOWNS
 
@@ -87,10 +87,7 @@ def needs_term(found: Fit) -> bool:
 
     Gains that drift by a thousandth bend what all cells share before they leave a misfit.
     """
-    left = (
-        found.in_band > min(MIN_BAND_MISFIT, found.sound)
-        or found.drift_evidence > MIN_EVIDENCE_GAIN
-    )
+    left = found.in_band > found.sound or found.drift_evidence > MIN_EVIDENCE_GAIN
     return left or bool(list_doubts(found))
 
 

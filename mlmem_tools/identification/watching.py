@@ -79,10 +79,6 @@ class Change:
         return f'{words.format(self.site, 100.0 * abs(self.amount))} since the survey'
 
 
-MIN_SAMPLE_SPACING = 1.0
-"""Least time between two samples that are compared: the pass bands end well below its Nyquist."""
-
-
 @dataclass(frozen=True, eq=False)
 class Forecast:
     """The waveforms of a read, shape (2, m), and their derivatives by candidates, (2, m, c)."""
@@ -108,20 +104,6 @@ def build_forward(element: Element, integrator: Integrator | None) -> Forward:
         for end, value in zip(('left', 'right'), ends, strict=True):
             x[unknowns.shared(f'{name}_{end}')] = value
     return Forward(unknowns, x, integrator)
-
-
-MAX_WATCHED_CELLS = 1000
-"""Cells up to which an element is watched: the derivatives by all of them take memory and time."""
-
-ZERO_DRIFT_CELLS = 1e-3
-"""Standard deviation of what a transducer reads at rest in cells: its zero may drift."""
-
-MIN_AGREEING_READS = 2
-"""Reads in a row that must agree before a change is told."""
-
-MAX_UNEXPLAINED_RESIDUAL = 8.0
-"""Residual, over that of noise and fit, from which one that no change explains is told: waves that
-are left of a write give more in a single read only."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,6 +140,13 @@ class _Read(NamedTuple):
     chi2: float
     rms: Array
     wall: float
+
+    @property
+    def is_off_forecast(self) -> bool:
+        """Whether the residual, over that of noise and fit, is so large that one which no change
+        explains is reported: waves that are left of a write give more in a single read only.
+        """
+        return self.excess > 8.0
 
 
 def project_out_prior(g: Array, H: Array, spread: Array) -> tuple[Array, Array, float]:
@@ -198,7 +187,8 @@ class Residuals:
         self._forward = build_forward(element, integrator)
         self._integrator = integrator
         self._forecasts = dict[tuple[object, ...], Forecast]()
-        self._reads: deque[_Read] = deque(maxlen=MIN_AGREEING_READS)
+        # the reads in a row that must agree before a change is reported
+        self._reads: deque[_Read] = deque(maxlen=2)
         self._N = element.specimen.design.N
         self._places: dict[float, float] = {}
         self._open = np.asarray(element.alpha_std / element.specimen.alpha)
@@ -220,7 +210,7 @@ class Residuals:
         """
         read = self._fit_read(shots, self._places.get(wall, wall))
         # a defect may hold the wall at one of several places
-        if wall and read.excess > MAX_UNEXPLAINED_RESIDUAL:
+        if wall and read.is_off_forecast:
             others = (
                 self._fit_read(shots, place)
                 for place in find_equilibria(self._forward, shots[0], wall)
@@ -246,7 +236,7 @@ class Residuals:
         waves = 5.0 * math.sqrt(max(0.0, first.unrest**2 - (1.1 * white.max()) ** 2))
         spread = np.sqrt(white[:, None] ** 2 + (waves * fades) ** 2)
         weights = np.where(np.isfinite(residual), 1.0 / spread, 0.0)
-        weights[:, 0] = 1.0 / ZERO_DRIFT_CELLS
+        weights[:, 0] = 1.0 / 1e-3  # the zero of a transducer may drift by so many cells
         r = whiten_waveforms(np.where(weights > 0.0, residual, 0.0), weights)
         rms = np.sqrt(np.mean((spread * r)[:, 1:] ** 2, axis=1))
         J = whiten_waveforms(forecast.J[:, :m], weights)
@@ -270,7 +260,8 @@ class Residuals:
         begins = tuple(first.samples.shape[1] - shot.samples.shape[1] for shot in shots)
         pulses = tuple((shot.end, shot.omega_c, shot.A, shot.sigma) for shot in shots)
         key = pulses, begins, first.wall, first.strain
-        every = max(1, math.floor(MIN_SAMPLE_SPACING / first.dt))
+        # at least a time unit apart: the pass bands end well below its Nyquist frequency
+        every = max(1, math.floor(1.0 / first.dt))
         known = self._forecasts.pop(key, None)
         if known is None or known.waveforms.shape[1] < 1 + first.samples.shape[1] // every:
             known = self._compute_forecast(shots, every)
@@ -314,7 +305,7 @@ class Residuals:
 
     def _judge_reads(self) -> tuple[Change | None, str]:
         """Return what has changed, as the last reads agree, and in words."""
-        if len(self._reads) < MIN_AGREEING_READS:
+        if len(self._reads) != self._reads.maxlen:
             return None, ''
         g, H = (sum(getattr(read, name) for read in self._reads) for name in ('g', 'H'))
         g, alone, _ = project_out_prior(g, H, self._open)
@@ -335,7 +326,7 @@ class Residuals:
         # or the change is not what has happened
         if believed and agree > min_significance / 2.0 and explains > 0.3:
             return change, str(change)
-        if min(read.excess for read in self._reads) > MAX_UNEXPLAINED_RESIDUAL:
+        if all(read.is_off_forecast for read in self._reads):
             return None, 'the echo is not as forecast, and no single change explains it'
         return None, ''
 

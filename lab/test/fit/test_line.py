@@ -14,7 +14,6 @@ from mlmem.physics import Scatter, draw_specimen
 from mlmem_lab.twins.sensed import perform_command
 from mlmem_ros.rig import Rig
 from mlmem_tools.cli.rig import _build_rig, rig
-from mlmem_tools.identification.noise import MIN_NOISE_CELLS
 
 CHOSEN = load_element('bits_1')
 SEED = 4711
@@ -40,7 +39,7 @@ def survey(driver):
 
 def test_shots_over_a_line_equal_those_in_process():
     """Procedures look later over a line, so other waves of what was before are left; all are below
-    the least noise that a fit assumes.
+    the least noise that a fit assumes, 1e-6 cells.
     """
     made = draw_specimen(CHOSEN.design, Scatter(alpha=0.01), SEED)
     heard = survey(Rig(*CHOSEN.design_and_settings, ADDRESS, TamperedLine(emulate_rig())))
@@ -48,5 +47,5 @@ def test_shots_over_a_line_equal_those_in_process():
     here = survey(Simulation.build_blank(made, CHOSEN.settings.time, finer))
     assert len(here) == len(heard)
     for there, ours in zip(heard, here, strict=True):
-        assert np.std(there.samples - ours.samples) < MIN_NOISE_CELLS
+        assert np.std(there.samples - ours.samples) < 1e-6
         assert there.rest == pytest.approx(ours.rest, abs=1e-7)
