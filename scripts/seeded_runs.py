@@ -6,39 +6,27 @@ Usage: .venv/bin/python scripts/seeded_runs.py SEED, or with --count N [--first 
 """
 
 import argparse
-import os
 import sys
-import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import track
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'test'))
 
-from seeded_runs.campaign import campaign, describe_run
+from seeded_runs.campaign import describe_run, run_seed_with_timeout
 
 
-def many(first: int, count: int) -> int:
+def do_many_runs(first: int, count: int) -> int:
     """Do many runs on all cores and list those that fail; return the exit status."""
-    columns = (
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn('runs, {task.fields[pace]:.0f}/s, {task.fields[failing]} fail,'),
-        TimeRemainingColumn(),
-    )
-    began = time.monotonic()
-    with Progress(*columns, speed_estimate_period=600) as progress:
-        task = progress.add_task('', total=count, failing=0, pace=0.0)
-
-        def report(done: int, failing: dict[int, list[str]]) -> None:
-            pace = done / (time.monotonic() - began)
-            progress.update(task, completed=done, failing=len(failing), pace=pace)
-
-        failing = campaign(first, count, os.cpu_count() or 1, report)
-    print(f'{count / (time.monotonic() - began):.1f} runs a second')
-    for seed, found in sorted(failing.items()):
-        print(f'{seed}: {found[0]}')
-    print(f'{len(failing)} of {count} runs fail', end='')
+    seeds, failing = range(first, first + count), 0
+    with ProcessPoolExecutor() as pool:
+        every = zip(seeds, pool.map(run_seed_with_timeout, seeds, chunksize=50), strict=True)
+        for seed, found in track(every, 'seeded runs', count):
+            if found:
+                failing += 1
+                print(f'{seed}: {found[0]}', flush=True)
+    print(f'{failing} of {count} runs fail', end='')
     print('; scripts/seeded_runs.py SEED prints the history of one' if failing else '')
     return 1 if failing else 0
 
@@ -55,7 +43,7 @@ def main() -> int:
     if arguments.seed is not None:
         print(describe_run(arguments.seed))
         return 0
-    return many(arguments.first, arguments.count)
+    return do_many_runs(arguments.first, arguments.count)
 
 
 if __name__ == '__main__':
