@@ -3,6 +3,7 @@
 """Runs by their numbers: what is wrong in one, and its history."""
 
 import signal
+from pprint import pformat
 
 from .script import script
 from .world import SeededRun
@@ -45,4 +46,4 @@ def describe_run(seed):
         for at, who, what in run.scheduler.history
     ]
     findings = [f'FOUND {finding}' for finding in found] or ['nothing is wrong']
-    return '\n'.join([*lines, '', str(run.script), '', *findings])
+    return '\n'.join([*lines, '', pformat(run.script, width=99), '', *findings])

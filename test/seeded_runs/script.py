@@ -42,10 +42,6 @@ class Step:
     what: str
     given: object = None
 
-    def __str__(self):
-        given = '' if self.given is None else f' {self.given}'
-        return f'{self.after:8.3f} s later: {self.what}{given}'
-
 
 @dataclass(frozen=True)
 class Script:
@@ -67,14 +63,6 @@ class Script:
     interval: float
     sync_interval: float
     steps: tuple[Step, ...]
-
-    def __str__(self):
-        head = (
-            f'seed {self.seed}, level {self.level} of {self.levels}, state file: {self.state}, '
-            f'saved every {self.interval:g} s, recorded from the start: {self.record}, '
-            f'synced every {self.sync_interval:g} s'
-        )
-        return '\n'.join([head, *map(str, self.steps)])
 
 
 GOOD = (

@@ -113,7 +113,7 @@ class SeededRun:
         for step in self.script.steps:
             self.scheduler.sleep(step.after)
             self._go_on_after_crash()
-            self.scheduler.note(str(step))
+            self.scheduler.note(step)
             match step.what:
                 case 'crash':
                     self._dies_by, counted, number = step.given
