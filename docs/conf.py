@@ -78,8 +78,8 @@ def _with_fields(app, what, name, obj, options, lines):
 
 def _with_pages_of_its_own(app, error):
     if error is None and app.builder.format == 'html':
-        try_page.write(Path(app.outdir))
-        notebooks.write(Path(app.outdir, 'tutorials'))
+        try_page.write_pages(Path(app.outdir))
+        notebooks.write_notebooks(Path(app.outdir, 'tutorials'))
 
 
 def _inline(writer, node):

@@ -16,15 +16,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-ROOT = VENVS = Path(__file__).resolve().parent.parent
-STAGES = {
+CHECKOUT_ROOT = VENV_PARENT = Path(__file__).resolve().parent.parent
+STAGE_NEEDS = {
     'demo': ('.venv', '[ros,view]', '800 MB in all'),
     'test': ('.venv', '[ros,view,test,lint,docs]', '1 GB in all'),
     'test-kilted': ('.venv-kilted', '[kilted,view,test]', '900 MB in all'),
 }
 """Of a command: its environment, the extras that it needs, and the size; each stage of an
 environment includes those before it."""
-ROBOT_ROAD = (
+ROBOT_ADVICE = (
     'On a robot or another platform use ROS 2 Jazzy from apt (Ubuntu 24.04) instead: install\n'
     'ros-jazzy-ros-base, clone this repository into a workspace, then run "rosdep install\n'
     '--from-paths src" and "colcon build"; docs/robot.md has the lines.'
@@ -37,37 +37,39 @@ def main(stage: str = 'demo') -> int:
     Args:
         stage: What it is for, one of `STAGES`.
     """
-    folder, extras, size = STAGES[stage]
-    venv = VENVS / folder
+    folder, extras, size = STAGE_NEEDS[stage]
+    venv = VENV_PARENT / folder
     stamp = venv / 'mlmem_ros.stamp'
-    told = b''.join((ROOT / each).read_bytes() for each in ('setup.py', 'lab/pyproject.toml'))
+    told = b''.join(
+        (CHECKOUT_ROOT / each).read_bytes() for each in ('setup.py', 'lab/pyproject.toml')
+    )
     wanted = hashlib.sha256(told + sys.version.encode()).hexdigest()
     found, _, reached = stamp.read_text().partition(' ') if stamp.exists() else ('', '', '')
     current = found == wanted
-    if current and list(STAGES).index(stage) <= list(STAGES).index(reached):
+    if current and list(STAGE_NEEDS).index(stage) <= list(STAGE_NEEDS).index(reached):
         return 0
-    if problem := missing_prerequisite():
-        print(f'{problem}\n\n{ROBOT_ROAD}', file=sys.stderr)
+    if problem := find_missing_prerequisite():
+        print(f'{problem}\n\n{ROBOT_ADVICE}', file=sys.stderr)
         return 1
     python = str(venv / 'bin' / 'python')
     install = [python, '-m', 'pip', 'install', '--quiet', '--disable-pip-version-check']
     text = f'installing what "make {stage}" needs: {size}, a minute or two'
-    packages = ['--editable', f'{ROOT}{extras}', '--editable', f'{ROOT}/lab']
+    packages = ['--editable', f'{CHECKOUT_ROOT}{extras}', '--editable', f'{CHECKOUT_ROOT}/lab']
     steps = [(text, [*install, *packages])]
     if not current:
         steps.insert(0, (f'making {folder}', [sys.executable, '-m', 'venv', '--clear', str(venv)]))
     for number, (text, command) in enumerate(steps, 1):
         print(f'[{number}/{len(steps)}] {text}', flush=True)
-        if subprocess.run(command, cwd=ROOT).returncode:
+        if subprocess.run(command, cwd=CHECKOUT_ROOT).returncode:
             if not current:
                 shutil.rmtree(venv, ignore_errors=True)
-            print(f'\nsetting up failed while {text}.\n{ROBOT_ROAD}', file=sys.stderr)
+            print(f'\nsetting up failed while {text}.\n{ROBOT_ADVICE}', file=sys.stderr)
             return 1
     stamp.write_text(f'{wanted} {stage}')
     return 0
 
 
-def missing_prerequisite() -> str:
+def find_missing_prerequisite() -> str:
     """Return what this machine lacks for the wheels; empty if nothing."""
     version = sys.version_info
     if not (3, 10) <= version[:2] <= (3, 14):
@@ -95,8 +97,8 @@ def missing_prerequisite() -> str:
             f'sudo apt install python{version.major}.{version.minor}-venv'
         )
     del ensurepip
-    if not os.access(ROOT, os.W_OK):
-        return f'The checkout {ROOT} must be writable: .venv is made in it.'
+    if not os.access(CHECKOUT_ROOT, os.W_OK):
+        return f'The checkout {CHECKOUT_ROOT} must be writable: .venv is made in it.'
     return ''
 
 

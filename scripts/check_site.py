@@ -12,13 +12,13 @@ import sys
 import tempfile
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.append(str(ROOT / 'test' / 'view'))
+CHECKOUT_ROOT = Path(__file__).resolve().parent.parent
+sys.path.append(str(CHECKOUT_ROOT / 'test' / 'view'))
 
-from page_browser import Browser, found  # noqa: E402
+from page_browser import Browser, find_browser  # noqa: E402
 
-VIEWS = ((1320, 1000, 'light'), (390, 844, 'dark'))
-RUN = """
+PAGE_VIEWS = ((1320, 1000, 'light'), (390, 844, 'dark'))
+AXE_SCRIPT = """
 const done = arguments[0];
 axe.run(document, { preload: false, resultTypes: ['violations'] }).then(({ violations }) => done(
   violations.filter(({ impact }) => ['serious', 'critical'].includes(impact))
@@ -39,20 +39,20 @@ def find_axe() -> Path | None:
 def find_violations(browser: Browser, page: Path, axe: str) -> list[str]:
     """Return the serious violations of a page, a line each."""
     lines = []
-    for width, height, scheme in VIEWS:
+    for width, height, scheme in PAGE_VIEWS:
         browser.resize(width, height)
         features = [{'name': 'prefers-color-scheme', 'value': scheme}]
         browser.driver.execute_cdp_cmd('Emulation.setEmulatedMedia', {'features': features})
         browser.open(page.as_uri())
         browser.driver.execute_script(axe)
-        violations = browser.driver.execute_async_script(RUN)
+        violations = browser.driver.execute_async_script(AXE_SCRIPT)
         lines += [f'{page.name}, {scheme}, {width} px: {line}' for line in violations]
     return lines
 
 
 def main(folder: Path) -> int:
     """Check all pages; return 1 if one has a violation."""
-    axe, (binary, driver) = find_axe(), found()
+    axe, (binary, driver) = find_axe(), find_browser()
     if axe is None or binary is None or driver is None:
         print('The pages were not checked: install chromium, chromium-driver and npm axe-core.')
         return 0
@@ -72,4 +72,4 @@ def main(folder: Path) -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / 'docs' / '_build'))
+    sys.exit(main(Path(sys.argv[1]) if len(sys.argv) > 1 else CHECKOUT_ROOT / 'docs' / '_build'))

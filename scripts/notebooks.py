@@ -7,11 +7,11 @@ import re
 import sys
 from pathlib import Path
 
-TUTORIALS = Path(__file__).resolve().parent.parent / 'docs' / 'tutorials'
-NAMES = ('simulate', 'reservoir')
+TUTORIAL_FOLDER = Path(__file__).resolve().parent.parent / 'docs' / 'tutorials'
+NOTEBOOK_NAMES = ('simulate', 'reservoir')
 
 
-def convert(text: str) -> dict:
+def convert_page(text: str) -> dict:
     """Return the notebook of a page: its Python blocks are the code, the rest is text."""
     parts = re.split(r'^```python\n(.*?)^```\n', text, flags=re.MULTILINE | re.DOTALL)
     cells = []
@@ -24,14 +24,14 @@ def convert(text: str) -> dict:
     return {'nbformat': 4, 'nbformat_minor': 5, 'metadata': {'kernelspec': kernel}, 'cells': cells}
 
 
-def write(folder: Path) -> None:
+def write_notebooks(folder: Path) -> None:
     """Write the notebooks into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name in NAMES:
-        page = (TUTORIALS / f'{name}.md').read_text(encoding='utf-8')
-        text = json.dumps(convert(page), indent=1)
+    for name in NOTEBOOK_NAMES:
+        page = (TUTORIAL_FOLDER / f'{name}.md').read_text(encoding='utf-8')
+        text = json.dumps(convert_page(page), indent=1)
         (folder / f'{name}.ipynb').write_text(text + '\n', encoding='utf-8')
 
 
 if __name__ == '__main__':
-    write(Path(sys.argv[1]))
+    write_notebooks(Path(sys.argv[1]))

@@ -22,8 +22,8 @@ from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.middleware import RELIABLE_PROFILE
 from mlmem_ros.testing import memory_node
 
-DATA = Path(__file__).resolve().parent.parent / 'test' / 'data'
-SPARSE = {
+DATA_FOLDER = Path(__file__).resolve().parent.parent / 'test' / 'data'
+STREAM_PERIODS = {
     'publish.field_every': 100, 'publish.wall_every': 100, 'publish.joint_states_every': 20,
 }  # fmt: skip
 
@@ -39,7 +39,7 @@ def life(memory: MemoryClient) -> None:
 
 def manual_drive(memory: MemoryClient) -> None:
     """Write level 0, then drive the wall one level on by hand."""
-    strain = publisher(memory, Float64, 'strain')
+    strain = create_publisher(memory, Float64, 'strain')
     memory.write(0).wait()
     for target, seconds in ((-0.034, 0.25), (0.0, 0.4)):
         strain.publish(Float64(data=target))
@@ -49,25 +49,25 @@ def manual_drive(memory: MemoryClient) -> None:
 
 def aborted_write(memory: MemoryClient) -> None:
     """Begin to write level 3, abort on the way, read what is there."""
-    publisher(memory, UInt8, 'write_level').publish(UInt8(data=3))
+    create_publisher(memory, UInt8, 'write_level').publish(UInt8(data=3))
     time.sleep(1.3)
     memory.abort().wait()
     memory.write(3).wait()
     memory.read().wait()
 
 
-def publisher(memory: MemoryClient, kind: type[Any], topic: str) -> Publisher:
+def create_publisher(memory: MemoryClient, kind: type[Any], topic: str) -> Publisher:
     """Return a publisher that the memory node listens to."""
     made = memory.node.create_publisher(kind, f'{memory.name}/{topic}', RELIABLE_PROFILE)
     wait_until(made.get_subscription_count, f'a subscriber of {topic}')
     return made
 
 
-def record(name: str, scenario: Callable[[MemoryClient], None]) -> None:
+def record_scenario(name: str, scenario: Callable[[MemoryClient], None]) -> None:
     """Run a scenario against a node that records it."""
-    bag = DATA / name
+    bag = DATA_FOLDER / name
     shutil.rmtree(bag, ignore_errors=True)
-    with memory_node({'record.path': str(bag), **SPARSE}, apart=True) as node:
+    with memory_node({'record.path': str(bag), **STREAM_PERIODS}, apart=True) as node:
         node.memory.ready(60.0).wait()
         time.sleep(2.0)  # on a busy machine the first tick of a recording comes late
         scenario(node.memory)
@@ -77,5 +77,5 @@ if __name__ == '__main__':
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     os.environ.setdefault('ROS_DOMAIN_ID', str(random.randint(1, 100)))
     for each in (life, manual_drive, aborted_write):
-        record(each.__name__, each)
+        record_scenario(each.__name__, each)
         time.sleep(0.5)

@@ -23,9 +23,9 @@ from mlmem_ros.contract.commands import COMMAND_TOPICS
 from mlmem_ros.contract.requests import ACTION_TYPE_NAMES
 from mlmem_ros.contract.streams import STREAMS
 
-ROOT = Path(__file__).resolve().parent.parent
-FOLDER = ROOT / 'docs' / 'reference'
-POLICY = ROOT / 'config' / 'sros2_policy.xml'
+CHECKOUT_ROOT = Path(__file__).resolve().parent.parent
+REFERENCE_FOLDER = CHECKOUT_ROOT / 'docs' / 'reference'
+POLICY = CHECKOUT_ROOT / 'config' / 'sros2_policy.xml'
 
 GENERATED_PART = re.compile(r'(<!-- generated: ([^>]+) -->\n).*?(<!-- /generated -->)', re.DOTALL)
 """A part of a page and the comments around it."""
@@ -53,7 +53,7 @@ def pages() -> dict[str, str]:
 
 def place_parts(name: str, parts: dict[str, str]) -> str:
     """Return a page with these parts in place of the old ones."""
-    text = (FOLDER / name).read_text(encoding='utf-8')
+    text = (REFERENCE_FOLDER / name).read_text(encoding='utf-8')
     if wrong := {found[2] for found in GENERATED_PART.finditer(text)} ^ set(parts):
         raise ValueError(f'{name} and its function must name the same parts; got {sorted(wrong)}')
     return GENERATED_PART.sub(
@@ -100,6 +100,6 @@ def policy() -> str:
 
 if __name__ == '__main__':
     for name, text in pages().items():
-        (FOLDER / name).write_text(text, encoding='utf-8')
+        (REFERENCE_FOLDER / name).write_text(text, encoding='utf-8')
         print(f'docs/reference/{name}')
     POLICY.write_text(policy(), encoding='utf-8')

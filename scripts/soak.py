@@ -52,13 +52,15 @@ class Soak:
         self.loop: dict[str, str] = {}
         self.content = -1
 
-    def listen(self, memory):
+    def subscribe_streams(self, memory):
         """Subscribe to everything, and be an IMU."""
         node = memory.node
         for name, stream in STREAMS.items():
             topic = f'/mlmem/{name}'
-            node.create_subscription(stream.kind, topic, self._count, qos_profile_sensor_data)
-        node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 10)
+            node.create_subscription(
+                stream.kind, topic, self._count_message, qos_profile_sensor_data
+            )
+        node.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, 10)
         imu = node.create_publisher(Imu, '/mlmem/disturbance', qos_profile_sensor_data)
 
         def shake():
@@ -69,15 +71,15 @@ class Soak:
 
         node.create_timer(0.005, shake)
 
-    def _count(self, message):
+    def _count_message(self, message):
         self.counts['messages'] += 1
 
-    def _diagnose(self, array):
+    def _take_diagnostics(self, array):
         for status in array.status:
             if status.name == 'mlmem: loop':
                 self.loop = {pair.key: pair.value for pair in status.values}
 
-    def ask(self, memory):
+    def request_randomly(self, memory):
         """Make one random request, and judge its answer."""
         what = self.chance.choice(('write', 'write', 'read', 'read', 'erase'))
         begun = time.monotonic()
@@ -99,7 +101,7 @@ class Soak:
         self.content = wanted
         self.counts['wrong'] += answer.level != wanted
 
-    def measure(self, node: RunningNode):
+    def measure_process(self, node: RunningNode):
         """Measure memory, threads and files of the node."""
         status = Path(f'/proc/{node.pid}/status').read_text()
         values = dict(line.split(':', 1) for line in status.splitlines())
@@ -107,7 +109,7 @@ class Soak:
         self.counts['threads'] = int(values['Threads'])
         self.counts['files'] = len(os.listdir(f'/proc/{node.pid}/fd'))
 
-    def result(self, seconds: float, session: Path) -> dict[str, object]:
+    def summarise_counts(self, seconds: float, session: Path) -> dict[str, object]:
         """Return what was counted."""
         bag = BagReader(session)
         size = sum(file.stat().st_size for file in session.iterdir())
@@ -148,19 +150,19 @@ def main() -> int:
         memory, begun = node.memory, time.monotonic()
         with Progress(*bar, console=console) as progress:
             task = progress.add_task('', total=60.0 * given.minutes)
-            soak.listen(memory)
+            soak.subscribe_streams(memory)
             wait_until(lambda: soak.loop.get('ticks'), 'the node', 60.0)
             assert memory.read(timeout=60.0).wait().blank
             while (passed := time.monotonic() - begun) < 60.0 * given.minutes:
-                soak.ask(memory)
-                soak.measure(node)
+                soak.request_randomly(memory)
+                soak.measure_process(node)
                 progress.update(task, completed=passed)
             time.sleep(1.5)  # a last report
         seconds = time.monotonic() - begun
         node.signal(signal.SIGINT)
         status = node.exit_status(60.0)
         (folder / 'node.txt').write_text(node.output, encoding='utf-8')
-    result = soak.result(seconds, session) | {'exit status of the node': status}
+    result = soak.summarise_counts(seconds, session) | {'exit status of the node': status}
     table = Table('counted', 'value')
     for name, value in result.items():
         table.add_row(name, str(value))

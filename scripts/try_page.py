@@ -12,56 +12,60 @@ import re
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-OWN = ROOT / 'docs' / 'try'
-VIEW = ROOT / 'mlmem_tools' / 'view' / 'static'
+CHECKOUT_ROOT = Path(__file__).resolve().parent.parent
+PAGE_FOLDER = CHECKOUT_ROOT / 'docs' / 'try'
+VIEW_FOLDER = CHECKOUT_ROOT / 'mlmem_tools' / 'view' / 'static'
 
-IMPORT = re.compile(r"^import (\{[^}]*\}) from '\./(\S+)';\n", re.MULTILINE)
-EXPORT = re.compile(r'^export ((?:class|const|async function|function) (\w+))', re.MULTILINE)
+IMPORT_LINE = re.compile(r"^import (\{[^}]*\}) from '\./(\S+)';\n", re.MULTILINE)
+EXPORT_LINE = re.compile(r'^export ((?:class|const|async function|function) (\w+))', re.MULTILINE)
 
 
-def write(folder: Path) -> None:
+def write_pages(folder: Path) -> None:
     """Write the pages."""
-    presets = (OWN / 'presets.json').read_text(encoding='utf-8')
-    session = base64.b64encode((OWN / 'session.gz').read_bytes()).decode()
+    presets = (PAGE_FOLDER / 'presets.json').read_text(encoding='utf-8')
+    session = base64.b64encode((PAGE_FOLDER / 'session.gz').read_bytes()).decode()
     live = f'window.mlmem_presets = {presets};'
-    (folder / 'try.html').write_text(page('live', 'Try an element', live), encoding='utf-8')
-    told = page('session', 'A recorded session', f"window.mlmem_session = '{session}';")
+    (folder / 'try.html').write_text(build_page('live', 'Try an element', live), encoding='utf-8')
+    told = build_page('session', 'A recorded session', f"window.mlmem_session = '{session}';")
     (folder / 'session.html').write_text(told, encoding='utf-8')
 
 
-def page(kind: str, title: str, data: str) -> str:
+def build_page(kind: str, title: str, data: str) -> str:
     """Return a page that has all that it needs."""
-    viewed = (VIEW / 'index.html').read_text(encoding='utf-8')
-    font = base64.b64encode((VIEW / 'vendor' / 'inter.woff2').read_bytes()).decode()
+    viewed = (VIEW_FOLDER / 'index.html').read_text(encoding='utf-8')
+    font = base64.b64encode((VIEW_FOLDER / 'vendor' / 'inter.woff2').read_bytes()).decode()
     style = '\n'.join(
         path.read_text(encoding='utf-8')
-        for path in (VIEW / 'vendor' / 'uPlot.min.css', VIEW / 'style.css', OWN / 'try.css')
+        for path in (
+            VIEW_FOLDER / 'vendor' / 'uPlot.min.css',
+            VIEW_FOLDER / 'style.css',
+            PAGE_FOLDER / 'try.css',
+        )
     )
-    icon = base64.b64encode((VIEW / 'icon.svg').read_bytes()).decode()
+    icon = base64.b64encode((VIEW_FOLDER / 'icon.svg').read_bytes()).decode()
     parts = {
         'title': title,
         'kind': kind,
         'icon': f'data:image/svg+xml;base64,{icon}',
         'style': style.replace('/static/vendor/inter.woff2', f'data:font/woff2;base64,{font}'),
-        'early': (VIEW / 'js' / 'early.js').read_text(encoding='utf-8'),
-        'uplot': (VIEW / 'vendor' / 'uPlot.iife.min.js').read_text(encoding='utf-8'),
-        'panel': _between(viewed, '<template id="panel">', '</template>'),
-        'player': _between(viewed, '<section id="player"', '</section>\n')
-        + _between(viewed, '<section id="story"', '</section>\n'),
+        'early': (VIEW_FOLDER / 'js' / 'early.js').read_text(encoding='utf-8'),
+        'uplot': (VIEW_FOLDER / 'vendor' / 'uPlot.iife.min.js').read_text(encoding='utf-8'),
+        'panel': _cut_between(viewed, '<template id="panel">', '</template>'),
+        'player': _cut_between(viewed, '<section id="player"', '</section>\n')
+        + _cut_between(viewed, '<section id="story"', '</section>\n'),
         'data': data,
-        'script': bundle('try.js'),
+        'script': bundle_modules('try.js'),
     }
-    told = (OWN / 'try.html').read_text(encoding='utf-8')
+    told = (PAGE_FOLDER / 'try.html').read_text(encoding='utf-8')
     return re.sub(r'\{\{(\w+)\}\}', lambda found: parts[found[1]], told)
 
 
-def _between(text: str, begin: str, end: str) -> str:
+def _cut_between(text: str, begin: str, end: str) -> str:
     start = text.index(begin)
     return text[start : text.index(end, start) + len(end)]
 
 
-def bundle(entry: str) -> str:
+def bundle_modules(entry: str) -> str:
     """Return modules as one script: each a function of its own, in the order of their imports.
 
     Our modules import names in braces from files beside them, and export classes, constants and
@@ -72,13 +76,13 @@ def bundle(entry: str) -> str:
     def add(name: str) -> None:
         if name in order:
             return
-        file = OWN / name if (OWN / name).exists() else VIEW / 'js' / name
+        file = PAGE_FOLDER / name if (PAGE_FOLDER / name).exists() else VIEW_FOLDER / 'js' / name
         text = file.read_text(encoding='utf-8')
-        for found in IMPORT.finditer(text):
+        for found in IMPORT_LINE.finditer(text):
             add(found[2])
-        names = ', '.join(found[2] for found in EXPORT.finditer(text))
-        text = IMPORT.sub(lambda found: f"const {found[1]} = modules['{found[2]}'];\n", text)
-        text = EXPORT.sub(r'\1', text)
+        names = ', '.join(found[2] for found in EXPORT_LINE.finditer(text))
+        text = IMPORT_LINE.sub(lambda found: f"const {found[1]} = modules['{found[2]}'];\n", text)
+        text = EXPORT_LINE.sub(r'\1', text)
         if re.search(r'^(import|export) ', text, re.MULTILINE):
             raise ValueError(f'{file} must import and export as the others do')
         order[name] = f"modules['{name}'] = (() => {{\n{text}\nreturn {{ {names} }};\n}})();\n"
@@ -88,4 +92,4 @@ def bundle(entry: str) -> str:
 
 
 if __name__ == '__main__':
-    write(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / 'docs' / '_build')
+    write_pages(Path(sys.argv[1]) if len(sys.argv) > 1 else CHECKOUT_ROOT / 'docs' / '_build')

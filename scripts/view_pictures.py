@@ -21,15 +21,15 @@ from PIL import Image
 
 from mlmem_lab.results import keep_picture
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.append(str(ROOT / 'test' / 'view'))
+CHECKOUT_ROOT = Path(__file__).resolve().parent.parent
+sys.path.append(str(CHECKOUT_ROOT / 'test' / 'view'))
 
-from page_browser import Browser, found, viewing  # noqa: E402
+from page_browser import Browser, find_browser, run_view  # noqa: E402
 
-LIFE = ROOT / 'test' / 'data' / 'life'
-DESK, PHONE, LONG = (1320, 1080), (390, 800), (1320, 1240)
-RATIO = 1.5
-WRITE = 'mlmem.shown().sessions[0].runs[0]'
+SESSION_BAG = CHECKOUT_ROOT / 'test' / 'data' / 'life'
+DESK_SIZE, PHONE_SIZE, LONG_SIZE = (1320, 1080), (390, 800), (1320, 1240)
+PIXEL_RATIO = 1.5
+WRITE_RUN = 'mlmem.shown().sessions[0].runs[0]'
 
 
 def main(folder: Path) -> None:
@@ -41,56 +41,58 @@ def main(folder: Path) -> None:
     os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, 100))
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     with tempfile.TemporaryDirectory() as scratch:
-        browser = Browser(*found(), Path(scratch))
+        browser = Browser(*find_browser(), Path(scratch))
         session = Path(scratch) / 'rewritten'
         try:
-            live(browser, folder, session)
-            sessions(browser, folder, session)
+            take_live_pictures(browser, folder, session)
+            take_session_picture(browser, folder, session)
         finally:
             browser.driver.quit()
 
 
-def live(browser: Browser, folder: Path, session: Path) -> None:
+def take_live_pictures(browser: Browser, folder: Path, session: Path) -> None:
     """Take a running element, which records a session."""
     command = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args']
     node = subprocess.Popen([*command, '-p', f'record.path:={session}'])
     try:
-        with viewing() as address:
-            browser.resize(*DESK, RATIO)
+        with run_view() as address:
+            browser.resize(*DESK_SIZE, PIXEL_RATIO)
             browser.open(address)
-            browser.until('window.mlmem && mlmem.shown().state.column', 'an element', 30.0)
+            browser.wait_until('window.mlmem && mlmem.shown().state.column', 'an element', 30.0)
             for control in ('[data-level="5"]', '[data-do="erase"]', '[data-level="3"]'):
                 browser.click(control)
                 time.sleep(0.5)
-                browser.until('!mlmem.shown().state.doing', control, 60.0)
+                browser.wait_until('!mlmem.shown().state.doing', control, 60.0)
             browser.click('#record')  # stop
             time.sleep(3.5)  # the answer disappears
             calm = "document.getElementById('health').classList.contains('good')"
-            browser.until(calm, 'a healthy element', 120.0)
-            take(browser, folder / 'view.png', 'light')
-            take(browser, folder / 'view_dark.png', 'dark')
-            browser.until(calm, 'a healthy element', 120.0)
-            browser.resize(*PHONE, 2.0, phone=True)
-            take(browser, folder / 'view_phone.png', 'light')
+            browser.wait_until(calm, 'a healthy element', 120.0)
+            save_picture(browser, folder / 'view.png', 'light')
+            save_picture(browser, folder / 'view_dark.png', 'dark')
+            browser.wait_until(calm, 'a healthy element', 120.0)
+            browser.resize(*PHONE_SIZE, 2.0, phone=True)
+            save_picture(browser, folder / 'view_phone.png', 'light')
     finally:
         node.terminate()
         node.wait(20.0)
 
 
-def sessions(browser: Browser, folder: Path, session: Path) -> None:
+def take_session_picture(browser: Browser, folder: Path, session: Path) -> None:
     """Take two sessions side by side, at a time while both run a procedure."""
-    with viewing(str(session), str(LIFE)) as address:
-        browser.resize(*LONG, RATIO)
+    with run_view(str(session), str(SESSION_BAG)) as address:
+        browser.resize(*LONG_SIZE, PIXEL_RATIO)
         browser.open(address)
-        browser.until('window.mlmem && mlmem.shown().duration', 'two sessions')
-        browser.ask(f'(({{ from, to }}) => mlmem.shown().seek((from + 3 * to) / 4))({WRITE})')
-        take(browser, folder / 'view_sessions.png', 'light')
+        browser.wait_until('window.mlmem && mlmem.shown().duration', 'two sessions')
+        browser.evaluate(
+            f'(({{ from, to }}) => mlmem.shown().seek((from + 3 * to) / 4))({WRITE_RUN})'
+        )
+        save_picture(browser, folder / 'view_sessions.png', 'light')
 
 
-def take(browser: Browser, path: Path, theme: str) -> None:
+def save_picture(browser: Browser, path: Path, theme: str) -> None:
     """Save the page as it is."""
-    if browser.ask('document.documentElement.dataset.theme') != theme:
-        browser.ask("document.getElementById('theme').click()")
+    if browser.evaluate('document.documentElement.dataset.theme') != theme:
+        browser.evaluate("document.getElementById('theme').click()")
     time.sleep(0.5)
     browser.driver.save_screenshot(str(path))
     Image.open(path).convert('RGB').save(path, optimize=True)
@@ -100,4 +102,4 @@ def take(browser: Browser, path: Path, theme: str) -> None:
 
 
 if __name__ == '__main__':
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / 'docs' / 'images')
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else CHECKOUT_ROOT / 'docs' / 'images')

@@ -26,9 +26,9 @@ from mlmem_ros.ros.node.diagnostics import Pace
 from mlmem_tools.identification.monitor_node import report_twin
 from mlmem_tools.identification.watching import Change, Comparison, ResidualMonitor
 
-from .table import listing, table
+from .table import make_list, make_table
 
-INTERFACES = Path(__file__).resolve().parents[2] / 'mlmem_interfaces' / 'action'
+ACTION_FOLDER = Path(__file__).resolve().parents[2] / 'mlmem_interfaces' / 'action'
 
 
 def generate_interfaces() -> dict[str, str]:
@@ -43,43 +43,43 @@ def generate_interfaces() -> dict[str, str]:
         if takes
     ]
     return {
-        'subscribed': _topics(COMMAND_TOPICS),
-        'published': _topics(published),
-        'services': _services(requests.NODE_SERVICES),
-        'simulator': _services(requests.SIMULATOR_SERVICES),
-        'requests': listing(rows),
-        'answers': table(['value', 'answer of', 'meaning'], _list_values()),
-        'actions': table(['action', 'what it does', 'goal', 'result'], _list_actions()),
-        'goals': listing(_describe_section(0)),
-        'feedback': listing(_describe_section(2)),
+        'subscribed': _list_topics(COMMAND_TOPICS),
+        'published': _list_topics(published),
+        'services': _list_services(requests.NODE_SERVICES),
+        'simulator': _list_services(requests.SIMULATOR_SERVICES),
+        'requests': make_list(rows),
+        'answers': make_table(['value', 'answer of', 'meaning'], _list_values()),
+        'actions': make_table(['action', 'what it does', 'goal', 'result'], _list_actions()),
+        'goals': make_list(_describe_section(0)),
+        'feedback': make_list(_describe_section(2)),
         'diagnostics': _list_diagnostics(),
     }
 
 
-def _topics(chosen: Iterable[Topic]) -> str:
+def _list_topics(chosen: Iterable[Topic]) -> str:
     rows = [
         [
             f'`{topic.name}`' if topic.name.startswith('/') else f'`~/{topic.name}`',
-            _type(topic.type),
-            _qos(topic),
+            _format_type(topic.type),
+            _format_qos(topic),
             topic.meaning,
         ]
         for topic in chosen
     ]
-    return table(['name', 'type', 'QoS', 'meaning'], rows)
+    return make_table(['name', 'type', 'QoS', 'meaning'], rows)
 
 
-def _services(chosen: Iterable[tuple[str, str, str]]) -> str:
-    rows = [[f'`~/{name}`', _type(kind), meaning] for name, kind, meaning in chosen]
-    return table(['name', 'type', 'meaning'], rows)
+def _list_services(chosen: Iterable[tuple[str, str, str]]) -> str:
+    rows = [[f'`~/{name}`', _format_type(kind), meaning] for name, kind, meaning in chosen]
+    return make_table(['name', 'type', 'meaning'], rows)
 
 
-def _type(name: str) -> str:
+def _format_type(name: str) -> str:
     package, _, kind = name.split('/')
     return f'{package}/{kind}'
 
 
-def _qos(topic: Topic) -> str:
+def _format_qos(topic: Topic) -> str:
     qos = topic.qos
     latched = '' if qos.durability == 'volatile' else ', latched'
     return f'{qos.reliability}{latched}, {qos.depth or "all"}'.replace('_', ' ')
@@ -101,7 +101,7 @@ def _list_values() -> Iterator[list[str]]:
 
 def _read_action(kind: str) -> list[str]:
     """Return the lines of an action without its licence; the first says what it does."""
-    return (INTERFACES / f'{kind}.action').read_text(encoding='utf-8').splitlines()[3:]
+    return (ACTION_FOLDER / f'{kind}.action').read_text(encoding='utf-8').splitlines()[3:]
 
 
 def _read_fields(kind: str) -> list[dict[str, str]]:
@@ -165,7 +165,7 @@ def _list_diagnostics() -> str:
         [name, ', '.join(f'`{key}`' for key in health.values) or '-', _first_line(tell)]
         for name, (tell, health) in asked.items()
     ]
-    return table(['status', 'values', 'meaning'], rows)
+    return make_table(['status', 'values', 'meaning'], rows)
 
 
 def _first_line(function: Any) -> str:

@@ -9,7 +9,7 @@ from mlmem.physics import CASE_II
 from mlmem.schema import Description, find_descriptions
 from mlmem_ros.host.settings import declare_parameters
 
-from .table import table
+from .table import make_table
 
 
 def generate_parameters() -> dict[str, str]:
@@ -17,13 +17,13 @@ def generate_parameters() -> dict[str, str]:
     rows = [
         [
             f'`{name}`',
-            _default(default, description),
-            '-1 to p - 1' if name == 'target_level' else _range(description),
+            _format_default(default, description),
+            '-1 to p - 1' if name == 'target_level' else _format_range(description),
             description.text,
         ]
         for name, default, description in declare_parameters()
     ]
-    return {'parameters': table(['parameter', 'default', 'range', 'meaning'], rows)}
+    return {'parameters': make_table(['parameter', 'default', 'range', 'meaning'], rows)}
 
 
 def list_settings() -> str:
@@ -38,7 +38,9 @@ def list_settings() -> str:
                 (field.name, description.unit, ', '.join(description.choices), description.text),
                 {},
             )
-            defaults[f'`{group}.{field.name}`'] = _default(getattr(owner, field.name), description)
+            defaults[f'`{group}.{field.name}`'] = _format_default(
+                getattr(owner, field.name), description
+            )
     rows = [
         [
             ', '.join(defaults),
@@ -47,10 +49,10 @@ def list_settings() -> str:
         ]
         for (_, _, choices, text), defaults in shared.items()
     ]
-    return table(['key', 'default', 'meaning'], rows)
+    return make_table(['key', 'default', 'meaning'], rows)
 
 
-def _default(value: Any, description: Description) -> str:
+def _format_default(value: Any, description: Description) -> str:
     """Return a default with its unit."""
     if isinstance(value, bool):
         return str(value).lower()
@@ -58,7 +60,7 @@ def _default(value: Any, description: Description) -> str:
     return f'{number} {description.unit}'.strip()
 
 
-def _range(description: Description) -> str:
+def _format_range(description: Description) -> str:
     if description.choices:
         return ', '.join(filter(None, description.choices))
     low, high = description.low, description.high

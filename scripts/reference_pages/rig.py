@@ -9,12 +9,12 @@ from typing import Any
 from mlmem.schema import describe_expected
 from mlmem_ros.rig import driver, frames
 
-from .table import table
+from .table import make_table
 
-TYPES = {'2s': '2 bytes', 'B': 'u8', 'H': 'u16', 'I': 'u32', 'Q': 'u64', 'd': 'f64'}
+TYPE_NAMES = {'2s': '2 bytes', 'B': 'u8', 'H': 'u16', 'I': 'u32', 'Q': 'u64', 'd': 'f64'}
 
 
-PAYLOADS: dict[frames.FrameKind, tuple[str, frames.Fields, str]] = {
+PAYLOAD_FIELDS: dict[frames.FrameKind, tuple[str, frames.Fields, str]] = {
     frames.FrameKind.HELLO: ('both', (), 'one JSON object; restarts the conversation'),
     frames.FrameKind.PLAY: (
         'driver',
@@ -32,7 +32,7 @@ PAYLOADS: dict[frames.FrameKind, tuple[str, frames.Fields, str]] = {
 """Of each kind: who sends it, the fields its payload begins with, and what follows them."""
 
 
-def _meaning(field: dataclasses.Field[Any]) -> str:
+def _describe_field(field: dataclasses.Field[Any]) -> str:
     """Return the text of a declared field, and what a single value must be."""
     given = field.metadata['description']
     kind = str(field.type)
@@ -44,16 +44,16 @@ def _meaning(field: dataclasses.Field[Any]) -> str:
 def generate_rig() -> dict[str, str]:
     """Return the frames of the protocol, and its limits."""
     payload = [['', 'payload']]
-    frame = [*_fields(frames.HEADER_FIELDS), *payload, *_fields(frames.CHECK_FIELDS)]
+    frame = [*_list_fields(frames.HEADER_FIELDS), *payload, *_list_fields(frames.CHECK_FIELDS)]
     kinds = [
-        [f'{kind} {kind.name}', sender, '; '.join((*map(' '.join, _fields(fields)), rest))]
-        for kind, (sender, fields, rest) in PAYLOADS.items()
+        [f'{kind} {kind.name}', sender, '; '.join((*map(' '.join, _list_fields(fields)), rest))]
+        for kind, (sender, fields, rest) in PAYLOAD_FIELDS.items()
     ]
     keys = [
         [
             f'`{field.name}`',
             '' if field.default is dataclasses.MISSING else f'`{json.dumps(field.default)}`',
-            _meaning(field),
+            _describe_field(field),
         ]
         for field in dataclasses.fields(frames.Hello)
     ]
@@ -63,12 +63,12 @@ def generate_rig() -> dict[str, str]:
         ['longest payload', f'{frames.MAX_PAYLOAD_BYTES} bytes'],
     ]
     return {
-        'limits': table(['quantity', 'value'], limits),
-        'frame': table(['type', 'content'], frame),
-        'payloads': table(['kind', 'from', 'payload'], kinds),
-        'hello': table(['key', 'default', 'must be'], keys),
+        'limits': make_table(['quantity', 'value'], limits),
+        'frame': make_table(['type', 'content'], frame),
+        'payloads': make_table(['kind', 'from', 'payload'], kinds),
+        'hello': make_table(['key', 'default', 'must be'], keys),
     }
 
 
-def _fields(fields: frames.Fields) -> list[list[str]]:
-    return [[TYPES[code], meaning] for code, meaning in fields]
+def _list_fields(fields: frames.Fields) -> list[list[str]]:
+    return [[TYPE_NAMES[code], meaning] for code, meaning in fields]

@@ -5,7 +5,7 @@
 from collections.abc import Iterable
 
 
-def table(head: list[str], rows: Iterable[list[str]]) -> str:
+def make_table(head: list[str], rows: Iterable[list[str]]) -> str:
     """Return a table in Markdown."""
     lines = [head, ['---'] * len(head), *rows]
     return '\n'.join(
@@ -13,6 +13,6 @@ def table(head: list[str], rows: Iterable[list[str]]) -> str:
     )
 
 
-def listing(rows: Iterable[tuple[str, str]]) -> str:
+def make_list(rows: Iterable[tuple[str, str]]) -> str:
     """Return a list in Markdown: names, and what each means."""
     return '\n'.join(f'- {name}: {text}' for name, text in rows)

@@ -12,16 +12,18 @@ from page import blocks
 PRINTED = {0.0: ((39.1, 0.30), (40.9, 0.50)), 0.01: ((39.9, 0.34), (39.8, 0.51))}
 """Linear memory and NARMA2 error by scatter: blank, and with a wall at level 3."""
 
-RESERVOIR = notebooks.TUTORIALS / 'reservoir.md'
+RESERVOIR = notebooks.TUTORIAL_FOLDER / 'reservoir.md'
 
 
-@pytest.mark.parametrize('name', notebooks.NAMES)
+@pytest.mark.parametrize('name', notebooks.NOTEBOOK_NAMES)
 def test_notebook_has_the_code_of_its_page(name, tmp_path):
-    notebooks.write(tmp_path)
+    notebooks.write_notebooks(tmp_path)
     notebook = json.loads((tmp_path / f'{name}.ipynb').read_text())
     code = [cell['source'] for cell in notebook['cells'] if cell['cell_type'] == 'code']
     page = [
-        text for kind, text, _ in blocks(notebooks.TUTORIALS / f'{name}.md') if kind == 'python'
+        text
+        for kind, text, _ in blocks(notebooks.TUTORIAL_FOLDER / f'{name}.md')
+        if kind == 'python'
     ]
     assert code == [text.strip() for text in page]
     assert notebook['nbformat'] == 4

@@ -13,7 +13,7 @@ def view():
     """Serve a page: view(argument, ...) returns its address."""
     with contextlib.ExitStack() as stack:
         yield lambda *arguments, **options: stack.enter_context(
-            page_browser.viewing(*arguments, **options)
+            page_browser.run_view(*arguments, **options)
         )
 
 
@@ -21,7 +21,7 @@ def view():
 def browser(tmp_path_factory):
     """The browser of this machine, one for all tests."""
     pytest.importorskip('selenium')
-    binary, driver = page_browser.found()
+    binary, driver = page_browser.find_browser()
     if binary is None or driver is None:
         pytest.skip('no Chromium with its driver (Debian: apt install chromium chromium-driver)')
     browser = page_browser.Browser(binary, driver, tmp_path_factory.mktemp('browser'))

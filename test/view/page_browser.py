@@ -10,8 +10,8 @@ import time
 
 from mlmem_ros.ros.node_process import run_child_process
 
-BROWSERS = ('chromium', 'chromium-browser', 'google-chrome')
-OPTIONS = (
+BROWSER_NAMES = ('chromium', 'chromium-browser', 'google-chrome')
+BROWSER_OPTIONS = (
     '--headless',
     '--no-sandbox',
     '--disable-gpu',
@@ -26,7 +26,7 @@ OPTIONS = (
 
 
 @contextlib.contextmanager
-def viewing(*arguments, **streams):
+def run_view(*arguments, **streams):
     """Run `mlmem view` and yield its address; `streams` are for `subprocess.Popen`."""
     command = ['view', '--port', '0', *arguments]
     with run_child_process(
@@ -41,9 +41,9 @@ def unpack_frame(frame):
     return json.loads(frame[4 : 4 + length]), frame[4 + length :]
 
 
-def found():
+def find_browser():
     """Return the paths of browser and driver, None for one that is missing."""
-    return next(filter(None, map(shutil.which, BROWSERS)), None), shutil.which('chromedriver')
+    return next(filter(None, map(shutil.which, BROWSER_NAMES)), None), shutil.which('chromedriver')
 
 
 class Browser:
@@ -55,7 +55,7 @@ class Browser:
 
         options = webdriver.ChromeOptions()
         options.binary_location = binary
-        for option in (*OPTIONS, f'--user-data-dir={profile}'):
+        for option in (*BROWSER_OPTIONS, f'--user-data-dir={profile}'):
             options.add_argument(option)
         options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
         options.add_experimental_option(
@@ -72,7 +72,7 @@ class Browser:
     def open(self, address):
         self.driver.get(address)
 
-    def ask(self, script, *arguments):
+    def evaluate(self, script, *arguments):
         """Return the value of a JavaScript expression."""
         return self.driver.execute_script(f'return {script}', *arguments)
 
@@ -89,17 +89,17 @@ class Browser:
     def text(self, selector):
         return self.driver.find_element('css selector', selector).text
 
-    def until(self, condition, what, within=40.0):
+    def wait_until(self, condition, what, within=40.0):
         """Wait until a JavaScript expression or a function is true; return its value."""
         deadline = time.monotonic() + within
         while True:
-            value = condition() if callable(condition) else self.ask(condition)
+            value = condition() if callable(condition) else self.evaluate(condition)
             if value:
                 return value
             assert time.monotonic() < deadline, f'{what}: not within {within:g} s'
             time.sleep(0.02)
 
-    def complaints(self):
+    def list_complaints(self):
         """Return errors and warnings of the console since the last look."""
         return [
             entry['message']

@@ -23,9 +23,9 @@ def page(node, view, browser, tmp_path_factory):
     """Open the page of the running element, in a browser that has been used before."""
     browser.open('about:blank')
     browser.open(view(cwd=tmp_path_factory.mktemp('view')))
-    browser.until(f'window.mlmem && {STATE}.column', 'a first picture')
+    browser.wait_until(f'window.mlmem && {STATE}.column', 'a first picture')
     yield browser
-    assert browser.complaints() == []
+    assert browser.list_complaints() == []
     browser.open('about:blank')  # the server ends before the browser does
 
 
@@ -35,85 +35,89 @@ def test_click_on_a_defect_writes_its_level(page, node):
     seen = set()
 
     def written():
-        before = page.ask('mlmem.shown().track.end')
+        before = page.evaluate('mlmem.shown().track.end')
         node.step(25)
-        page.until(f'mlmem.shown().track.end > {before}', 'a picture')
-        seen.update(round(wall) for wall in page.ask(f'{STATE}.walls'))
+        page.wait_until(f'mlmem.shown().track.end > {before}', 'a picture')
+        seen.update(round(wall) for wall in page.evaluate(f'{STATE}.walls'))
         return page.text('.level') == '5' and page.text('.code') == '101'
 
-    page.until(written, 'level 5')
+    page.wait_until(written, 'level 5')
     assert len(seen - {150}) > 1, seen  # seen on its way: it jumps two levels at a time
     node.memory.pause(False).wait()
-    page.until(f'Math.abs({STATE}.walls[0] - 150) < 1', 'the wall on its defect')
-    assert 0.0 < page.ask(f'{STATE}.confidence') < 1.0
+    page.wait_until(f'Math.abs({STATE}.walls[0] - 150) < 1', 'the wall on its defect')
+    assert 0.0 < page.evaluate(f'{STATE}.confidence') < 1.0
     assert 'level 5' in page.text('#log li')
-    assert page.ask('mlmem.shown().echo.level') == 5
-    delays = page.until('mlmem.shown().delays.left', 'the delays of the levels')
+    assert page.evaluate('mlmem.shown().echo.level') == 5
+    delays = page.wait_until('mlmem.shown().delays.left', 'the delays of the levels')
     accepted = 0.25 * (delays[6] - delays[5])  # a write's least level margin is 0.5
-    assert abs(page.ask('mlmem.shown().echo.delay') - delays[5]) < accepted
+    assert abs(page.evaluate('mlmem.shown().echo.delay') - delays[5]) < accepted
 
 
 def test_rejection_is_shown_next_to_the_button(page, node):
     both = '[data-level="6"]', '[data-do="erase"]'
     node.memory.pause().wait()  # or the write might be over before the other is heard
-    page.ask('arguments[0].forEach((each) => document.querySelector(each).click())', both)
-    said = page.until(lambda: node.step(1) and page.text('#bubble'), 'a refusal')
+    page.evaluate('arguments[0].forEach((each) => document.querySelector(each).click())', both)
+    said = page.wait_until(lambda: node.step(1) and page.text('#bubble'), 'a refusal')
     node.memory.pause(False).wait()
     assert 'write is running' in said
-    button = page.ask("document.querySelector('[data-do=erase]').getBoundingClientRect().toJSON()")
-    bubble = page.ask("document.getElementById('bubble').getBoundingClientRect().toJSON()")
+    button = page.evaluate(
+        "document.querySelector('[data-do=erase]').getBoundingClientRect().toJSON()"
+    )
+    bubble = page.evaluate("document.getElementById('bubble').getBoundingClientRect().toJSON()")
     assert 0.0 <= bubble['top'] - button['bottom'] < 20.0
     assert bubble['left'] < (button['left'] + button['right']) / 2 < bubble['right']
-    page.until(lambda: page.text('.level') == '6', 'what was written all the same')
+    page.wait_until(lambda: page.text('.level') == '6', 'what was written all the same')
 
 
 def test_fault_is_shown_in_the_health_and_removed(page):
-    page.until("document.getElementById('word').textContent !== 'connecting'", 'health')
+    page.wait_until("document.getElementById('word').textContent !== 'connecting'", 'health')
     page.click('[data-fault="actuator_stuck"]')
-    page.until("document.getElementById('word').textContent === 'faulty'", 'a fault')
+    page.wait_until("document.getElementById('word').textContent === 'faulty'", 'a fault')
     button = "document.querySelector('[data-fault=actuator_stuck]')"
-    page.until(f"{button}.ariaPressed === 'true'", 'the pressed button')
+    page.wait_until(f"{button}.ariaPressed === 'true'", 'the pressed button')
     page.click('#health summary')
     assert 'actuator_stuck' in page.text('#parts')
-    page.until(lambda: 'fault set: actuator stuck' in page.text('#log'), 'the fault as an event')
+    page.wait_until(
+        lambda: 'fault set: actuator stuck' in page.text('#log'), 'the fault as an event'
+    )
     page.click('#clear')
-    page.until(f"{button}.ariaPressed === 'false'", 'an element without faults')
+    page.wait_until(f"{button}.ariaPressed === 'false'", 'an element without faults')
     page.click('#health summary')
 
 
 def test_kick_button_leaves_content_unknown_until_read(page, node):
     """The slider begins with the speed of level 4: a wall goes there."""
     node.memory.erase().wait()
-    page.until(lambda: page.text('.level') == 'blank', 'a blank element')
+    page.wait_until(lambda: page.text('.level') == 'blank', 'a blank element')
     assert page.text('#kick-spelt') == '0.079'
     page.click('[data-do="kick"]')
-    page.until(lambda: 'kick succeeded' in page.text('#log'), 'its end')
-    page.until(lambda: 'kicked by hand' in page.text('#log'), 'the reason')
-    assert page.ask(f'{STATE}.level') == -2
+    page.wait_until(lambda: 'kick succeeded' in page.text('#log'), 'its end')
+    page.wait_until(lambda: 'kicked by hand' in page.text('#log'), 'the reason')
+    assert page.evaluate(f'{STATE}.level') == -2
     page.click('[data-do="read"]')
-    page.until(lambda: page.text('.level') == '4', 'a wall at level 4')
+    page.wait_until(lambda: page.text('.level') == '4', 'a wall at level 4')
 
 
 def test_reset_asks_before_it_acts(page, node):
     before = node.memory.write(5).wait().level
     page.click('[data-do="reset"]')
-    assert 'is lost' in page.until(lambda: page.text('#ask'), 'a question')
+    assert 'is lost' in page.wait_until(lambda: page.text('#ask'), 'a question')
     page.click('#ask button')
-    page.until("!document.getElementById('ask').open", 'the end of it')
+    page.wait_until("!document.getElementById('ask').open", 'the end of it')
     assert node.memory.read().wait().level == before
     page.click('[data-do="reset"]')
     page.click('#ask .danger')
-    page.until(lambda: page.text('.level') == 'blank', 'a fresh element')
+    page.wait_until(lambda: page.text('.level') == 'blank', 'a fresh element')
 
 
 def test_pause_and_step_buttons_hold_time(page):
     page.click('#pause')
-    page.until("document.getElementById('pause').textContent === 'Run'", 'a pause')
-    page.until("!document.getElementById('step').disabled", 'the button')
+    page.wait_until("document.getElementById('pause').textContent === 'Run'", 'a pause')
+    page.wait_until("!document.getElementById('step').disabled", 'the button')
     page.click('#step')
-    page.until(lambda: page.text('#bubble').startswith('tick '), 'the tick')
+    page.wait_until(lambda: page.text('#bubble').startswith('tick '), 'the tick')
     page.click('#pause')
-    page.until("document.getElementById('pause').textContent === 'Pause'", 'time that runs')
+    page.wait_until("document.getElementById('pause').textContent === 'Pause'", 'time that runs')
 
 
 def test_strain_slider_strains_and_releases(page):
@@ -124,40 +128,40 @@ def test_strain_slider_strains_and_releases(page):
       slider.dispatchEvent(new Event('input'));
       return true;
     })()"""
-    page.ask(drag)
-    page.until(f'Math.abs({STATE}.strain - 0.02) < 1e-3', 'the strain')
+    page.evaluate(drag)
+    page.wait_until(f'Math.abs({STATE}.strain - 0.02) < 1e-3', 'the strain')
     assert 'tension' in page.text('.strain-now')
     page.click('#release')
-    page.until(f'Math.abs({STATE}.strain) < 1e-3', 'no strain')
+    page.wait_until(f'Math.abs({STATE}.strain) < 1e-3', 'no strain')
 
 
 def test_recording_is_fetched_and_opened(page):
     page.click('#record')
-    page.until(lambda: page.text('#record') == 'Stop', 'a recording')
+    page.wait_until(lambda: page.text('#record') == 'Stop', 'a recording')
     page.click('[data-do="read"]')
-    page.until(lambda: 'read succeeded' in page.text('#log li'), 'a read')
+    page.wait_until(lambda: 'read succeeded' in page.text('#log li'), 'a read')
     page.click('#record')
-    page.until(lambda: 'recorded' in page.text('#log li'), 'its end')
+    page.wait_until(lambda: 'recorded' in page.text('#log li'), 'its end')
     page.click('#log a[download]')
-    (bag,) = page.until(lambda: list(page.downloads.glob('*.zip')), 'the bag')
+    (bag,) = page.wait_until(lambda: list(page.downloads.glob('*.zip')), 'the bag')
     assert any(name.endswith('metadata.yaml') for name in zipfile.ZipFile(bag).namelist())
     link = page.driver.find_element('css selector', '#log a').get_attribute('href')
     session = f'/sessions/{link.rpartition("=")[2]}'
-    assert page.ask('(await fetch(arguments[0])).status', session) == 200
+    assert page.evaluate('(await fetch(arguments[0])).status', session) == 200
 
 
 def test_page_survives_the_restart_of_its_node_as_a_byte(page, node, start_shared):
     """Its words are read by waveforms: there is no threshold, and a level has no delay."""
     node.terminate()
-    page.until("!document.getElementById('notice').hidden", 'a word that it is gone')
+    page.wait_until("!document.getElementById('notice').hidden", 'a word that it is gone')
     assert 'No memory node' in page.text('#notice')
     byte = start_shared(GIVEN | {'element': 'byte'})
-    page.until("document.getElementById('notice').hidden", 'a word that it is back', 30.0)
-    page.until('mlmem.shown().about.words === 256', 'its cells')
+    page.wait_until("document.getElementById('notice').hidden", 'a word that it is back', 30.0)
+    page.wait_until('mlmem.shown().about.words === 256', 'its cells')
     assert page.text('#facts').startswith('8 levels, 256 words, 225 cells')
     byte.memory.write(0b01000010).wait()
     page.click('[data-do="locate"]')
-    said = page.until(lambda: 'locate' in (it := page.text('#log li')) and it, 'an answer')
+    said = page.wait_until(lambda: 'locate' in (it := page.text('#log li')) and it, 'an answer')
     assert said.endswith('locate succeeded: 2 walls, at cells 50, 175')
-    assert page.ask('mlmem.shown().about.probes.left.threshold') is None
-    assert page.ask('mlmem.shown().about.carriers') == {'pulse': 1.7}
+    assert page.evaluate('mlmem.shown().about.probes.left.threshold') is None
+    assert page.evaluate('mlmem.shown().about.carriers') == {'pulse': 1.7}

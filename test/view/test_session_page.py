@@ -20,27 +20,27 @@ def address(view):
 def page(browser, address):
     """Open the page of one session."""
     yield opened(browser, f'{address}?session=0')
-    assert browser.complaints() == []
+    assert browser.list_complaints() == []
 
 
 def opened(browser, address):
     browser.open(address)
-    browser.until('window.mlmem && mlmem.shown().duration', 'a session')
+    browser.wait_until('window.mlmem && mlmem.shown().duration', 'a session')
     return browser
 
 
 def test_session_page_is_scrubbed(page):
     """The session writes 2, reads, erases and reads."""
     levels, walls = [], []
-    written = page.ask('mlmem.shown().sessions[0].events.find(e => e.ok).t')
-    for time in (0.0, written + 0.02, page.ask('mlmem.shown().duration')):
-        page.ask(
+    written = page.evaluate('mlmem.shown().sessions[0].events.find(e => e.ok).t')
+    for time in (0.0, written + 0.02, page.evaluate('mlmem.shown().duration')):
+        page.evaluate(
             "(t => { const line = document.getElementById('time'); line.value = t; "
             "line.dispatchEvent(new Event('input')); })(arguments[0])",
             time,
         )
         levels.append(page.text('.level'))
-        walls.append(page.ask(f'{NOW}.walls.length'))
+        walls.append(page.evaluate(f'{NOW}.walls.length'))
     assert levels == ['not read', '2', 'blank']
     assert walls == [0, 1, 0]
     assert page.text('#events li.now').endswith('blank')
@@ -53,15 +53,15 @@ def test_click_on_an_outcome_shows_its_moment(page):
 
 
 def test_session_page_is_played(page):
-    page.ask("document.getElementById('rate').value = 10")
+    page.evaluate("document.getElementById('rate').value = 10")
     page.click('#play')
-    page.until('mlmem.shown().now >= mlmem.shown().duration', 'its end')
+    page.wait_until('mlmem.shown().now >= mlmem.shown().duration', 'its end')
     assert page.text('#play') == 'Play'
 
 
 def test_two_sessions_stand_side_by_side(page, address):
     opened(page, address)
-    boxes = page.ask(
+    boxes = page.evaluate(
         "[...document.querySelectorAll('.picture')].map(p => p.getBoundingClientRect().left)"
     )
     assert len(boxes) == 2

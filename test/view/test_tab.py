@@ -9,12 +9,12 @@ import try_page
 @pytest.fixture
 def opened(browser, tmp_path):
     """Open a page of the site from its folder; nothing serves it."""
-    try_page.write(tmp_path)
+    try_page.write_pages(tmp_path)
     browser.resize(1320, 1050)
 
     def go(address):
         browser.open(f'file://{tmp_path}/{address}')
-        browser.until('window.mlmem', 'a page')
+        browser.wait_until('window.mlmem', 'a page')
         return browser
 
     yield go
@@ -23,7 +23,7 @@ def opened(browser, tmp_path):
 
 def done(browser):
     browser.pick('#speed', '1')
-    browser.until('!mlmem.shown().action', 'the element is idle')
+    browser.wait_until('!mlmem.shown().action', 'the element is idle')
     return browser.text('#log li')
 
 
