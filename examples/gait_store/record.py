@@ -22,16 +22,16 @@ from mlmem_ros import MemoryClient, standalone
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.middleware import LATCHED_PROFILE, RELIABLE_PROFILE
 
-HERE = Path(__file__).resolve().parent
-SPARSE = {'field_every': 200, 'wall_every': 200, 'joint_states_every': 50}
-MEMORY = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args']
-GAIT_NODE = [sys.executable, '-m', 'gait_store.gait_node']
+PACKAGE_FOLDER = Path(__file__).resolve().parent
+STREAM_PERIODS = {'field_every': 200, 'wall_every': 200, 'joint_states_every': 50}
+MEMORY_COMMAND = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args']
+GAIT_NODE_COMMAND = [sys.executable, '-m', 'gait_store.gait_node']
 
 
 @contextmanager
-def running(command: list[str]) -> Iterator[None]:
+def run_process(command: list[str]) -> Iterator[None]:
     """Run a process and interrupt it at the end."""
-    process = subprocess.Popen(command, cwd=HERE)
+    process = subprocess.Popen(command, cwd=PACKAGE_FOLDER)
     try:
         yield
     finally:
@@ -39,12 +39,12 @@ def running(command: list[str]) -> Iterator[None]:
         process.wait(20.0)
 
 
-def record(bag: Path) -> None:
+def record_day(bag: Path) -> None:
     """Start the robot three times on one memory, which records a session."""
     shutil.rmtree(bag, ignore_errors=True)
-    parameters = {'record.path': bag, **{f'publish.{key}': n for key, n in SPARSE.items()}}
+    parameters = {'record.path': bag, **{f'publish.{key}': n for key, n in STREAM_PERIODS.items()}}
     options = [word for key, value in parameters.items() for word in ('-p', f'{key}:={value}')]
-    with running([*MEMORY, *options]), standalone() as memory:
+    with run_process([*MEMORY_COMMAND, *options]), standalone() as memory:
         memory.ready(60.0).wait()
         gaits: list[int] = []
         memory.node.create_subscription(
@@ -52,15 +52,15 @@ def record(bag: Path) -> None:
         )
         for before, after in ((0, 1), (1, 3), (3, 3)):
             gaits.clear()
-            with running(GAIT_NODE):
+            with run_process(GAIT_NODE_COMMAND):
                 wait_until(lambda: gaits, 'the gait it remembers', 60.0)
                 if after != before:
-                    set_gait(memory, after)
+                    request_gait(memory, after)
                     wait_until(lambda: len(gaits) == 2, 'the gait it takes up', 60.0)
             assert gaits == sorted({before, after}), gaits
 
 
-def set_gait(memory: MemoryClient, gait: int) -> None:
+def request_gait(memory: MemoryClient, gait: int) -> None:
     """Ask the behaviour node for another gait."""
     publisher = memory.node.create_publisher(UInt8, '/gait/set_gait', RELIABLE_PROFILE)
     wait_until(publisher.get_subscription_count, 'the behaviour node')
@@ -70,4 +70,4 @@ def set_gait(memory: MemoryClient, gait: int) -> None:
 
 
 if __name__ == '__main__':
-    record(HERE / 'bag')
+    record_day(PACKAGE_FOLDER / 'bag')

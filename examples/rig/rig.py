@@ -19,9 +19,11 @@ from collections import deque
 import numpy as np
 
 HELLO, PLAY, SAMPLES, AGAIN, FAULT = range(1, 6)
-HEADER = struct.Struct('<2sBQIH')  # 'mR', kind, number, length of the payload, check
-DT, STEP, TICK, BUFFER = 0.25, 0.125, 80, 1 << 16  # times; samples of a tick, and held at most
-NODES, ZERO = [0.5, 1.0], np.array([3.0, -2.0])  # two steps a sample; readings at displacement 0
+HEADER_LAYOUT = struct.Struct('<2sBQIH')  # 'mR', kind, number, length of the payload, check
+SAMPLE_TIME, TIME_STEP = 0.25, 0.125  # in time units
+TICK_SAMPLES, BUFFER_SAMPLES = 80, 1 << 16
+NODE_SHARES = [0.5, 1.0]  # two steps a sample
+ZERO_READINGS = np.array([3.0, -2.0])  # at displacement 0
 
 
 class Element:
@@ -34,21 +36,21 @@ class Element:
         self.shape = np.append(0, np.cumsum(softness)) / softness.sum()
         self.v, self.velocity, self.force = np.full(225, -0.99790), np.zeros(225), np.zeros(225)
 
-    def play(self, V_N, held):
+    def play_step(self, V_N, held):
         """Pass a step at V_N with (site, place, velocity) held; return where both ends are."""
-        self.velocity += STEP / 2 * (self.force - self.velocity / 250)
-        self.v += STEP * self.velocity
+        self.velocity += TIME_STEP / 2 * (self.force - self.velocity / 250)
+        self.v += TIME_STEP * self.velocity
         if held:
-            self.v[held[0] - 1] = held[1] - ZERO[int(held[0] > 1)]
+            self.v[held[0] - 1] = held[1] - ZERO_READINGS[int(held[0] > 1)]
         y = self.v - V_N * self.shape + 7.4489
         square = 0.0172 * y * y
         self.force = -self.height * np.sin(y * (0.2582 + square)) * (0.2582 + 3 * square)
         self.force[:-1] += (stretch := self.v[1:] - self.v[:-1])
         self.force[1:] -= stretch
-        self.velocity = (self.velocity + STEP / 2 * self.force) / (1 + STEP / 500)
+        self.velocity = (self.velocity + TIME_STEP / 2 * self.force) / (1 + TIME_STEP / 500)
         if held:
             self.velocity[held[0] - 1] = held[2]
-        return self.v[0] + ZERO[0], self.v[-1] + ZERO[1]
+        return self.v[0] + ZERO_READINGS[0], self.v[-1] + ZERO_READINGS[1]
 
 
 class Rig:
@@ -57,14 +59,15 @@ class Rig:
     def __init__(self, element, put, seconds):
         self.element, self.put, self.inbox = element, put, b''
         self.hello = {
-            'protocol': 1, 'name': 'plain', 'dt': DT, 'seconds': DT * seconds, 'samples': TICK,
-            'length': 0.01, 'zero': ZERO.tolist(), 'nodes': NODES, 'numbers': '<f8',
-            'buffer': BUFFER, 'can': ['strain', 'left', 'right'],
+            'protocol': 1, 'name': 'plain', 'dt': SAMPLE_TIME, 'seconds': SAMPLE_TIME * seconds,
+            'samples': TICK_SAMPLES, 'length': 0.01, 'zero': ZERO_READINGS.tolist(),
+            'nodes': NODE_SHARES, 'numbers': '<f8', 'buffer': BUFFER_SAMPLES,
+            'can': ['strain', 'left', 'right'],
         }  # fmt: skip
-        self.tick_seconds, self.last = TICK * DT * seconds, (0.0, None)
-        self.begin(0.0)
+        self.tick_seconds, self.last = TICK_SAMPLES * SAMPLE_TIME * seconds, (0.0, None)
+        self.begin_conversation(0.0)
 
-    def begin(self, ahead):
+    def begin_conversation(self, ahead):
         """Begin a conversation: both sides count their frames and samples from 0."""
         self.ahead, self.expected, self.sent, self.first, self.played = ahead, 1, 0, 0, 0
         self.queue, self.playing, self.waited, self.missed = deque(), False, 0.0, 0
@@ -73,21 +76,21 @@ class Rig:
         """Release the ends, bring the strain slowly to zero, and wait until nothing moves."""
         V_N, self.last = self.last[0], (0.0, None)
         for share in np.append(np.linspace(1, 0, 4800), np.zeros(16000)) if V_N else ():
-            self.element.play(V_N * share, None)  # 600 time units, and 2000 more
+            self.element.play_step(V_N * share, None)  # 600 time units, and 2000 more
 
-    def send(self, kind, payload):
+    def send_frame(self, kind, payload):
         """Send a frame."""
-        head = HEADER.pack(b'mR', kind, self.sent, len(payload), 0)[:-2]
+        head = HEADER_LAYOUT.pack(b'mR', kind, self.sent, len(payload), 0)[:-2]
         frame = head + struct.pack('<H', zlib.crc32(head) & 0xFFFF) + payload
         self.put(frame + struct.pack('<I', zlib.crc32(frame)))
         self.sent += 1
 
-    def take(self, data):
+    def take_bytes(self, data):
         """Take bytes off the line, and act on every whole frame."""
         self.inbox += data
-        while len(self.inbox) >= HEADER.size:
-            magic, kind, number, length, check = HEADER.unpack_from(self.inbox)
-            end = HEADER.size + length + 4
+        while len(self.inbox) >= HEADER_LAYOUT.size:
+            magic, kind, number, length, check = HEADER_LAYOUT.unpack_from(self.inbox)
+            end = HEADER_LAYOUT.size + length + 4
             if magic != b'mR' or check != zlib.crc32(self.inbox[:15]) & 0xFFFF:
                 self.inbox = self.inbox[1:]  # no frame begins here
             elif len(self.inbox) < end:
@@ -95,48 +98,54 @@ class Rig:
             else:
                 frame, self.inbox = self.inbox[:end], self.inbox[end:]
                 if struct.pack('<I', zlib.crc32(frame[:-4])) == frame[-4:]:
-                    self.act(kind, number, frame[HEADER.size : -4])
+                    self.act_on_frame(kind, number, frame[HEADER_LAYOUT.size : -4])
 
-    def act(self, kind, number, payload):
+    def act_on_frame(self, kind, number, payload):
         """Act on a frame; a driver that hears nothing repeats its last one."""
         if kind == HELLO:
             self.release_strain()
-            self.begin(json.loads(payload)['ahead'])
-            self.send(HELLO, json.dumps(self.hello).encode())
+            self.begin_conversation(json.loads(payload)['ahead'])
+            self.send_frame(HELLO, json.dumps(self.hello).encode())
         elif kind != AGAIN and number == self.expected:
             self.expected += 1
             first, samples, site, held = struct.unpack_from('<QIII', payload)
-            if kind != PLAY or first != self.first or len(self.queue) / 2 + samples > BUFFER:
-                return self.send(FAULT, b'these are not the set-points that are due')
+            is_due = kind == PLAY and first == self.first
+            if not is_due or len(self.queue) / 2 + samples > BUFFER_SAMPLES:
+                return self.send_frame(FAULT, b'these are not the set-points that are due')
             V_N, *motion = np.split(np.frombuffer(payload[20:]), np.cumsum([2 * samples, held]))
             driven = [(site, *each) for each in zip(*motion, strict=True)]
             self.queue.extend(zip(V_N, driven + [None] * (2 * samples - held), strict=True))
             self.first += samples
 
-    def tick(self):
+    def pass_tick(self):
         """Pass a tick: play set-points and send samples, or hold the last ones."""
         self.waited = self.waited + self.tick_seconds if self.queue else 0.0
-        stored = max(self.waited, len(self.queue) / (2 * TICK) * self.tick_seconds)
+        stored = max(self.waited, len(self.queue) / (2 * TICK_SAMPLES) * self.tick_seconds)
         self.playing = len(self.queue) > 0 and (self.playing or stored >= self.ahead)
-        course = [self.queue.popleft() if self.playing else self.last for _ in range(2 * TICK)]
-        ends = np.array([self.element.play(*each) for each in course])[1::2].T.tobytes()
+        course = [
+            self.queue.popleft() if self.playing else self.last for _ in range(2 * TICK_SAMPLES)
+        ]
+        ends = np.array([self.element.play_step(*each) for each in course])[1::2].T.tobytes()
         self.last = course[-1]
         if self.playing:
-            self.send(SAMPLES, struct.pack('<QIId', self.played, TICK, self.missed, np.nan) + ends)
-        self.played += TICK * self.playing
-        self.missed = 0 if self.playing else self.missed + TICK
+            self.send_frame(
+                SAMPLES,
+                struct.pack('<QIId', self.played, TICK_SAMPLES, self.missed, np.nan) + ends,
+            )
+        self.played += TICK_SAMPLES * self.playing
+        self.missed = 0 if self.playing else self.missed + TICK_SAMPLES
 
 
-def serve(line, rig):
+def serve_driver(line, rig):
     """Serve a driver until it disconnects."""
     due = time.monotonic()
     while True:
         if select.select([line], [], [], max(0.0, due - time.monotonic()))[0]:
             if not (data := line.recv(1 << 16)):
                 return
-            rig.take(data)
+            rig.take_bytes(data)
         if (now := time.monotonic()) >= due:
-            rig.tick()
+            rig.pass_tick()
             due = max(due + rig.tick_seconds, now)  # a simulated element waits for a slow host
 
 
@@ -146,5 +155,5 @@ if __name__ == '__main__':
         with server.accept()[0] as connection, contextlib.suppress(OSError):
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             rig = Rig(element, connection.sendall, float(sys.argv[2]))
-            serve(connection, rig)
+            serve_driver(connection, rig)
         rig.release_strain()

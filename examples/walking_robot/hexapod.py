@@ -11,20 +11,20 @@ from typing import Any
 import mujoco
 import numpy as np
 
-STEP = 0.002
+TIME_STEP_S = 0.002
 """Seconds of a step of the physics, and between two messages of the IMU."""
 
-LEGS = {
+HIP_PLACES_M = {
     f'{row}{side}': (x, y)
     for row, x in (('front', 0.2), ('middle', 0.0), ('hind', -0.2))
     for side, y in (('_left', 0.07), ('_right', -0.07))
 }
 """Where the hips are, in metres: forward and to the left."""
 
-TRIPOD = {'front_left', 'hind_left', 'middle_right'}
+TRIPOD_LEGS = {'front_left', 'hind_left', 'middle_right'}
 """The legs that swing together; the others stand meanwhile."""
 
-LEG = """
+LEG_XML = """
 <body name="{leg}" pos="{x} {y} 0">
   <joint name="{leg}_hip" axis="0 0 1" damping="0.02"/>
   <geom type="capsule" fromto="0 0 0 0 {out} 0" size="0.015" mass="0.1"/>
@@ -35,7 +35,7 @@ LEG = """
   </body>
 </body>"""
 
-BODY = """
+BODY_XML = """
 <mujoco>
   <option timestep="{step}"/>
   <visual><headlight ambient="0.5 0.5 0.5" diffuse="0.2 0.2 0.2"/></visual>
@@ -58,8 +58,8 @@ BODY = """
   <sensor><accelerometer site="imu"/></sensor>
 </mujoco>"""
 
-SERVO = '<position joint="{name}" kp="30" kv="0.5" forcerange="-2.5 2.5"/>'
-STONE = (
+SERVO_XML = '<position joint="{name}" kp="30" kv="0.5" forcerange="-2.5 2.5"/>'
+STONE_XML = (
     '<geom type="box" size="0.06 0.06 {h:.4f}" pos="{x:.2f} {y:.2f} 0" rgba="0.6 0.58 0.55 1"/>'
 )
 """A stone whose upper side is at height `h`, in metres."""
@@ -81,7 +81,7 @@ GAITS = (
     Gait('hurry', 3.0, 0.35),
 )
 
-LIFT = 0.5
+KNEE_LIFT_RAD = 0.5
 """How far a knee lifts its foot in the swing, in rad."""
 
 
@@ -95,7 +95,7 @@ class Hexapod:
 
     def __init__(self, roughness: float = 0.0, seed: int = 1) -> None:
         """Stand at the beginning of a course; its stones are up to `roughness` metres high."""
-        self._model = mujoco.MjModel.from_xml_string(_course(roughness, seed))
+        self._model = mujoco.MjModel.from_xml_string(_build_course(roughness, seed))
         self._data = mujoco.MjData(self._model)
         self._phase = 0.0
         self._strong = self._model.actuator_forcerange.copy()
@@ -123,7 +123,7 @@ class Hexapod:
         names = [self._model.joint(n).name for n in range(1, self._model.njnt)]
         return dict(zip(names, map(float, self._data.qpos[7:]), strict=True))
 
-    def pictured(self, renderer: mujoco.Renderer) -> Any:
+    def draw_picture(self, renderer: mujoco.Renderer) -> Any:
         """Return a picture of it from its right side, shape (height, width, 3)."""
         camera = mujoco.MjvCamera()
         camera.lookat[:] = self._data.qpos[0], 0.0, 0.06
@@ -131,7 +131,7 @@ class Hexapod:
         renderer.update_scene(self._data, camera)
         return renderer.render()
 
-    def renderer(self, width: int, height: int) -> mujoco.Renderer:
+    def make_renderer(self, width: int, height: int) -> mujoco.Renderer:
         """Return what draws it without a screen; a context manager.
 
         Without a graphics card set MUJOCO_GL to egl or osmesa.
@@ -140,33 +140,36 @@ class Hexapod:
 
     def step(self, gait: Gait) -> None:
         """Walk for one step of the physics."""
-        self._phase += 2 * math.pi * gait.frequency * STEP
+        self._phase += 2 * math.pi * gait.frequency * TIME_STEP_S
         angles = []
-        for leg, (_, y) in LEGS.items():
-            phase = self._phase + (0.0 if leg in TRIPOD else math.pi)
+        for leg, (_, y) in HIP_PLACES_M.items():
+            phase = self._phase + (0.0 if leg in TRIPOD_LEGS else math.pi)
             forward = -math.copysign(gait.stride, y) * math.sin(phase)
-            angles += [forward, LIFT * max(0.0, math.cos(phase)) if gait.frequency else 0.0]
+            angles += [
+                forward,
+                KNEE_LIFT_RAD * max(0.0, math.cos(phase)) if gait.frequency else 0.0,
+            ]
         self._data.ctrl[:] = angles
         self._model.actuator_forcerange[:] = self._strong * self.powered
         mujoco.mj_step(self._model, self._data)
 
 
-def _course(roughness: float, seed: int) -> str:
+def _build_course(roughness: float, seed: int) -> str:
     rng = np.random.default_rng(seed)
     places = [(x, y) for x in np.arange(0.3, 8.0, 0.15) for y in np.arange(-0.3, 0.4, 0.15)]
     heights = 1e-4 + rng.uniform(0.0, roughness, len(places))
     stones = ''.join(
-        STONE.format(x=x, y=y, h=h) for (x, y), h in zip(places, heights, strict=True)
+        STONE_XML.format(x=x, y=y, h=h) for (x, y), h in zip(places, heights, strict=True)
     )
     legs = ''.join(
-        LEG.format(
+        LEG_XML.format(
             leg=leg, x=x, y=y, side=math.copysign(1, y), out=math.copysign(0.1, y),
             foot=math.copysign(0.12, y),
         )
-        for leg, (x, y) in LEGS.items()
+        for leg, (x, y) in HIP_PLACES_M.items()
     )  # fmt: skip
-    joints = [f'{leg}_{joint}' for leg in LEGS for joint in ('hip', 'knee')]
-    return BODY.format(
-        step=STEP, legs=legs, stones=stones if roughness else '',
-        servos=''.join(SERVO.format(name=name) for name in joints),
+    joints = [f'{leg}_{joint}' for leg in HIP_PLACES_M for joint in ('hip', 'knee')]
+    return BODY_XML.format(
+        step=TIME_STEP_S, legs=legs, stones=stones if roughness else '',
+        servos=''.join(SERVO_XML.format(name=name) for name in joints),
     )  # fmt: skip

@@ -36,20 +36,20 @@ from mlmem_ros.testing import memory_node
 
 try:
     from film import Film
-    from hexapod import GAITS, STEP, Gait, Hexapod
+    from hexapod import GAITS, TIME_STEP_S, Gait, Hexapod
 except ModuleNotFoundError as error:  # MuJoCo, or what draws
     sys.exit(describe_missing(error))
 
-MEMORY = {'element': 'byte', 'publish.field_every': 0, 'publish.wall_every': 0}
+MEMORY_PARAMETERS = {'element': 'byte', 'publish.field_every': 0, 'publish.wall_every': 0}
 
-HIGHEST = 0.1
+MAX_STONE_HEIGHT_M = 0.1
 """Height of the highest stones in m: it walks 0.13 m above the ground."""
 
-FALLS = 16
+MAX_FALLS = 16
 """Most falls that fit into a byte beside the gait."""
 
 
-class Mind:
+class Brain:
     """What runs on the robot's computer: it knows nothing when it starts, but what it can read.
 
     Attributes:
@@ -68,35 +68,35 @@ class Mind:
     @property
     def word(self) -> int | None:
         """What it knows to be in the memory; None while it asks."""
-        return None if self._reading or self._writing else self.falls * FALLS + self.gait
+        return None if self._reading or self._writing else self.falls * MAX_FALLS + self.gait
 
-    def think(self, time: float, wanted: int) -> Gait:
+    def choose_gait(self, time: float, wanted: int) -> Gait:
         """Return how to walk now; a new gait is written before it is walked."""
         if self._reading is not None:
             if self._reading.done():
-                self._wake(time, self._reading.wait())
+                self._take_content(time, self._reading.wait())
         elif self._writing is not None:
             if self._writing.done():
-                self.falls, self.gait = divmod(self._writing.wait().content, FALLS)
+                self.falls, self.gait = divmod(self._writing.wait().content, MAX_FALLS)
                 self._writing = None
-                self._say(time, f'{GAITS[self.gait].name} is written; falls: {self.falls}')
+                self._log_message(time, f'{GAITS[self.gait].name} is written; falls: {self.falls}')
         elif wanted != self.gait:
-            self._write(self.falls, wanted)
+            self._write_word(self.falls, wanted)
         return GAITS[self.gait]
 
-    def _wake(self, time: float, content: Any) -> None:
+    def _take_content(self, time: float, content: Any) -> None:
         self._reading = None
-        falls, gait = divmod(max(0, content.content), FALLS)
+        falls, gait = divmod(max(0, content.content), MAX_FALLS)
         if gait == 0:
-            self._say(time, 'the memory says stand: a new robot')
+            self._log_message(time, 'the memory says stand: a new robot')
             return
-        self._say(time, f'the memory says {GAITS[gait].name}; falls: {falls}')
-        self._write(falls + 1, gait)  # it was walking when it lost power
+        self._log_message(time, f'the memory says {GAITS[gait].name}; falls: {falls}')
+        self._write_word(falls + 1, gait)  # it was walking when it lost power
 
-    def _write(self, falls: int, gait: int) -> None:
-        self._writing = self._memory.write(min(falls, FALLS - 1) * FALLS + gait)
+    def _write_word(self, falls: int, gait: int) -> None:
+        self._writing = self._memory.write(min(falls, MAX_FALLS - 1) * MAX_FALLS + gait)
 
-    def _say(self, time: float, what: str) -> None:
+    def _log_message(self, time: float, what: str) -> None:
         self.log.append((round(time, 3), what))
 
 
@@ -113,9 +113,9 @@ class World(Node):
         self._clock = self.create_publisher(Clock, '/clock', RELIABLE_PROFILE)
         self.memory.ready().wait()
         self.memory.pause().wait()
-        self._reset(element)
+        self._reset_element(element)
 
-    def _reset(self, element: str) -> None:
+    def _reset_element(self, element: str) -> None:
         """Begin at tick 0, if there are types to ask for it; or days begin at different ticks."""
         try:
             from simulation_interfaces.srv import ResetSimulation
@@ -128,23 +128,28 @@ class World(Node):
         rclpy.spin_until_future_complete(self, answer, executor)
         executor.shutdown()
 
-    def run(
-        self, seconds: float, mind: Mind | None, wanted: int, day: Day, film: Film | None = None
+    def pass_time(
+        self,
+        seconds: float,
+        brain: Brain | None,
+        wanted: int,
+        day: DayRecord,
+        film: Film | None = None,
     ) -> None:
-        """Let time pass, for body and memory together; without a mind there is no power."""
-        self.body.powered = mind is not None
-        for _ in range(round(seconds / STEP)):
-            gait = mind.think(self.body.time, wanted) if mind is not None else GAITS[0]
+        """Let time pass, for body and memory together; without a brain there is no power."""
+        self.body.powered = brain is not None
+        for _ in range(round(seconds / TIME_STEP_S)):
+            gait = brain.choose_gait(self.body.time, wanted) if brain is not None else GAITS[0]
             self.body.step(gait)
-            self._publish()
+            self._publish_sensors()
             self.memory.step().wait()  # the messages sent before take effect in this tick
-            day.keep(self.body, gait)
-            if mind is not None:
-                day.word = mind.word
+            day.add_step(self.body, gait)
+            if brain is not None:
+                day.word = brain.word
             if film is not None:
-                film.take(self.body, day.said(self.body.time), day.word)
+                film.take_picture(self.body, day.find_last_message(self.body.time), day.word)
 
-    def _publish(self) -> None:
+    def _publish_sensors(self) -> None:
         seconds, nanoseconds = divmod(round(self.body.time * 1e9), 10**9)
         imu, joints, clock = Imu(), JointState(), Clock()
         for header in (imu.header, joints.header):
@@ -159,7 +164,7 @@ class World(Node):
 
 
 @dataclass
-class Day:
+class DayRecord:
     """What happened: by step the time in s, the place and the height in m, the acceleration in
     m/s^2 and the frequency of the gait in Hz; what the robot said; the byte that it last knew, or
     None while it asks.
@@ -169,33 +174,33 @@ class Day:
     steps: list[tuple[float, float, float, float, float]] = field(default_factory=list)
     word: int | None = None
 
-    def keep(self, body: Hexapod, gait: Gait) -> None:
+    def add_step(self, body: Hexapod, gait: Gait) -> None:
         """Keep a step."""
         self.steps.append((body.time, *body.place, body.acceleration[0], gait.frequency))
 
-    def said(self, time: float) -> str:
+    def find_last_message(self, time: float) -> str:
         """Return what the robot said last, for two seconds."""
         when, what = self.log[-1] if self.log else (0.0, '')
         return what if time - when < 2.0 else ''
 
 
-def lived(session: Path, roughness: float = 0.02, film: Film | None = None) -> Day:
+def simulate_day(session: Path, roughness: float = 0.02, film: Film | None = None) -> DayRecord:
     """Live a day, recorded into a session and perhaps filmed, and return it.
 
     The robot is told to walk, loses power on its way, falls, and wakes a second later.
     """
-    day = Day()
+    day = DayRecord()
     context = rclpy.Context()
     rclpy.init(context=context)
     try:
-        with memory_node(MEMORY) as node:
+        with memory_node(MEMORY_PARAMETERS) as node:
             world = World(Hexapod(roughness), node.element, context=context)
             world.memory.record(path=str(session)).wait()
-            world.run(3.0, Mind(world.memory, day.log), 2, day, film)
+            world.pass_time(3.0, Brain(world.memory, day.log), 2, day, film)
             day.log.append((round(world.body.time, 3), 'power is lost'))
-            world.run(1.0, None, 0, day, film)
+            world.pass_time(1.0, None, 0, day, film)
             day.log.append((round(world.body.time, 3), 'power is back'))
-            world.run(3.0, Mind(world.memory, day.log), 2, day, film)
+            world.pass_time(3.0, Brain(world.memory, day.log), 2, day, film)
             world.memory.record(False).wait()
             world.destroy_node()
     finally:
@@ -203,7 +208,7 @@ def lived(session: Path, roughness: float = 0.02, film: Film | None = None) -> D
     return day
 
 
-def draw(day: Day, path: Path) -> None:
+def draw_day(day: DayRecord, path: Path) -> None:
     """Draw a day: how far the robot came, its height, and what the element felt."""
     from matplotlib.figure import Figure
 
@@ -231,18 +236,20 @@ def main() -> int:
     parser.add_argument('--film', action='store_true', help='film the day, too')
     parser.add_argument('--roughness', type=float, default=0.02, help='height of stones in m')
     options = parser.parse_args()
-    if not 0.0 <= options.roughness <= HIGHEST:
-        parser.error(f'--roughness must be from 0 to {HIGHEST:g} m; got {options.roughness:g}')
+    if not 0.0 <= options.roughness <= MAX_STONE_HEIGHT_M:
+        parser.error(
+            f'--roughness must be from 0 to {MAX_STONE_HEIGHT_M:g} m; got {options.roughness:g}'
+        )
     try:
         options.output.mkdir(parents=True)
     except OSError as error:
         parser.error(f'--output must name a new folder: {error.strerror}: {options.output}')
     with Film(options.output / 'day.gif') if options.film else nullcontext() as film:
-        day = lived(options.output / 'session', options.roughness, film)
+        day = simulate_day(options.output / 'session', options.roughness, film)
     for when, what in day.log:
         print(f'{when:6.3f} s  {what}')
     print(f'it came {day.steps[-1][1]:.2f} m; the byte in its memory is {day.word:#04x}')
-    draw(day, options.output / 'day.png')
+    draw_day(day, options.output / 'day.png')
     return 0
 
 

@@ -30,13 +30,13 @@ from mlmem_ros.ros.middleware import LATCHED_PROFILE, RELIABLE_PROFILE, SENSOR_D
 
 from .gaits import GAITS
 
-PERIOD = 0.02
+PRESSURE_PERIOD_S = 0.02
 """Seconds between two sets of pressures."""
 
-PATIENCE = 60
-"""Longest wait in seconds at the start for a busy memory."""
+MAX_READ_ATTEMPTS = 60
+"""Reads at the start, one a second, before a busy memory is given up."""
 
-REST = 0
+REST_GAIT = 0
 """The gait of a robot whose memory is blank."""
 
 
@@ -52,7 +52,7 @@ class GaitNode(Node):
         super().__init__('gait', **options)
         memory = self.declare_parameter('memory', 'mlmem').value
         self._memory = MemoryClient(self, memory, patience=30.0)
-        self._gait = REST
+        self._gait = REST_GAIT
         self._publisher = self.create_publisher(UInt8, '~/gait', LATCHED_PROFILE)
         self._pressures = self.create_publisher(
             Float32MultiArray, '~/pressures', SENSOR_DATA_PROFILE
@@ -65,26 +65,26 @@ class GaitNode(Node):
             RELIABLE_PROFILE,
             callback_group=self._memory.group,
         )
-        self.create_timer(PERIOD, self._on_timer)
+        self.create_timer(PRESSURE_PERIOD_S, self._on_timer)
 
-    async def remember(self) -> None:
+    async def recall_gait(self) -> None:
         """Take up the gait that the element holds.
 
         Raises:
             RequestError: The memory does not answer, or cannot be read.
         """
-        for _ in range(PATIENCE):
+        for _ in range(MAX_READ_ATTEMPTS):
             try:
                 content = await self._memory.read(timeout=30.0)
             except RequestRefused as busy:  # with a write from before our restart
                 self.get_logger().info(f'waiting for the memory: {busy}')
-                await self._seconds(1.0)
+                await self._wait_seconds(1.0)
             else:
-                self._walk(REST if content.blank else content.level)
+                self._take_up_gait(REST_GAIT if content.blank else content.level)
                 return
-        raise NoAnswer(f'the memory was busy for {PATIENCE} s')
+        raise NoAnswer(f'the memory was busy for {MAX_READ_ATTEMPTS} s')
 
-    async def _seconds(self, seconds: float) -> None:
+    async def _wait_seconds(self, seconds: float) -> None:
         over = Future()
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         timer = self.create_timer(seconds, lambda: over.set_result(None), clock=clock)
@@ -101,16 +101,16 @@ class GaitNode(Node):
         except RequestError as error:
             self.get_logger().error(f'still in gait {self._gait}: {error}')
         else:
-            self._walk(written.level)
+            self._take_up_gait(written.level)
 
-    def _walk(self, gait: int) -> None:
+    def _take_up_gait(self, gait: int) -> None:
         self._gait = gait
         self._publisher.publish(UInt8(data=gait))
         self.get_logger().info(f'gait {gait}: {GAITS[gait].name}')
 
     def _on_timer(self) -> None:
         now = self.get_clock().now().nanoseconds / 1e9
-        self._pressures.publish(Float32MultiArray(data=GAITS[self._gait].pressures(now)))
+        self._pressures.publish(Float32MultiArray(data=GAITS[self._gait].compute_pressures(now)))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -126,7 +126,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     node, executor, status = GaitNode(), SingleThreadedExecutor(), 0
     executor.add_node(node)
-    executor.create_task(node.remember)
+    executor.create_task(node.recall_gait)
     try:
         while not received:
             executor.spin_once(timeout_sec=0.1)

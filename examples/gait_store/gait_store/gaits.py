@@ -25,15 +25,15 @@ class Gait:
     phases: tuple[float, float, float, float]
     duty: float
 
-    def pressures(self, time: float) -> tuple[float, ...]:
+    def compute_pressures(self, time: float) -> tuple[float, ...]:
         """Return the pressure of every leg at a time in seconds, from 0 to 1."""
         if self.frequency == 0.0:
             return (0.0,) * len(self.phases)
         return tuple(
-            self._pressure((time * self.frequency + phase) % 1.0) for phase in self.phases
+            self._compute_pressure((time * self.frequency + phase) % 1.0) for phase in self.phases
         )
 
-    def _pressure(self, share: float) -> float:
+    def _compute_pressure(self, share: float) -> float:
         return math.sin(math.pi * share / self.duty) if share < self.duty else 0.0
 
 

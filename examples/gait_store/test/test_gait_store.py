@@ -46,7 +46,7 @@ class Behaviour:
         )
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
-        self._executor.create_task(self.node.remember)
+        self._executor.create_task(self.node.recall_gait)
         self._thread = threading.Thread(target=self._turn, daemon=True)
         self._thread.start()
 
@@ -115,7 +115,7 @@ def behave(memory, robot):
 def test_a_gait_is_a_level():
     assert len(GAITS) == 8
     for gait in GAITS:
-        pressures = [gait.pressures(tick / 100) for tick in range(500)]
+        pressures = [gait.compute_pressures(tick / 100) for tick in range(500)]
         assert all(0.0 <= p <= 1.0 for legs in pressures for p in legs)
         assert max(max(legs) for legs in pressures) > 0.9 or gait.name == 'rest'
 
