@@ -16,56 +16,56 @@ from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 
-FOLDER = '/disk'
+DISK_FOLDER = '/disk'
 
 
 @cache
-def _memory():
+def _make_folder():
     """Return a folder in memory, where there is one; it goes with the process."""
     memory = Path('/dev/shm')
     return TemporaryDirectory(prefix='runs-', dir=memory if memory.is_dir() else None)
 
 
-def findings(disk, closed):
+def find_bag_errors(disk, closed):
     """Yield what is wrong with the bags on a disk.
 
     Args:
         disk: The disk, after the recording process has ended.
         closed: Paths of the bags that were reported as closed.
     """
-    names = [name for name in disk.names(FOLDER) if name.startswith('session')]
+    names = [name for name in disk.list_names(DISK_FOLDER) if name.startswith('session')]
     for path in closed:
         if path.name not in names:
             yield f'{path} was closed and is not there'
     if not names:
         return
-    folder = Path(_memory().name) / FOLDER.strip('/')
+    folder = Path(_make_folder().name) / DISK_FOLDER.strip('/')
     shutil.rmtree(folder, ignore_errors=True)
-    disk.materialise(folder.parent)
+    disk.write_to_folder(folder.parent)
     for name in names:
         try:
             with patch.object(atomic_files, 'os', os):  # the copy is on a real disk
-                found = list(_findings(folder / name, whole=Path(FOLDER) / name in closed))
+                found = list(_find_errors(folder / name, whole=Path(DISK_FOLDER) / name in closed))
         except BagError as error:
             found = [f'{name}: {error}']
         yield from found
 
 
-def promise(metadata):
+def count_promised(metadata):
     """Return how many messages were synced when the metadata was written."""
     return metadata.message_count if metadata else 0
 
 
-def _findings(bag, whole):
+def _find_errors(bag, whole):
     try:
         reader = BagReader(bag)
     except BagError as error:
         text = read_metadata_text(bag)
-        promised = promise(text and parse_metadata(text))
+        promised = count_promised(text and parse_metadata(text))
         if promised or whole:
             yield f'{bag.name} has {promised} messages that were synced, and: {error}'
         return
-    promised = promise(reader.metadata)
+    promised = count_promised(reader.metadata)
     count = sum(1 for _ in reader)
     if count < promised:
         yield f'{bag.name} has {count} messages; {promised} were synced'

@@ -5,7 +5,7 @@
 import signal
 from pprint import pformat
 
-from .script import script
+from .script import make_script
 from .world import SeededRun
 
 RUN_TIMEOUT_S = 120
@@ -18,12 +18,12 @@ class Stuck(BaseException):
 
 def run_seed(seed):
     """Return what is wrong in the run with this number."""
-    return SeededRun(script(seed)).run()
+    return SeededRun(make_script(seed)).run()
 
 
 def run_seed_with_timeout(seed):
     """Return the same; the run is given up if it does not end."""
-    signal.signal(signal.SIGALRM, _give_up)
+    signal.signal(signal.SIGALRM, _raise_stuck)
     signal.alarm(RUN_TIMEOUT_S)
     try:
         return run_seed(seed)
@@ -33,13 +33,13 @@ def run_seed_with_timeout(seed):
         signal.alarm(0)
 
 
-def _give_up(*_):
+def _raise_stuck(*_):
     raise Stuck
 
 
 def describe_run(seed):
     """Do the run with this number, and describe it."""
-    run = SeededRun(script(seed))
+    run = SeededRun(make_script(seed))
     found = run.run()
     lines = [
         f'{at:12.6f}  {who}: {" ".join(map(str, what)) if isinstance(what, tuple) else what}'

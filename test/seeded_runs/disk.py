@@ -21,7 +21,7 @@ from mlmem import atomic_files
 from .files import Directory, File
 from .scheduler import Killed
 
-REASONS = (errno.ENOSPC, errno.EIO, errno.EACCES, errno.EINTR)
+ERROR_NUMBERS = (errno.ENOSPC, errno.EIO, errno.EACCES, errno.EINTR)
 
 
 class Disk:
@@ -54,7 +54,7 @@ class Disk:
 
     # --- for the experimenter ------------------------------------------------------------
 
-    def heal(self):
+    def clear_trouble(self):
         """End all trouble; hanging calls go on."""
         self.trouble = ''
         self.troubled_at = self._scheduler.now
@@ -73,14 +73,14 @@ class Disk:
         self.kill()
         self._root.lose(self._scheduler.random)
 
-    def materialise(self, folder):
+    def write_to_folder(self, folder):
         """Write all files into a folder of the real file system."""
-        _write_out(self._root, Path(folder))
+        _write_folder(self._root, Path(folder))
 
-    def names(self, path='/'):
+    def list_names(self, path='/'):
         """Return the entries of a directory; none if it does not exist."""
         try:
-            return sorted(self._find(Path(path)).shown)
+            return sorted(self._find_node(Path(path)).shown)
         except OSError:
             return []
 
@@ -88,18 +88,18 @@ class Disk:
 
     def open(self, path, flags, mode=0o777):
         del mode
-        self._call('open', path)
-        parent, name = self._parent(path)
+        self._begin_call('open', path)
+        parent, name = self._find_parent(path)
         node = parent.shown.get(name) if name else parent
         if node is None:
             if not flags & os.O_CREAT:
-                raise _error(errno.ENOENT, path)
+                raise _make_error(errno.ENOENT, path)
             node = File()
             parent.change(**{name: node})
         elif flags & os.O_EXCL:
-            raise _error(errno.EEXIST, path)
+            raise _make_error(errno.EEXIST, path)
         if isinstance(node, Directory) != bool(flags & os.O_DIRECTORY):
-            raise _error(errno.EISDIR if isinstance(node, Directory) else errno.ENOTDIR, path)
+            raise _make_error(errno.EISDIR if isinstance(node, Directory) else errno.ENOTDIR, path)
         if flags & os.O_TRUNC and node.shown:
             # A truncated file may come back with the old content, the new, or none.
             node.shown, node.safe = bytearray(), b''
@@ -110,7 +110,7 @@ class Disk:
 
     def write(self, descriptor, content):
         open_file = self._open_file(descriptor)
-        taken = self._call('write', open_file.path, len(content))
+        taken = self._begin_call('write', open_file.path, len(content))
         node, content = open_file.node, bytes(content[:taken])
         node.writes.append((open_file.at, content, False))
         node.shown[open_file.at : open_file.at + taken] = content
@@ -119,7 +119,7 @@ class Disk:
 
     def read(self, descriptor, count):
         open_file = self._open_file(descriptor)
-        self._call('read', open_file.path)
+        self._begin_call('read', open_file.path)
         content = bytes(open_file.node.shown[open_file.at : open_file.at + count])
         open_file.at += len(content)
         return content
@@ -127,7 +127,7 @@ class Disk:
     def fsync(self, descriptor):
         node = self._open_file(descriptor).node
         try:
-            self._call('fsync', self._open_file(descriptor).path)
+            self._begin_call('fsync', self._open_file(descriptor).path)
         except OSError:
             node.doubt()
             raise
@@ -135,7 +135,7 @@ class Disk:
 
     def fstat(self, descriptor):
         open_file = self._open_file(descriptor)
-        self._call('fstat', open_file.path)
+        self._begin_call('fstat', open_file.path)
         node = open_file.node
         kind = stat.S_IFDIR if isinstance(node, Directory) else stat.S_IFREG
         return SimpleNamespace(
@@ -152,52 +152,52 @@ class Disk:
     def close(self, descriptor):
         path = self._open_file(descriptor).path
         try:
-            self._call('close', path)
+            self._begin_call('close', path)
         finally:
             self.open_files.pop(descriptor, None)
 
     def replace(self, source, target):
-        self._call('replace', target)
-        (directory, old), (there, new) = self._parent(source), self._parent(target)
+        self._begin_call('replace', target)
+        (directory, old), (there, new) = self._find_parent(source), self._find_parent(target)
         assert directory is there, 'a rename across directories is not modelled'
         if old not in directory.shown:
-            raise _error(errno.ENOENT, source)
+            raise _make_error(errno.ENOENT, source)
         if new in directory.shown:
             directory.shown[new].names = 0
         directory.change(**{old: None, new: directory.shown[old]})
 
     def unlink(self, path):
-        self._call('unlink', path)
-        directory, name = self._parent(path)
+        self._begin_call('unlink', path)
+        directory, name = self._find_parent(path)
         if name not in directory.shown:
-            raise _error(errno.ENOENT, path)
+            raise _make_error(errno.ENOENT, path)
         directory.shown[name].names = 0
         directory.change(**{name: None})
 
     def mkdir(self, path, mode=0o777):
         del mode
-        self._call('mkdir', path)
-        parent, name = self._parent(path)
+        self._begin_call('mkdir', path)
+        parent, name = self._find_parent(path)
         if not name or name in parent.shown:
-            raise _error(errno.EEXIST, path)
+            raise _make_error(errno.EEXIST, path)
         parent.change(**{name: Directory()})
 
     def isdir(self, path):
         try:
-            return isinstance(self._find(Path(path)), Directory)
+            return isinstance(self._find_node(Path(path)), Directory)
         except OSError:
             return False
 
     def lexists(self, path):
         try:
-            self._find(Path(path))
+            self._find_node(Path(path))
         except OSError:
             return False
         return True
 
     # --- what may befall a call ----------------------------------------------------------
 
-    def _call(self, name, path, size=0):
+    def _begin_call(self, name, path, size=0):
         """Hand over, hang or fail; return how many bytes are accepted."""
         scheduler = self._scheduler
         task = scheduler.current
@@ -209,7 +209,7 @@ class Disk:
             self.crash_in -= 1
             if not self.crash_in:
                 self.crash_in, scheduler.crash_at = None, scheduler.handovers
-        scheduler.handover((name, str(path)))
+        scheduler.hand_over((name, str(path)))
         self.calls += 1
         trouble = self.trouble
         if not trouble:
@@ -224,11 +224,11 @@ class Disk:
                 return chance.randint(1, size) if size else 0
             trouble = 'full' if dice > 0.1 else 'fails' if dice > 0.03 else 'hangs a while'
         if trouble == 'full' and name in ('write', 'open', 'mkdir', 'fsync', 'replace'):
-            raise _error(errno.ENOSPC, path)
+            raise _make_error(errno.ENOSPC, path)
         if trouble == 'fails':
-            raise _error(chance.choice(REASONS), path)
+            raise _make_error(chance.choice(ERROR_NUMBERS), path)
         if trouble.startswith('hangs'):
-            scheduler.note(('held up', name, str(path)))
+            scheduler.add_note(('held up', name, str(path)))
             self.held_up.append(task)
             while_ = None if trouble == 'hangs' else chance.choice((0.01, 1.0, 30.0))
             if not scheduler.block(f'the disk to {name} {path}', while_):
@@ -244,32 +244,32 @@ class Disk:
         try:
             return self.open_files[descriptor]
         except KeyError:
-            raise _error(errno.EBADF, descriptor) from None
+            raise _make_error(errno.EBADF, descriptor) from None
 
-    def _find(self, path):
+    def _find_node(self, path):
         node = self._root
         for name in Path(path).parts[1:]:
             if not isinstance(node, Directory):
-                raise _error(errno.ENOTDIR, path)
+                raise _make_error(errno.ENOTDIR, path)
             if name not in node.shown:
-                raise _error(errno.ENOENT, path)
+                raise _make_error(errno.ENOENT, path)
             node = node.shown[name]
         return node
 
-    def _parent(self, path):
+    def _find_parent(self, path):
         if '\0' in str(path):
             raise ValueError('embedded null byte')
         path = Path(path)
         if len(path.name) > 255:
-            raise _error(errno.ENAMETOOLONG, path)
-        parent = self._find(path.parent)
+            raise _make_error(errno.ENAMETOOLONG, path)
+        parent = self._find_node(path.parent)
         if not isinstance(parent, Directory):
-            raise _error(errno.ENOTDIR, path)
+            raise _make_error(errno.ENOTDIR, path)
         return parent, path.name
 
 
 @contextmanager
-def mounted(disk):
+def mount_disk(disk):
     """Redirect all durable files to this disk."""
     names = ('open', 'write', 'read', 'fsync', 'fstat', 'close', 'replace', 'unlink', 'mkdir')
     flags = {name: value for name, value in vars(os).items() if name.startswith('O_')}
@@ -280,14 +280,14 @@ def mounted(disk):
         yield
 
 
-def _error(number, what):
+def _make_error(number, what):
     return OSError(number, os.strerror(number), str(what))
 
 
-def _write_out(directory, folder):
+def _write_folder(directory, folder):
     folder.mkdir(parents=True, exist_ok=True)
     for name, node in directory.shown.items():
         if isinstance(node, Directory):
-            _write_out(node, folder / name)
+            _write_folder(node, folder / name)
         else:
             (folder / name).write_bytes(node.shown)

@@ -27,7 +27,9 @@ from mlmem_ros.host.settings import (
     StateSettings,
 )
 
-PUBLISH = PublishSettings(field_every=4, wall_every=4, joint_states_every=4, views_every=8)
+PUBLISH_SETTINGS = PublishSettings(
+    field_every=4, wall_every=4, joint_states_every=4, views_every=8
+)
 
 
 @dataclass(frozen=True)
@@ -42,13 +44,15 @@ class ElementKind:
         """Its factory calibration."""
         return factory_calibration(self.design, self.settings)
 
-    def parameters(self, *, record='', state='', interval=0.0, sync_interval=0.2, hash_every=20):
+    def make_parameters(
+        self, *, record='', state='', interval=0.0, sync_interval=0.2, hash_every=20
+    ):
         """Return all parameters of a host."""
         return Parameters(
             design=self.design,
             check='skip',
             settings=self.settings,
-            publish=PUBLISH,
+            publish=PUBLISH_SETTINGS,
             record=RecordSettings(record, sync_interval=sync_interval, hash_every=hash_every),
             state=StateSettings(state, interval),
             faults=Faults(),
@@ -56,21 +60,21 @@ class ElementKind:
         )
 
     @cache  # noqa: B019 (there are five)
-    def written(self, level):
+    def make_snapshot(self, level):
         """Return the snapshot of an element on which a level was written, or of a blank one."""
         element = MemoryElement(self.design, self.settings, self.calibration)
         if level >= 0:
             assert element.perform(Write(level)).reading.level == level
         return snapshot.take_snapshot(element)
 
-    def restored(self, taken):
+    def restore_element(self, taken):
         """Return a new element in the state of a snapshot."""
         element = MemoryElement(self.design, self.settings, self.calibration)
         snapshot.restore_snapshot(element, taken)
         return element
 
 
-def _quick():
+def _make_quick_kind():
     """Return an element that is written within seconds of its run: a tick is 0.1 s."""
     design = Design(
         N=81, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=1 / 80, tail=54
@@ -85,28 +89,29 @@ def _quick():
     return ElementKind(design, decode_value(Settings, given))
 
 
-def _shipped(name):
+def _load_shipped_kind(name):
     """Return a preset at a pace of twenty ticks a second: a write takes 15 to 25 of them."""
     design, settings = load_element(name).design_and_settings
     scale = replace(settings.scale, time=0.05 / settings.time.tick)
     return ElementKind(design, replace(settings, scale=scale))
 
 
-QUICK = _quick()
+QUICK_KIND = _make_quick_kind()
 
-KINDS = {2: QUICK} | {
-    _shipped(name).design.levels: _shipped(name) for name in ('bits_2', 'case_2', 'bits_4')
+ELEMENT_KINDS = {2: QUICK_KIND} | {
+    _load_shipped_kind(name).design.levels: _load_shipped_kind(name)
+    for name in ('bits_2', 'case_2', 'bits_4')
 }
 """The elements, by the number of their levels."""
 
 
-def finite(element):
+def is_finite(element):
     """Return whether the state of the material is finite."""
     chain = element.chain
     return math.isfinite(float(chain.state().sum())) and math.isfinite(chain.V_N)
 
 
 @cache
-def healthy(faults):
+def is_healthy(faults):
     """Return whether a device has no faults."""
     return not faults.list_active()

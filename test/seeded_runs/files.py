@@ -16,7 +16,7 @@ class File:
 
     def sync(self):
         """Make the writes safe, except those whose earlier sync failed."""
-        self.safe = _after(self.safe, [write for write in self.writes if not write[2]])
+        self.safe = _apply_writes(self.safe, [write for write in self.writes if not write[2]])
         self.writes = [write for write in self.writes if write[2]]
 
     def doubt(self):
@@ -25,11 +25,11 @@ class File:
 
     def lose(self, random):
         """Lose what was not safe, or part of it."""
-        kept = _some(self.writes, random)
+        kept = _choose_kept(self.writes, random)
         if kept and random.random() < 0.5:
             offset, content, _ = kept[-1]
             kept[-1] = offset, content[: random.randrange(len(content) + 1)], False
-        self.safe = _after(self.safe, kept)
+        self.safe = _apply_writes(self.safe, kept)
         self.shown, self.writes, self.names = bytearray(self.safe), [], 0
 
 
@@ -48,7 +48,7 @@ class Directory:
     def change(self, **names):
         """Change entries."""
         self.changes.append(names)
-        self.shown = _changed(self.shown, names)
+        self.shown = _apply_change(self.shown, names)
 
     def sync(self):
         """Make the entries safe."""
@@ -59,15 +59,15 @@ class Directory:
 
     def lose(self, random):
         """Lose all or some changes that were not safe, here and in everything below."""
-        for names in _some(self.changes, random):
-            self.safe = _changed(self.safe, names)
+        for names in _choose_kept(self.changes, random):
+            self.safe = _apply_change(self.safe, names)
         self.shown, self.changes = dict(self.safe), []
         for node in self.shown.values():
             node.lose(random)
             node.names = 1
 
 
-def _some(things, random):
+def _choose_kept(things, random):
     """Return all, none, the first ones or any of the unsynced writes, in order."""
     match random.randrange(4):
         case 0:
@@ -79,7 +79,7 @@ def _some(things, random):
     return [thing for thing in things if random.random() < 0.5]
 
 
-def _after(content, writes):
+def _apply_writes(content, writes):
     """Return content after some writes; a gap before one that came through is zero."""
     content = bytearray(content)
     for offset, written, _ in writes:
@@ -91,7 +91,7 @@ def _after(content, writes):
     return bytes(content)
 
 
-def _changed(entries, names):
+def _apply_change(entries, names):
     """Return the entries of a directory after a change."""
     entries = {**entries, **names}
     return {name: node for name, node in entries.items() if node is not None}

@@ -16,7 +16,7 @@ from mlmem_ros.host import REFUSALS, store
 
 from . import bags
 from . import element as small
-from .script import STATE
+from .script import STATE_PATH
 from .truth import Truth, may_move
 
 DISK_TIMEOUT_S = 2.0
@@ -63,70 +63,70 @@ class Invariants:
     def __init__(self, run):
         self.found = []
         self.broken = False
-        self.truth = Truth(self.find)
+        self.truth = Truth(self.report)
         self._run = run
         self._acknowledged = None  # ticks, level and movers of the last one that was saved
         self._closed_bags = set()
 
-    def find(self, what):
+    def report(self, what):
         """Record a finding."""
         self.found.append(what)
-        self._run.scheduler.note(f'FOUND {what}')
+        self._run.scheduler.add_note(f'FOUND {what}')
 
     # --- where the host logs -------------------------------------------------------------
 
     def write_line(self, severity, message):
-        self._run.scheduler.note(('log', message))
+        self._run.scheduler.add_note(('log', message))
         if severity != 'ERROR':
             return
         if 'fault in the software' in message or (
             'device has stopped' in message and not self.broken
         ):
-            self.find(message)
+            self.report(message)
         if 'its content is saved' in message and self._run.script.state:
             self._acknowledged = self._run.element.ticks, None, None
 
     # --- requests ------------------------------------------------------------------------
 
-    def asked(self, process, what, future):
+    def watch_request(self, process, what, future):
         """Watch a request."""
         moves = may_move(what)
         self.truth.asked += moves
         self.truth.waiting += moves
         ticket = Ticket(what, future, self._now, moves, self.truth.asked)
-        future.add_done_callback(lambda _: self._answered(process, ticket))
+        future.add_done_callback(lambda _: self._check_answer(process, ticket))
         return ticket
 
-    def _answered(self, process, ticket):
+    def _check_answer(self, process, ticket):
         ticket_time = self._now - ticket.asked
         if ticket.moves:
             self.truth.waiting -= 1
         if ticket.future.cancelled():
             return
         error = ticket.future.exception()
-        self._run.scheduler.note(('answer', str(ticket), error or ticket.future.result()))
+        self._run.scheduler.add_note(('answer', str(ticket), error or ticket.future.result()))
         if not isinstance(error, (*REFUSALS, NoneType)):
-            self.find(f'{ticket} was answered with {describe_error(error)}')
+            self.report(f'{ticket} was answered with {describe_error(error)}')
             return
         if ticket.moves and not isinstance(error, Refused):
-            self.truth.unsettle(process.host.element)
+            self.truth.assume_motion(process.host.element)
         if isinstance(ticket.what, tuple):
-            self._served(ticket, error, ticket_time)
+            self._check_service(ticket, error, ticket_time)
         elif error is None and isinstance(outcome := ticket.future.result(), Outcome):
-            self._ended(ticket, outcome)
+            self._check_outcome(ticket, outcome)
         elif error is None and isinstance(ticket.what, Procedures):
-            self.find(f'{ticket} was answered without an outcome')
+            self.report(f'{ticket} was answered without an outcome')
 
-    def _served(self, ticket, error, after):
+    def _check_service(self, ticket, error, after):
         name, given = ticket.what
         if after > (SLOW_ANSWER_S if name == 'record' else PROMPT_ANSWER_S):
-            self.find(f'{ticket} was answered after {after:.3f} s')
+            self.report(f'{ticket} was answered after {after:.3f} s')
         if name == 'record' and not given and error is None:
             self._closed_bags.add(ticket.future.result())
 
-    def _ended(self, ticket, outcome):
+    def _check_outcome(self, ticket, outcome):
         if not isinstance(ticket.what, Procedures):
-            self.find(f'{ticket} was answered with {outcome}')
+            self.report(f'{ticket} was answered with {outcome}')
         if outcome.success and self._run.script.state and ticket.moves:
             level = outcome.reading.level if outcome.reading else None
             if self._run.element.faults.stuck_cell:  # it echoes as a wall does
@@ -135,53 +135,53 @@ class Invariants:
 
     # --- the life cycle ------------------------------------------------------------------
 
-    def transited(self, process, name, before, refusal):
+    def check_transition(self, process, name, before, refusal):
         """Check a transition that was made, or was not."""
-        self._run.scheduler.note(('transition', name, before, process.node.state, refusal))
+        self._run.scheduler.add_note(('transition', name, before, process.node.state, refusal))
         element = process.host.element
         if refusal is None and name == 'configure':
             self.truth.watch_refusals(element)
-            self.truth.unsettle(element)
+            self.truth.assume_motion(element)
         if refusal is None and name == 'deactivate':
-            self._save_stopped(process, element)
-        if refusal and process.node.state == before and self._healthy_disk():
+            self._check_stopped(process, element)
+        if refusal and process.node.state == before and self._is_disk_healthy():
             expected = ('is refused while', 'exists already', 'the device has stopped')
             if not any(text in refusal for text in expected):
-                self.find(f'{name} is refused although the disk is healthy: {refusal}')
+                self.report(f'{name} is refused although the disk is healthy: {refusal}')
 
-    def closed(self, process, element):
+    def check_closed(self, process, element):
         """Check a process that was closed."""
         if element is not None:
-            self._save_stopped(process, element)
+            self._check_stopped(process, element)
 
-    def _save_stopped(self, process, element):
-        if not small.finite(element):
-            self.find('the state is not finite')
+    def _check_stopped(self, process, element):
+        if not small.is_finite(element):
+            self.report('the state is not finite')
         if element.ticks and not process.host.lost and self._run.script.state:
             self._acknowledged = element.ticks, None, None
 
-    def callback_failed(self, name, failure):
+    def report_callback(self, name, failure):
         """Record an exception of a callback."""
-        self.find(f'callback {name} raised {describe_error(failure)}')
+        self.report(f'callback {name} raised {describe_error(failure)}')
 
     # --- ends ----------------------------------------------------------------------------
 
-    def ended(self, process):
+    def check_end(self, process):
         """Check a process that has ended by itself, with a healed disk."""
         name, seconds = process.executor.longest
         if seconds > (SLOW_ANSWER_S if name in SLOW_CALLBACKS else PROMPT_ANSWER_S):
-            self.find(f'callback {name} took {seconds:.3f} s')
-        if process.loop is not None and not _sane(process.loop.statistics):
-            self.find(f'the loop has kept time like this: {process.loop.statistics}')
+            self.report(f'callback {name} took {seconds:.3f} s')
+        if process.loop is not None and not _is_plausible(process.loop.statistics):
+            self.report(f'the loop has kept time like this: {process.loop.statistics}')
         for ticket in process.tickets:
             if not ticket.future.done():
-                self.find(f'{ticket} was never answered')
-        for left in self._run.scheduler.leftovers():
-            self.find(f'left over: {left}')
+                self.report(f'{ticket} was never answered')
+        for left in self._run.scheduler.list_leftovers():
+            self.report(f'left over: {left}')
         for open_file in self._run.disk.open_files.values():
-            self.find(f'left open: {open_file.path}')
+            self.report(f'left open: {open_file.path}')
 
-    def died(self, how):
+    def check_after_death(self, how):
         """Check what a process has left on the disk after a kill or a power cut."""
         disk = self._run.disk
         if how == 'power':
@@ -189,28 +189,28 @@ class Invariants:
         else:
             disk.kill()
         self.truth.waiting = 0
-        self.truth.unsettle(None)
-        self._look_at_state()
-        for finding in bags.findings(disk, self._closed_bags):
-            self.find(finding)
+        self.truth.assume_motion(None)
+        self._check_saved_state()
+        for finding in bags.find_bag_errors(disk, self._closed_bags):
+            self.report(finding)
 
-    def _look_at_state(self):
+    def _check_saved_state(self):
         if self._acknowledged is None:
             return
         ticks, level, number = self._acknowledged
         try:
-            saved = store.load_snapshot(Path(STATE))
+            saved = store.load_snapshot(Path(STATE_PATH))
         except REFUSALS as error:
-            self.find(f'the saved state cannot be read: {error}')
+            self.report(f'the saved state cannot be read: {error}')
             return
         if saved is None or saved['ticks'] < ticks:
             had = saved and saved['ticks']
-            self.find(f'what was acknowledged at tick {ticks} is lost: the file has tick {had}')
+            self.report(f'what was acknowledged at tick {ticks} is lost: the file has tick {had}')
         elif level is not None and number == self.truth.asked:
-            element = self._run.kind.restored(saved)
+            element = self._run.kind.restore_element(saved)
             truth = find_level(element.design, element.chain.configuration)
             if truth != level:
-                self.find(f'level {level} was acknowledged; {truth} is on the disk')
+                self.report(f'level {level} was acknowledged; {truth} is on the disk')
 
     # --- helpers -------------------------------------------------------------------------
 
@@ -218,7 +218,7 @@ class Invariants:
     def _now(self):
         return self._run.scheduler.now
 
-    def _healthy_disk(self):
+    def _is_disk_healthy(self):
         disk = self._run.disk
         calm = self._now - disk.troubled_at > 2.0 * DISK_TIMEOUT_S
         return calm and not (disk.trouble or disk.held_up)
@@ -236,6 +236,6 @@ def describe_error(error):
     return f'{error!r} at {places}'
 
 
-def _sane(statistics):
+def _is_plausible(statistics):
     """Return whether the statistics of a loop are plausible."""
     return all(0.0 <= value < math.inf for value in vars(statistics).values())

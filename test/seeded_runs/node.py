@@ -7,7 +7,7 @@ from collections import deque
 from mlmem import threads
 from mlmem_ros.host import REFUSALS
 
-TRANSITIONS = {
+TRANSITION_NAMES = {
     'configure': ('unconfigured', 'inactive'),
     'activate': ('inactive', 'active'),
     'deactivate': ('active', 'inactive'),
@@ -41,25 +41,25 @@ class Executor:
         self._ending = False
         self._idle = False
         self._scheduler = scheduler
-        self.task = scheduler.spawn(self._run, 'executor')
+        self.task = scheduler.spawn(self._run_callbacks, 'executor')
 
     def post(self, name, callback):
         """Queue a callback; any thread may call."""
         self._waiting.append((name, callback))
-        self._rouse()
+        self._make_ready()
 
     def end(self):
         """Run no more callbacks than those that wait."""
         self._ending = True
-        self._rouse()
+        self._make_ready()
 
-    def _rouse(self):
+    def _make_ready(self):
         if self._idle:  # and does not wait for something within a callback
             self._scheduler.wake(self.task)
 
-    def _run(self):
+    def _run_callbacks(self):
         due = threads.monotonic() + TIMER_PERIOD_S
-        while (turn := self._next(due)) is not None:
+        while (turn := self._take_next(due)) is not None:
             name, callback = turn
             begun = threads.monotonic()
             try:
@@ -71,7 +71,7 @@ class Executor:
             if name == 'on_timer':
                 due = threads.monotonic() + TIMER_PERIOD_S
 
-    def _next(self, due):
+    def _take_next(self, due):
         while not self._waiting:
             if self._ending:
                 return None
@@ -107,28 +107,28 @@ class Node:
             'cleanup': host.release,
         }
 
-    def transit(self, name):
+    def make_transition(self, name):
         """Make a transition; return None, or why it failed or was refused."""
-        begins, ends = TRANSITIONS[name]
+        begins, ends = TRANSITION_NAMES[name]
         if self.state != begins:
             return f'{name} is refused while {self.state}'
         try:
             self._work[name]()
         except REFUSALS as refusal:
             if self.host.failure is not None:
-                self._fail()
+                self._fail_host()
             return str(refusal)
         except Exception:
-            self._fail()
+            self._fail_host()
             raise
         self.state = ends
         return None
 
-    def mind_failure(self):
+    def leave_on_failure(self):
         """Leave the active state if the device has failed."""
         if self.host.failure is not None:
-            self.transit('deactivate')
+            self.make_transition('deactivate')
 
-    def _fail(self):
+    def _fail_host(self):
         self.state = 'unconfigured'
         self.host.fail()

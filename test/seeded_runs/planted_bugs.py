@@ -42,7 +42,7 @@ def plant(name):
         yield
 
 
-def _plant(*replaced):
+def _register(*replaced):
     """Register a fault that is made of the functions that it replaces."""
 
     def enter(fault):
@@ -59,7 +59,7 @@ def _plant(*replaced):
 # --- the loop ----------------------------------------------------------------------------
 
 
-@_plant((timetable.Timetable, 'count_deferred'))
+@_register((timetable.Timetable, 'count_deferred'))
 def division_by_zero_at_full_speed(_):
     def deferred(self, late, box):
         at_once = self._at_once if self.period else self._batch  # also without a pace
@@ -71,7 +71,7 @@ def division_by_zero_at_full_speed(_):
     return deferred
 
 
-@_plant((loop.Loop, '_end_loop'), (mailbox.Mailbox, 'take_request'))
+@_register((loop.Loop, '_end_loop'), (mailbox.Mailbox, 'take_request'))
 def queue_cleared_between_look_and_pop(end, _):
     def hasty_end(self, ending):
         self._box.close(Refused(loop.SHUTDOWN_MESSAGE))
@@ -87,7 +87,7 @@ def queue_cleared_between_look_and_pop(end, _):
     return hasty_end, take
 
 
-@_plant((mailbox.Mailbox, 'call'))
+@_register((mailbox.Mailbox, 'call'))
 def lost_wake_up(_):
     def call(self, function, paused=None):
         request = Request(function)
@@ -104,7 +104,7 @@ def lost_wake_up(_):
     return call
 
 
-@_plant((mailbox.Mailbox, 'close'))
+@_register((mailbox.Mailbox, 'close'))
 def who_waits_at_the_end_is_forgotten(_):
     def close(self, refusal):
         with self.changed:
@@ -115,7 +115,7 @@ def who_waits_at_the_end_is_forgotten(_):
     return close
 
 
-@_plant((actuator.Actuator, 'check'))
+@_register((actuator.Actuator, 'check'))
 def not_a_number_reaches_the_strain(check):
     def lenient(self, strain):
         if strain == strain:  # false for NaN alone
@@ -124,7 +124,7 @@ def not_a_number_reaches_the_strain(check):
     return lenient
 
 
-@_plant((element.MemoryElement, 'apply'))
+@_register((element.MemoryElement, 'apply'))
 def a_refused_command_forgets_the_reading(apply):
     def forgetful(self, command):
         if not self.procedure:
@@ -137,7 +137,7 @@ def a_refused_command_forgets_the_reading(apply):
 # --- the recording -----------------------------------------------------------------------
 
 
-@_plant((sessions.Sessions, '_start_session'))
+@_register((sessions.Sessions, '_start_session'))
 def two_recordings_at_once(start):
     def unguarded(self, *given):
         self.current = None
@@ -146,7 +146,7 @@ def two_recordings_at_once(start):
     return unguarded
 
 
-@_plant((sessions.Sessions, '_stop'))
+@_register((sessions.Sessions, '_stop'))
 def assertion_when_nothing_is_recorded(stop):
     def asserting(self, *given):
         assert self.current is not None
@@ -155,7 +155,7 @@ def assertion_when_nothing_is_recorded(stop):
     return asserting
 
 
-@_plant((sessions.Sessions, 'stop'))
+@_register((sessions.Sessions, 'stop'))
 def recorder_joined_in_the_executor(_):
     def stop(self, loop):
         answer = threads.Future()
@@ -171,7 +171,7 @@ def recorder_joined_in_the_executor(_):
 # --- the state file ----------------------------------------------------------------------
 
 
-@_plant((atomic_files, 'write_atomically'))
+@_register((atomic_files, 'write_atomically'))
 def state_written_in_place(_):
     def write(path, text):
         flags = atomic_files.os.O_WRONLY | atomic_files.os.O_CREAT | atomic_files.os.O_TRUNC
@@ -186,7 +186,7 @@ def state_written_in_place(_):
     return write
 
 
-@_plant((store.Store, 'resolve'))
+@_register((store.Store, 'resolve'))
 def answer_before_it_is_saved(resolve):
     def hasty(self, request, element):
         request.resolve(request.outcome)
@@ -196,7 +196,7 @@ def answer_before_it_is_saved(resolve):
     return hasty
 
 
-@_plant((store.Store, 'keep'))
+@_register((store.Store, 'keep'))
 def newer_state_overwritten_by_an_older_one(keep):
     def keep_at_once(self, element):
         taken, saved = store.snapshot.take_snapshot(element), threads.Future()
@@ -213,7 +213,7 @@ def newer_state_overwritten_by_an_older_one(keep):
     return keep_at_once
 
 
-@_plant((store.Store, 'on_timer'))
+@_register((store.Store, 'on_timer'))
 def state_taken_within_a_tick(_):
     def on_timer(self, loop):
         self._worker.on_timer()
@@ -223,12 +223,12 @@ def state_taken_within_a_tick(_):
     return on_timer
 
 
-@_plant((worker.Worker, 'wait'))
+@_register((worker.Worker, 'wait'))
 def the_end_waits_for_a_hanging_disk(wait):
     return lambda self, seconds=None: wait(self, 1e6)
 
 
-@_plant((worker.Worker, '_run'))
+@_register((worker.Worker, '_run'))
 def work_given_up_is_done_all_the_same(_):
     def run(self):
         while self._jobs:

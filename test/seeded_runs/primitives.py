@@ -9,25 +9,25 @@ from unittest.mock import patch
 
 from mlmem import threads
 
-_PRESENT = []
+_SCHEDULERS = []
 """The scheduler under whatever is made now, as its last entry."""
 
 
 @contextmanager
-def scheduled(scheduler):
+def use_scheduler(scheduler):
     """Run all threads, locks, futures and clocks created meanwhile under a scheduler."""
     ours = {kind.__name__: kind for kind in (Thread, Lock, Condition, Future)}
     clocks = {'monotonic': scheduler.monotonic, 'time': scheduler.time}
     assert {*ours, *clocks, 'run_in_thread'} == set(threads.__all__)  # it is made of these
-    _PRESENT.append(scheduler)
+    _SCHEDULERS.append(scheduler)
     try:
         with patch.multiple(threads, **ours, **clocks):
             yield
     finally:
-        _PRESENT.pop()
+        _SCHEDULERS.pop()
 
 
-def _place():
+def _locate_caller():
     """Return where in the source something is created, as its name."""
     frame = sys._getframe(2)
     return f'{frame.f_code.co_filename.rpartition("/")[2]}:{frame.f_lineno}'
@@ -41,9 +41,9 @@ class Lock:
     """
 
     def __init__(self, *, reentrant=False, name=''):
-        self._scheduler = _PRESENT[-1]
+        self._scheduler = _SCHEDULERS[-1]
         self._reentrant = reentrant
-        self._name = name or f'lock {_place()}'
+        self._name = name or f'lock {_locate_caller()}'
         self.owner = None
         self._depth = 0
         self._waiting = []
@@ -54,7 +54,7 @@ class Lock:
 
     def acquire(self):
         scheduler = self._scheduler
-        scheduler.handover(('acquire', self._name))
+        scheduler.hand_over(('acquire', self._name))
         me = scheduler.current or 'outside'
         while self.owner is not None and not (self._reentrant and self.owner is me):
             self._waiting.append(me)
@@ -63,10 +63,10 @@ class Lock:
         self._depth += 1
 
     def release(self):
-        self.release_strain()
-        self._scheduler.handover(('release', self._name))
+        self.release_lock()
+        self._scheduler.hand_over(('release', self._name))
 
-    def release_strain(self):
+    def release_lock(self):
         """Release with no hand-over."""
         me = self._scheduler.current
         if me is not None and me.ended:
@@ -90,8 +90,8 @@ class Condition:
     """Like `threading.Condition`."""
 
     def __init__(self, *, name=''):
-        self._scheduler = _PRESENT[-1]
-        self._name = name or f'condition {_place()}'
+        self._scheduler = _SCHEDULERS[-1]
+        self._name = name or f'condition {_locate_caller()}'
         self._lock = Lock(reentrant=True, name=self._name)
         self._waiters = []
 
@@ -108,7 +108,7 @@ class Condition:
         depth, lock._depth = lock._depth, 1
         me = scheduler.current
         self._waiters.append(me)
-        lock.release_strain()
+        lock.release_lock()
         woken = scheduler.block(self._name, timeout)
         if not woken:
             self._waiters.remove(me)
@@ -131,7 +131,7 @@ class Condition:
             raise RuntimeError(f'notify of {self._name}, which is not held')
         for _ in range(min(n, len(self._waiters))):
             self._scheduler.wake(self._waiters.pop(0))
-        self._scheduler.handover(('notify', self._name))
+        self._scheduler.hand_over(('notify', self._name))
 
     def notify_all(self):
         self.notify(len(self._waiters))
@@ -142,8 +142,8 @@ class Future(concurrent.futures.Future):
 
     def __init__(self):
         super().__init__()
-        self._scheduler = _PRESENT[-1]
-        self._name = f'future {_place()}'
+        self._scheduler = _SCHEDULERS[-1]
+        self._name = f'future {_locate_caller()}'
         self._condition = Condition(name=self._name)
         self._scheduler.futures.append(self)
 
@@ -165,20 +165,20 @@ class Thread:
 
     def __init__(self, target, name, daemon=True):
         del daemon
-        self._scheduler = _PRESENT[-1]
-        self._call, self.name = target, name
+        self._scheduler = _SCHEDULERS[-1]
+        self._begin_call, self.name = target, name
         self._task = None
 
     def start(self):
-        self._task = self._scheduler.spawn(self._call, self.name)
-        self._scheduler.handover(('start', self.name))
+        self._task = self._scheduler.spawn(self._begin_call, self.name)
+        self._scheduler.hand_over(('start', self.name))
 
     def is_alive(self):
         return self._task is not None and not self._task.ended
 
     def join(self, timeout=None):
         scheduler, task = self._scheduler, self._task
-        scheduler.handover(('join', self.name))
+        scheduler.hand_over(('join', self.name))
         if task.ended:
             return
         task.joiners.append(scheduler.current)

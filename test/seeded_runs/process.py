@@ -12,10 +12,10 @@ from mlmem_ros.contract.topics import RELIABLE_QOS
 from mlmem_ros.host import Host, SessionPlan
 
 from .node import Executor, Node
-from .script import SESSION
+from .script import SESSION_PATH
 
-LEVEL = replace(STREAMS['level'], name='/mlmem/level', qos=RELIABLE_QOS)
-BEAT = replace(LEVEL, name='/mlmem/beat')
+LEVEL_STREAM = replace(STREAMS['level'], name='/mlmem/level', qos=RELIABLE_QOS)
+BEAT_STREAM = replace(LEVEL_STREAM, name='/mlmem/beat')
 """Something to record, every few ticks."""
 
 CLOCK_READING_S = 2e-3
@@ -51,7 +51,7 @@ class Pacer:
     def wait(self, changed, seconds):
         changed.wait(seconds if self._steady else UNSTEADY_POLL_S)
 
-    def change(self, how):
+    def change_clock(self, how):
         """Jump by seconds, 'stop' or 'go' on."""
         self._steady = False
         if how == 'stop':
@@ -71,54 +71,56 @@ class Process:
         self.pacer = Pacer(run.scheduler)
         self.speed = 1.0
         self.loop = None
-        self.host = Host(run.invariants.write_line, run.now_ns, failed=self._wake)
-        self.node = Node(self.host, self._activate, run.given)
-        callback_failed = run.invariants.callback_failed
+        self.host = Host(run.invariants.write_line, run.now_ns, failed=self._post_failure)
+        self.node = Node(self.host, self._activate_host, run.given)
+        callback_failed = run.invariants.report_callback
         self.executor = Executor(run.scheduler, self.host.on_timer, callback_failed)
         self.tickets = []
 
-    def post(self, step):
+    def post_step(self, step):
         """Queue a step for the executor."""
-        self.executor.post(str(step.what), lambda: self._do(step))
+        self.executor.post(str(step.what), lambda: self._do_step(step))
 
-    def _wake(self):
-        self.executor.post('failure', self.node.mind_failure)
+    def _post_failure(self):
+        self.executor.post('failure', self.node.leave_on_failure)
 
-    def _do(self, step):
+    def _do_step(self, step):
         host, given = self.host, step.given
         match step.what:
             case 'submit':
-                self._asked(given, host.submit(given).answer)
+                self._watch_request(given, host.submit(given).answer)
             case 'record':
-                self._asked(('record', given), host.record(self._plan() if given else None))
+                self._watch_request(
+                    ('record', given), host.record(self._plan_session() if given else None)
+                )
             case 'pause':
-                self._asked(('pause', given), host.pause(given))
+                self._watch_request(('pause', given), host.pause(given))
             case 'step':
-                self._asked(('step', None), host.step().answer)
+                self._watch_request(('step', None), host.step().answer)
             case 'speed':
                 self.set_speed(given)
             case 'break':
-                self._break(forever=given == 'for good')
+                self._break_element(forever=given == 'for good')
             case 'cancel':
                 if self.tickets:
                     self.tickets[-1].future.cancel()
             case transition:
                 before = self.node.state
-                refusal = self.node.transit(transition)
-                self.invariants.transited(self, transition, before, refusal)
+                refusal = self.node.make_transition(transition)
+                self.invariants.check_transition(self, transition, before, refusal)
 
     def close(self):
         """End it, as a signal would; called by the executor."""
         element = self.host.element if self.host.loop else None
         self.host.close()
-        self.invariants.closed(self, element)
+        self.invariants.check_closed(self, element)
 
     def set_speed(self, speed):
         self.speed = speed
         self.pacer.hurried = not 0.0 < speed < 100.0
         self.host.set_speed(speed)
 
-    def _break(self, forever):
+    def _break_element(self, forever):
         element = self.host.element
         if element is None:
             return
@@ -132,25 +134,25 @@ class Process:
         self.invariants.broken = True
         element.advance = fails
 
-    def _asked(self, what, future):
-        self.tickets.append(self.invariants.asked(self, what, future))
+    def _watch_request(self, what, future):
+        self.tickets.append(self.invariants.watch_request(self, what, future))
 
-    def _plan(self):
-        record = replace(self.run.given.record, path=SESSION)
-        return SessionPlan('/mlmem', record, (LEVEL, BEAT), {})
+    def _plan_session(self):
+        record = replace(self.run.given.record, path=SESSION_PATH)
+        return SessionPlan('/mlmem', record, (LEVEL_STREAM, BEAT_STREAM), {})
 
-    def _activate(self):
+    def _activate_host(self):
         host = self.host
         given = self.run.given
-        host.activate(given, self._plan(), self._after_ticks, self.pacer, self.speed)
+        host.activate(given, self._plan_session(), self._after_ticks, self.pacer, self.speed)
 
     def _after_ticks(self, events):
         host = self.host
         element = host.element
         self.loop = host.loop or self.loop  # which the host lets go of before its last tick
-        self.invariants.truth.ticked(element, events)
+        self.invariants.truth.check_tick(element, events)
         if (recording := host.recording) is not None:
-            level = jazzy.make_message(LEVEL.type, data=find_content(element, None))
-            reported = [LEVEL for event in events if LEVEL.reports_event(event)]
-            for topic in (*reported, *([BEAT] if element.ticks % 4 == 0 else ())):
+            level = jazzy.make_message(LEVEL_STREAM.type, data=find_content(element, None))
+            reported = [LEVEL_STREAM for event in events if LEVEL_STREAM.reports_event(event)]
+            for topic in (*reported, *([BEAT_STREAM] if element.ticks % 4 == 0 else ())):
                 recording.put(topic.name, jazzy.serialize_message(level))

@@ -16,7 +16,7 @@ from itertools import count
 
 import greenlet
 
-EPOCH = 1.8e9
+EPOCH_S = 1.8e9
 """Time of day when the clock of a world would show 0."""
 
 MAX_HANDOVERS = 2_000_000
@@ -127,14 +127,14 @@ class Scheduler:
             Endless: It does not.
         """
         while not until.ended:
-            if self._dying or self._crash_due():
+            if self._dying or self._is_crash_due():
                 self._kill()
                 continue
             if self.handovers > MAX_HANDOVERS:
-                raise Endless(f'after {MAX_HANDOVERS} hand-overs; {self._standing()}')
-            if not self._somebody():
-                raise Deadlock(self._standing())
-            self._choose().greenlet.switch()
+                raise Endless(f'after {MAX_HANDOVERS} hand-overs; {self._describe_tasks()}')
+            if not self._wake_due_tasks():
+                raise Deadlock(self._describe_tasks())
+            self._choose_task().greenlet.switch()
             self.current = None
 
     def settle(self, seconds):
@@ -152,10 +152,10 @@ class Scheduler:
             self._root.switch()
 
     def _kill(self):
-        if self._crash_due():
+        if self._is_crash_due():
             self.crash_at = None
             self.crashed = True
-            self.note('crash')
+            self.add_note('crash')
         self._dying = False
         for task in self.tasks:
             if not (task.outside or task.ended):
@@ -168,38 +168,42 @@ class Scheduler:
         self.locks.clear()
         self.futures.clear()
 
-    def leftovers(self):
+    def list_leftovers(self):
         """Return what the process has left behind: threads, held locks, unanswered futures."""
         return [
-            *(f'thread {task.name}, {_of(task)}' for task in self._alive() if not task.outside),
+            *(
+                f'thread {task.name}, {_describe_state(task)}'
+                for task in self._list_alive()
+                if not task.outside
+            ),
             *(f'{lock} held by {lock.owner.name}' for lock in self.locks if lock.owner),
             *(f'{future} pending' for future in self.futures if not future.done()),
         ]
 
-    def _crash_due(self):
+    def _is_crash_due(self):
         return self.crash_at is not None and self.handovers >= self.crash_at
 
-    def _alive(self):
+    def _list_alive(self):
         return [task for task in self.tasks if not task.ended]
 
-    def _standing(self):
-        return '; '.join(f'{task.name} {_of(task)}' for task in self._alive())
+    def _describe_tasks(self):
+        return '; '.join(f'{task.name} {_describe_state(task)}' for task in self._list_alive())
 
     # --- from within a task --------------------------------------------------------------
 
-    def handover(self, what):
+    def hand_over(self, what):
         """Possibly let another task run."""
         task = self.current
         if task is None or task.ended:  # outside of all, or on the way out of a killed process
             return
         self.history.append((self.now, task.name, what))
         self.handovers += 1
-        if self._crash_due():
+        if self._is_crash_due():
             self._ready.append(task)
             self._root.switch()
         elif self._dice() < self._handover_share:
             self._ready.append(task)
-            self._go_on()
+            self._run_next_task()
 
     def block(self, what, seconds=None):
         """Sleep until `wake`, or for a time; return whether it was `wake`."""
@@ -215,7 +219,7 @@ class Scheduler:
         if seconds is not None:
             due = self.now + max(0.0, seconds)
             heappush(self._due, (due, next(self._number), task, task.turn))
-        self._go_on()
+        self._run_next_task()
         task.waits_for = ''
         return task.woken
 
@@ -223,9 +227,9 @@ class Scheduler:
         """Wake a sleeping task, or one whose time has just run out."""
         task.woken = True
         if task.asleep and not task.ended:
-            self._rouse(task)
+            self._make_ready(task)
 
-    def _rouse(self, task):
+    def _make_ready(self, task):
         task.asleep = False
         task.turn += 1
         self._ready.append(task)
@@ -236,38 +240,38 @@ class Scheduler:
 
     def monotonic(self):
         """Return the time; the reading takes a moment."""
-        self.handover('clock')
+        self.hand_over('clock')
         self.now += 1e-6
         return self.now
 
     def time(self):
         """Return the time of day, in seconds of the epoch."""
-        return EPOCH + self.monotonic()
+        return EPOCH_S + self.monotonic()
 
-    def note(self, what):
+    def add_note(self, what):
         """Add a line to the history."""
         name = self.current.name if self.current else '-'
         self.history.append((self.now, name, what))
 
-    def _go_on(self):
+    def _run_next_task(self):
         """Run a task that can, chosen by the seed."""
         me = self.current
-        if self.handovers > MAX_HANDOVERS or not self._somebody():
+        if self.handovers > MAX_HANDOVERS or not self._wake_due_tasks():
             self._root.switch()  # which says so
-        elif (task := self._choose()) is not me:
+        elif (task := self._choose_task()) is not me:
             task.greenlet.switch()
 
-    def _somebody(self):
+    def _wake_due_tasks(self):
         """Wake tasks whose time has come, and return whether any task can run."""
         due = self._due
         while due and (due[0][0] <= self.now or not self._ready):
             time, _, task, turn = heappop(due)
             if task.turn == turn and not task.ended:
                 self.now = max(self.now, time)
-                self._rouse(task)
+                self._make_ready(task)
         return bool(self._ready)
 
-    def _choose(self):
+    def _choose_task(self):
         ready = self._ready
         index = int(self._dice() * len(ready))
         ready[index], ready[-1] = ready[-1], ready[index]
@@ -275,5 +279,5 @@ class Scheduler:
         return task
 
 
-def _of(task):
+def _describe_state(task):
     return f'waits for {task.waits_for}' if task.waits_for else 'can run'

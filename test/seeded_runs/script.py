@@ -23,10 +23,10 @@ from mlmem import (
     Write,
 )
 
-from .element import KINDS
+from .element import ELEMENT_KINDS
 
-STATE = '/disk/state/memory.json'
-SESSION = '/disk/session'
+STATE_PATH = '/disk/state/memory.json'
+SESSION_PATH = '/disk/session'
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Script:
     steps: tuple[Step, ...]
 
 
-GOOD = (
+GOOD_COMMANDS = (
     lambda chance: Write(chance.randrange(chance.levels)),
     lambda chance: Write(chance.randrange(chance.levels)),
     lambda chance: Read(chance.choice(('', 'right'))),
@@ -78,7 +78,7 @@ GOOD = (
     lambda chance: Disturb(chance.choice((0.0, 1e-5, -1e-3))),
 )
 
-RARE = (
+RARE_COMMANDS = (
     lambda chance: Calibrate(),
     lambda chance: SelfTest(),
     lambda chance: Locate(),
@@ -92,7 +92,7 @@ RARE = (
     lambda chance: SetFaults(Faults(actuator_offset=0.03, damping_factor=0.1)),
 )
 
-BAD = (
+BAD_COMMANDS = (
     lambda chance: Write(chance.choice((chance.levels, -1, 255, True, 0.0, '1', None, math.nan))),
     lambda chance: Read(chance.choice(('up', None, 3))),
     lambda chance: SetStrain(chance.choice((1.0, math.nan, math.inf, True, '0', None))),
@@ -102,30 +102,30 @@ BAD = (
     lambda chance: FollowTrajectory((), ()),
     lambda chance: FollowTrajectory((0.0, 1e300), (0.0, 1e-3)),
     lambda chance: FollowTrajectory((0.0, 1.0), (0.0,), joint='elbow'),
-    lambda chance: SetFaults(Faults(stuck_cell=KINDS[chance.levels].design.N)),
+    lambda chance: SetFaults(Faults(stuck_cell=ELEMENT_KINDS[chance.levels].design.N)),
     lambda chance: SetFaults(Faults(weak_cell=90_000)),
     lambda chance: chance.choice((None, 'write', 7, Write)),
 )
 
-WEIGHTS = {
+STEP_WEIGHTS = {
     'good': 30, 'rare': 4, 'bad': 8, 'patience': 8, 'record': 14, 'time': 14, 'transition': 8,
     'disk': 7, 'crash': 3, 'many': 4, 'break': 2,
 }  # fmt: skip
 """How often steps of each kind come."""
 
-TRANSITIONS = ('configure', 'activate', 'deactivate', 'cleanup', 'shutdown')
-TROUBLES = ('full', 'fails', 'hangs', 'moody', 'moody')
+TRANSITION_NAMES = ('configure', 'activate', 'deactivate', 'cleanup', 'shutdown')
+DISK_TROUBLES = ('full', 'fails', 'hangs', 'moody', 'moody')
 
 
-def script(seed):
+def make_script(seed):
     """Return the run with this number."""
     chance = Random(f'script {seed}')
-    chance.levels = Random(f'element {seed}').choice((2,) * 35 + tuple(KINDS))
+    chance.levels = Random(f'element {seed}').choice((2,) * 35 + tuple(ELEMENT_KINDS))
     steps = []
     if chance.random() < 0.95:
         steps += [Step(0.0, 'configure'), Step(0.0, 'activate')]
     for _ in range(chance.choice((3, 6, 6, 12, 12, 25))):
-        steps += _steps(chance)
+        steps += _make_steps(chance)
     return Script(
         seed=seed,
         levels=chance.levels,
@@ -138,16 +138,16 @@ def script(seed):
     )
 
 
-def _steps(chance):
+def _make_steps(chance):
     """Return some steps that belong together."""
     after = chance.choice((0.0, 0.0, 0.0, 0.001, 0.05, 0.05, 0.3, 1.5))
-    match chance.choices(tuple(WEIGHTS), tuple(WEIGHTS.values()))[0]:
+    match chance.choices(tuple(STEP_WEIGHTS), tuple(STEP_WEIGHTS.values()))[0]:
         case 'good':
-            return [Step(after, 'submit', chance.choice(GOOD)(chance))]
+            return [Step(after, 'submit', chance.choice(GOOD_COMMANDS)(chance))]
         case 'rare':
-            return [Step(after, 'submit', chance.choice(RARE)(chance))]
+            return [Step(after, 'submit', chance.choice(RARE_COMMANDS)(chance))]
         case 'bad':
-            return [Step(after, 'submit', chance.choice(BAD)(chance))]
+            return [Step(after, 'submit', chance.choice(BAD_COMMANDS)(chance))]
         case 'patience':  # a write, and the time it takes
             write = Step(after, 'submit', Write(chance.randrange(chance.levels)))
             patience = chance.choice((6.0, 12.0))
@@ -159,7 +159,7 @@ def _steps(chance):
             on = chance.random() < 0.6
             return [Step(after, 'record', on)] * chance.choice((1, 1, 1, 2, 3))
         case 'time':
-            return [_time(chance, after)]
+            return [_make_time_step(chance, after)]
         case 'transition':
             if chance.random() < 0.2:  # an end while single ticks wait
                 held = Step(after, 'pause', True)
@@ -167,12 +167,12 @@ def _steps(chance):
             if chance.random() < 0.5:  # what makes sense, in a row
                 rows = (('deactivate', 'activate'), ('deactivate', 'cleanup', 'configure'))
                 return [Step(after, name) for name in chance.choice(rows)]
-            return [Step(after, chance.choice(TRANSITIONS))]
+            return [Step(after, chance.choice(TRANSITION_NAMES))]
         case 'disk':
             heal = Step(chance.choice((0.01, 0.5, 4.0)), 'heal')
             ends = chance.random() < 0.8
-            trouble = Step(after, 'trouble', chance.choice(TROUBLES))
-            return [trouble, *_steps(chance), *([heal] if ends else [])]
+            trouble = Step(after, 'trouble', chance.choice(DISK_TROUBLES))
+            return [trouble, *_make_steps(chance), *([heal] if ends else [])]
         case 'crash':
             kind = chance.choice(('kill', 'power'))
             counted, most = chance.choice((('hand-overs', 400), ('calls', 16)))
@@ -182,11 +182,11 @@ def _steps(chance):
             fails = Step(after, 'break', chance.choice(('once', 'for good')))
             return [fails, Step(0.2, 'configure'), Step(0.0, 'activate')]
         case 'many':  # clients who ask for the same at once
-            return _steps(chance)[:1] * chance.choice((2, 5))
+            return _make_steps(chance)[:1] * chance.choice((2, 5))
     raise AssertionError('every kind has its steps')
 
 
-def _time(chance, after):
+def _make_time_step(chance, after):
     what = chance.choice(('pause', 'pause', 'step', 'step', 'speed', 'clock', 'cancel'))
     match what:
         case 'pause':

@@ -9,10 +9,10 @@ import pytest
 from .campaign import run_seed
 from .planted_bugs import PLANTED_BUGS, plant
 
-MOST = 10_000
+MAX_RUNS = 10_000
 """Runs within which a fault has to be found."""
 
-AT_ONCE = {
+FIRST_SEEDS = {
     'no_sync_before_the_rename': 3,
     'state_taken_within_a_tick': 3,
     'two_recordings_at_once': 6,
@@ -37,12 +37,12 @@ def test_every_planted_bug_replaces_functions_that_exist():
             pass
 
 
-@pytest.mark.parametrize('name', AT_ONCE)
+@pytest.mark.parametrize('name', FIRST_SEEDS)
 def test_coarse_planted_bug_is_found_at_once(name):
-    runs_until_found(name, most=20, first=AT_ONCE[name])
+    runs_until_found(name, most=20, first=FIRST_SEEDS[name])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize('name', PLANTED_BUGS)
 def test_planted_bug_is_found(name):
-    print(f'{name}: {runs_until_found(name, MOST)} runs')
+    print(f'{name}: {runs_until_found(name, MAX_RUNS)} runs')

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from mlmem import atomic_files, threads
 
-from .disk import Disk, mounted
-from .primitives import scheduled
+from .disk import Disk, mount_disk
+from .primitives import use_scheduler
 from .scheduler import Scheduler
 
-STATE = Path('/state.json')
+STATE_PATH = Path('/state.json')
 
 
 def count_to_two(seed, locked):
@@ -36,7 +36,7 @@ def count_to_two(seed, locked):
             thread.join()
 
     scheduler = Scheduler(seed)
-    with scheduled(scheduler):
+    with use_scheduler(scheduler):
         scheduler.run(scheduler.spawn(main, 'main'))
     return total[0], list(scheduler.history)
 
@@ -55,19 +55,19 @@ def run_on_disk(seed, work, crash_at=None):
     """Run a process on a new disk until it ends or is killed; return what a power cut leaves."""
     scheduler = Scheduler(seed)
     disk = Disk(scheduler)
-    with scheduled(scheduler), mounted(disk):
-        atomic_files.write_atomically(STATE, 'old')
+    with use_scheduler(scheduler), mount_disk(disk):
+        atomic_files.write_atomically(STATE_PATH, 'old')
         scheduler.crash_at = crash_at
         scheduler.spawn(work, 'work')
         scheduler.settle(3600.0)
         assert not scheduler.failures
         disk.cut_power()
-        return atomic_files.read_text(STATE)
+        return atomic_files.read_text(STATE_PATH)
 
 
 def test_atomic_write_leaves_old_or_new_after_every_crash():
     def work():
-        atomic_files.write_atomically(STATE, 'the new content, and longer')
+        atomic_files.write_atomically(STATE_PATH, 'the new content, and longer')
 
     found = {run_on_disk(seed, work, crash_at) for crash_at in range(1, 12) for seed in range(40)}
     assert found == {'old', 'the new content, and longer'}
@@ -75,7 +75,7 @@ def test_atomic_write_leaves_old_or_new_after_every_crash():
 
 def test_atomic_write_that_returned_survives_a_power_cut():
     for seed in range(200):
-        assert run_on_disk(seed, lambda: atomic_files.write_atomically(STATE, 'new')) == 'new'
+        assert run_on_disk(seed, lambda: atomic_files.write_atomically(STATE_PATH, 'new')) == 'new'
 
 
 def test_write_without_sync_is_lost_on_some_disks():
@@ -84,7 +84,7 @@ def test_write_without_sync_is_lost_on_some_disks():
         file = atomic_files.DurableFile(atomic_files.os.open('/.state.new', flags))
         file.write(b'new')
         file.close()
-        atomic_files.os.replace('/.state.new', STATE)
-        atomic_files.sync_directory(STATE.parent)
+        atomic_files.os.replace('/.state.new', STATE_PATH)
+        atomic_files.sync_directory(STATE_PATH.parent)
 
     assert {'', 'new'} <= {run_on_disk(seed, work) for seed in range(40)}

@@ -16,13 +16,13 @@ from . import element as small
 SETTLING_TIME = 1000.0
 """Time after which nothing moves any more of what was set going."""
 
-_MOVERS = (Procedures, SetStrain, FollowTrajectory, Disturb, SetFaults)
+_MOVING_COMMANDS = (Procedures, SetStrain, FollowTrajectory, Disturb, SetFaults)
 
 
 def may_move(command):
     """Return whether the wall may move after a command was accepted; listening moves none."""
     listens = any(type(command) is row.command and not row.changes for row in PROCEDURES.values())
-    return isinstance(command, _MOVERS) and not listens
+    return isinstance(command, _MOVING_COMMANDS) and not listens
 
 
 class Truth:
@@ -43,34 +43,34 @@ class Truth:
         self.asked = 0
         self.waiting = 0
         self.ticks = 0
-        self._find = find
+        self._find_node = find
         self._still = None  # where the walls are, while they have to stay there
         self._moved_at = -math.inf  # tick of the last motion
 
-    def ticked(self, element, events):
+    def check_tick(self, element, events):
         """Check the true wall, in the loop's thread."""
         self.ticks = element.ticks
-        if self.waiting or not _quiet(element):
-            self.unsettle(element)
+        if self.waiting or not _is_quiet(element):
+            self.assume_motion(element)
         elif self._still is None:
             if _time_since(element, self._moved_at) > SETTLING_TIME:
-                self._still = _walls(element)
-        elif (seen := _walls(element)) != self._still:
-            self._find(f'the wall moved by itself from {self._still} to {seen}')
+                self._still = _find_wall_cells(element)
+        elif (seen := _find_wall_cells(element)) != self._still:
+            self._find_node(f'the wall moved by itself from {self._still} to {seen}')
             self._still = seen
         for event in events:
             if isinstance(event, Outcome) and event.success and event.reading:
-                self._judge(element, event)
+                self._check_reading(element, event)
 
-    def _judge(self, element, outcome):
+    def _check_reading(self, element, outcome):
         """Compare the outcome of a procedure with the truth."""
         calm = _time_since(element, self._moved_at) > SETTLING_TIME or outcome.procedure == 'write'
-        if calm and _undisturbed(element) and outcome.procedure in ('write', 'read'):
+        if calm and _is_undisturbed(element) and outcome.procedure in ('write', 'read'):
             truth = find_level(element.design, element.chain.configuration)
             if truth != outcome.reading.level:
-                self._find(f'{outcome} while the wall is at {truth}')
+                self._find_node(f'{outcome} while the wall is at {truth}')
 
-    def unsettle(self, element):
+    def assume_motion(self, element):
         """Assume that the wall may move; after the end of a device, that it has moved."""
         self._still = None
         if element is not None:
@@ -81,12 +81,12 @@ class Truth:
         apply = element.apply
 
         def watched(command):
-            before = _bits(element)
+            before = _collect_state(element)
             try:
                 return apply(command)
             except Refused:
-                if (after := _bits(element)) != before:
-                    self._find(f'{command} was refused and changed {before} to {after}')
+                if (after := _collect_state(element)) != before:
+                    self._find_node(f'{command} was refused and changed {before} to {after}')
                 raise
 
         element.apply = watched
@@ -96,24 +96,24 @@ def _time_since(element, tick):
     return (element.ticks - tick) * element.tick
 
 
-def _walls(element):
+def _find_wall_cells(element):
     found = find_walls(element.design, element.chain.configuration)
     return [(round(wall.position / element.design.J), wall.anti_kink) for wall in found]
 
 
-def _quiet(element):
+def _is_quiet(element):
     """Return whether nothing that may move a wall is in progress."""
-    return element.is_released and _undisturbed(element)
+    return element.is_released and _is_undisturbed(element)
 
 
-def _undisturbed(element):
+def _is_undisturbed(element):
     """Return whether the device is healthy and its base and strain are zero."""
     transmission = element.transmission.state
     strains = (transmission.commanded, transmission.strain)
-    return small.healthy(element.faults) and element.base.is_still and not any(strains)
+    return small.is_healthy(element.faults) and element.base.is_still and not any(strains)
 
 
-def _bits(element):
+def _collect_state(element):
     """Return what a command could change at once."""
     actuator = element.actuator
     return (

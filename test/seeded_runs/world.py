@@ -12,19 +12,19 @@ from mlmem import atomic_files
 from mlmem.instrument.drivers import Simulation
 from mlmem_ros.host import store, worker
 
-from .disk import Disk, mounted
-from .element import KINDS
+from .disk import Disk, mount_disk
+from .element import ELEMENT_KINDS
 from .invariants import DISK_TIMEOUT_S, Invariants, describe_error
-from .primitives import scheduled
+from .primitives import use_scheduler
 from .process import Process
 from .scheduler import Deadlock, Endless, Scheduler
-from .script import SESSION, STATE, Step
+from .script import SESSION_PATH, STATE_PATH, Step
 
-ROOT = Path('/disk')
+DISK_ROOT = Path('/disk')
 
 
 @contextmanager
-def _impatient():
+def _shorten_timeouts():
     """Make the host wait for a disk no longer than a run lasts."""
     with (
         patch.object(worker, 'WORK_TIMEOUT_S', DISK_TIMEOUT_S),
@@ -34,14 +34,14 @@ def _impatient():
 
 
 @contextmanager
-def _handing_over(scheduler):
+def _hand_over_within_ticks(scheduler):
     """Let another task run within a tick, too: before and after the material moves."""
     advance = Simulation.advance
 
     def advance_in_between(self, *given):
-        scheduler.handover('half a tick')
+        scheduler.hand_over('half a tick')
         ends = advance(self, *given)
-        scheduler.handover('most of a tick')
+        scheduler.hand_over('most of a tick')
         return ends
 
     with patch.object(Simulation, 'advance', advance_in_between):
@@ -67,10 +67,10 @@ class SeededRun:
         self.scheduler = Scheduler(script.seed)
         self.disk = Disk(self.scheduler)
         self.invariants = Invariants(self)
-        self.kind = KINDS[script.levels]
-        self.given = self.kind.parameters(
-            record=SESSION if script.record else '',
-            state=STATE if script.state else '',
+        self.kind = ELEMENT_KINDS[script.levels]
+        self.given = self.kind.make_parameters(
+            record=SESSION_PATH if script.record else '',
+            state=STATE_PATH if script.state else '',
             interval=script.interval,
             sync_interval=script.sync_interval,
         )
@@ -79,18 +79,27 @@ class SeededRun:
     def run(self):
         """Run it, and return what is wrong."""
         present = lambda: self.scheduler.current  # noqa: E731
-        watched, within = owned(self.invariants.find, present), _handing_over(self.scheduler)
-        with scheduled(self.scheduler), mounted(self.disk), _impatient(), watched, within:
-            self._furnish()
+        watched, within = (
+            owned(self.invariants.report, present),
+            _hand_over_within_ticks(self.scheduler),
+        )
+        with (
+            use_scheduler(self.scheduler),
+            mount_disk(self.disk),
+            _shorten_timeouts(),
+            watched,
+            within,
+        ):
+            self._write_earlier_files()
             self._process = Process(self)
-            fate = self.scheduler.spawn(self._fate, 'fate', outside=True)
+            fate = self.scheduler.spawn(self._take_steps, 'fate', outside=True)
             try:
                 self.scheduler.run(fate)
             except (Deadlock, Endless) as error:
-                self.invariants.find(f'{type(error).__name__}: {error}')
+                self.invariants.report(f'{type(error).__name__}: {error}')
                 self.scheduler.kill()
             for name, failure in self.scheduler.failures:
-                self.invariants.find(f'{name} raised {describe_error(failure)}')
+                self.invariants.report(f'{name} raised {describe_error(failure)}')
         return self.invariants.found
 
     # --- what the host sees of the world -------------------------------------------------
@@ -101,19 +110,19 @@ class SeededRun:
 
     # --- fate ----------------------------------------------------------------------------
 
-    def _furnish(self):
+    def _write_earlier_files(self):
         """Put the files of an earlier run on the disk."""
-        atomic_files.make_directory(ROOT, exist_ok=True)
+        atomic_files.make_directory(DISK_ROOT, exist_ok=True)
         if self.script.state:
-            path = Path(STATE)
-            store.save_snapshot(path, self.kind.written(self.script.level))
+            path = Path(STATE_PATH)
+            store.save_snapshot(path, self.kind.make_snapshot(self.script.level))
 
-    def _fate(self):
+    def _take_steps(self):
         """Take the steps, from outside the process."""
         for step in self.script.steps:
             self.scheduler.sleep(step.after)
-            self._go_on_after_crash()
-            self.scheduler.note(step)
+            self._restart_after_crash()
+            self.scheduler.add_note(step)
             match step.what:
                 case 'crash':
                     self._dies_by, counted, number = step.given
@@ -124,36 +133,36 @@ class SeededRun:
                 case 'trouble':
                     self.disk.trouble = step.given
                 case 'heal':
-                    self.disk.heal()
+                    self.disk.clear_trouble()
                 case 'clock':
-                    self._process.pacer.change(step.given)
+                    self._process.pacer.change_clock(step.given)
                 case 'shutdown':
-                    self._end()
-                    if not self._go_on_after_crash():
-                        self._begin()
+                    self._end_process()
+                    if not self._restart_after_crash():
+                        self._start_process()
                 case _:
-                    self._process.post(step)
+                    self._process.post_step(step)
         self.scheduler.sleep(0.5)
-        self._go_on_after_crash()
+        self._restart_after_crash()
         self.scheduler.crash_at = self.disk.crash_in = None
-        self._end()
-        self.invariants.died('power')
+        self._end_process()
+        self.invariants.check_after_death('power')
 
-    def _go_on_after_crash(self):
+    def _restart_after_crash(self):
         if not self.scheduler.crashed:
             return False
         self.scheduler.crashed = False
-        self.invariants.died(self._dies_by)
+        self.invariants.check_after_death(self._dies_by)
         self._process = Process(self)
         return True
 
-    def _begin(self):
+    def _start_process(self):
         """Start the program, as a node that starts itself."""
         self._process = Process(self)
         for name in ('configure', 'activate'):
-            self._process.post(Step(0.0, name))
+            self._process.post_step(Step(0.0, name))
 
-    def _end(self):
+    def _end_process(self):
         """End the program as a signal does; a disk that hangs is healed when all is given up."""
         process, scheduler = self._process, self.scheduler
         process.executor.post('close', process.close)
@@ -162,8 +171,8 @@ class SeededRun:
             if process.executor.task.ended:
                 break
             scheduler.sleep(1.0)
-        self.disk.heal()
+        self.disk.clear_trouble()
         scheduler.sleep(1.0)
         if not scheduler.crashed:
-            self.invariants.ended(process)
+            self.invariants.check_end(process)
             scheduler.kill()
