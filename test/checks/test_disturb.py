@@ -84,6 +84,6 @@ def test_pulse_that_may_move_the_wall_is_rejected(command):
     assert element.perform(Abort()).success
 
 
-def test_element_written_by_kicks_passes_and_register_is_not_judged():
+def test_kicked_element_passes_and_register_is_not_judged():
     assert forecast(*load_element('kick_2').design_and_settings).verdict is Verdict.PASS
     assert list(disturb.check(Subject(*load_element('byte').design_and_settings))) == []

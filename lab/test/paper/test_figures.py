@@ -24,7 +24,7 @@ def test_every_figure_has_data_in_each_panel(name, small):
     assert all(axes.has_data() or axes.texts for axes in figure.axes)
 
 
-def test_a_figure_is_written_as_png_svg_and_data_and_the_same_from_the_same(small, tmp_path):
+def test_figure_is_written_as_png_svg_and_data_with_equal_bytes(small, tmp_path):
     figure, data = FIGURES_BY_NAME['3a'], small['3a']
     for folder in ('a', 'b'):
         (tmp_path / folder).mkdir()

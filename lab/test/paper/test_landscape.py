@@ -92,7 +92,7 @@ def test_the_kink_fit_is_close_and_its_slope_is_its_derivative(kink):
 
 
 @pytest.mark.parametrize('strain', [-0.009, 0.009])
-def test_the_strained_element_is_in_equilibrium_and_fitted_within_the_bound(strain):
+def test_strained_element_is_at_equilibrium_and_fitted(strain):
     v, V = strained_equilibrium(CASE_I, strain)
     assert V[-1] == pytest.approx(strain * CASE_I.N)
     assert np.abs(oracle.forces(CASE_I, v, V)[0]).max() < 1e-11

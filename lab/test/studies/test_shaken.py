@@ -18,7 +18,7 @@ def course(shaking, n, seed=1):
     return np.array(list(itertools.islice(shaking.generate_course(seed, TICK), n)))
 
 
-def test_an_imu_of_200_hz_sends_a_message_every_two_and_a_half_ticks():
+def test_imu_of_200_hz_sends_every_two_and_a_half_ticks():
     accelerations = course(Shaking('white', 1.0), 10_000)
     assert len(np.unique(accelerations)) == pytest.approx(4000, abs=1)
     assert np.abs(accelerations).max() == pytest.approx(9.81, rel=1e-3)
