@@ -141,8 +141,8 @@ class Procedure(NamedTuple):
     """A row of the table.
 
     Attributes:
-        steps: Module and name of its generator, in `device.procedures`.
-        expected: Name of the estimate of its duration, in `device.procedures.estimates`.
+        steps: Module and name of its generator, in `mlmem.procedures`.
+        expected: Name of the estimate of its duration, in `mlmem.procedures.estimates`.
         changes: Whether content or calibration may change: a success is acknowledged when the
             state is saved.
         action: Whether it is also an action, of the name of the command.

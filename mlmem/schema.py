@@ -86,11 +86,6 @@ class Problem(NamedTuple):
         return f'{self.field} must be {self.expected}; got {short_repr(self.value)}'
 
 
-def describe_problems(instance: Any, **most: float) -> list[str]:
-    """Return the sentences of `find_problems`."""
-    return list(map(str, find_problems(instance, **most)))
-
-
 def find_problems(instance: Any, **most: float) -> list[Problem]:
     """Return what is wrong with the described fields of a dataclass instance.
 

@@ -11,8 +11,8 @@ import pytest
 
 from mlmem.schema import (
     describe_field,
-    describe_problems,
     find_descriptions,
+    find_problems,
     make_printable,
     short_repr,
 )
@@ -44,7 +44,7 @@ def test_values_at_their_bounds_are_legal():
     highest = Lamp(cells=8, volts=12, ohms=1e300, offset=2, drift=1e300, shade='green')
     others = Lamp(name='x' * 100, lit=True, maker=math.nan)
     for lamp in (Lamp(), lowest, highest, others):
-        assert describe_problems(lamp) == []
+        assert find_problems(lamp) == []
 
 
 @pytest.mark.parametrize(
@@ -62,21 +62,21 @@ def test_values_at_their_bounds_are_legal():
 )
 def test_wrong_value_is_one_problem(field, values, expected):
     for value in values:
-        assert describe_problems(Lamp(**{field: value})) == [
-            f'{field} must be {expected}; got {value!r}'
-        ]
+        (found,) = find_problems(Lamp(**{field: value}))
+        assert str(found) == f'{field} must be {expected}; got {value!r}'
 
 
 def test_problems_have_the_order_of_the_fields():
-    found = describe_problems(Lamp(lit=None, cells=-1, volts=99.0))
-    assert [problem.split()[0] for problem in found] == ['cells', 'volts', 'lit']
+    found = find_problems(Lamp(lit=None, cells=-1, volts=99.0))
+    assert [problem.field for problem in found] == ['cells', 'volts', 'lit']
 
 
 def test_annotation_that_is_a_type_is_checked():
     """A module without `from __future__ import annotations` stores the type itself."""
     plain = dataclasses.make_dataclass('Plain', [('size', int, describe_field(1, 'size'))])
-    assert describe_problems(plain()) == []
-    assert describe_problems(plain(1.5)) == ['size must be a whole number; got 1.5']
+    assert find_problems(plain()) == []
+    (found,) = find_problems(plain(1.5))
+    assert str(found) == 'size must be a whole number; got 1.5'
 
 
 def nest(levels, copies):

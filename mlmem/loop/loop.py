@@ -41,6 +41,7 @@ class Loop:
     """Runs a device and hands it commands at tick boundaries.
 
     Attributes:
+        pacer: The clock.
         failure: What stopped the loop, or None.
     """
 
@@ -78,14 +79,14 @@ class Loop:
         self.statistics = LoopStatistics()
         self.failure: BaseException | None = None
         self._listener = listener
-        self._pacer = pacer or SteadyPacer()
+        self.pacer = pacer or SteadyPacer()
         self._failed = failed
         self._box = Mailbox(check_speed(speed))
         self._asked = OpenRequests(element, self.statistics, resolve, self._box.put_back, queue)
         self._check_shake = element.base.check
         self._paused = False  # as last seen by the loop's thread
         self._times = Timetable(
-            element, self._pacer, self.statistics, speed=speed, batch=batch,
+            element, self.pacer, self.statistics, speed=speed, batch=batch,
             has_subscribers=has_subscribers, stream_period=stream_period,
         )  # fmt: skip
         self._thread = threads.Thread(
@@ -112,11 +113,6 @@ class Loop:
         if self._thread.is_alive():
             self._thread.join()
         self._box.close(Refused(SHUTDOWN_MESSAGE))  # if it was never started
-
-    @property
-    def pacer(self) -> Pacer:
-        """The clock."""
-        return self._pacer
 
     @property
     def speed(self) -> float:
@@ -162,7 +158,7 @@ class Loop:
                 self._check_shake(command.acceleration)
             except Refused as refusal:
                 return Request(command).refuse(refusal)
-            return self._box.post_acceleration(self._pacer.now(), command)
+            return self._box.post_acceleration(self.pacer.now(), command)
         request: Asked = Request(command)
         if wait is not None:
             request.waits, request.deadline = True, threads.monotonic() + wait
@@ -207,7 +203,7 @@ class Loop:
             self._failed()
 
     def _run_ticks(self) -> None:
-        due, made_up = self._pacer.now(), False
+        due, made_up = self.pacer.now(), False
         while (turn := self._wait_until_due(due, made_up)) is not None:
             made_up = turn.batch > 0
             if turn.batch:
@@ -228,7 +224,7 @@ class Loop:
         commands: list[Stamped] = [(self.element.ticks, abort)]
         self.element.apply(abort)
         while not self.element.is_released:
-            self._run_tick(self._pacer.now(), commands)
+            self._run_tick(self.pacer.now(), commands)
             commands = []
 
     def _run_deferred(self, due: float, ticks: int) -> float:
@@ -240,7 +236,7 @@ class Loop:
         period, self._times.slept = self._times.period, False
         latest = due + ticks * period
         while ticks:
-            begun, first = self._pacer.now(), self.element.ticks
+            begun, first = self.pacer.now(), self.element.ticks
             most = self._times.limit_run(ticks)
             within = 1 if self.element.procedure else most
             shakes = self._box.take_shakes(due, period, within)
@@ -249,7 +245,7 @@ class Loop:
                 most = int(min(most, max(1.0, until_shaken)))
             self._advance_element(most, [], shakes)
             run = self.element.ticks - first
-            busy = (self._pacer.now() - begun) / run
+            busy = (self.pacer.now() - begun) / run
             if self.element.computed <= first:  # it rested
                 self.statistics.count(max(0.0, begun - latest), busy, run)
             else:
@@ -257,20 +253,20 @@ class Loop:
                 for number in range(run):
                     self.statistics.count(max(0.0, begun + number * busy - latest), busy)
             due, ticks = due + run * period, ticks - run
-        return self._times.schedule_next(latest - period, self._pacer.now())
+        return self._times.schedule_next(latest - period, self.pacer.now())
 
     def _run_tick(self, due: float, commands: list[Stamped], asked_for: bool = False) -> float:
         """Run a tick with the commands that take effect in it; return when it ended.
 
         Without a pace it may be a run of ticks, unless a single tick was requested.
         """
-        begun, first = self._pacer.now(), self.element.ticks
+        begun, first = self.pacer.now(), self.element.ticks
         paced = self._times.period > 0.0 or asked_for
         shakes = self._box.take_shakes()
         self._advance_element(1 if paced else self._times.longest_run, commands, shakes)
         if asked_for:
             self._box.count_step(self.element.ticks)
-        now, ticks = self._pacer.now(), self.element.ticks - first
+        now, ticks = self.pacer.now(), self.element.ticks - first
         self.statistics.count(max(0.0, begun - due), (now - begun) / ticks, ticks)
         return now
 
@@ -308,9 +304,9 @@ class Loop:
                 if box.is_held:
                     within = None if left == math.inf else left
                     box.changed.wait_for(lambda: not box.is_held or bool(box.calls), within)
-                    due = math.inf if box.paused else self._pacer.now()
+                    due = math.inf if box.paused else self.pacer.now()
                     continue
-                now = self._pacer.now()
+                now = self.pacer.now()
                 if box.speed != times.speed:
                     if (
                         times.slept
@@ -330,7 +326,7 @@ class Loop:
                 if not box.calls:
                     box.asleep = times.can_sleep(batch)
                     times.slept |= box.asleep
-                    self._pacer.wait(box.changed, min(wake - now, MAX_SLEEP_S))
+                    self.pacer.wait(box.changed, min(wake - now, MAX_SLEEP_S))
                     box.asleep = False
                 made_up = False
 
@@ -341,7 +337,7 @@ class Loop:
             none = self._paused or not box.calls  # a paused loop defers no ticks
             if none or box.ending is not Ending.NOT or box.speed != self._times.speed:
                 return 0
-            return self._times.count_deferred(self._pacer.now() - due, box)
+            return self._times.count_deferred(self.pacer.now() - due, box)
 
 
 def _call_function(call: Request[Any]) -> None:
