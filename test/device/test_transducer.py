@@ -17,7 +17,7 @@ from mlmem.instrument.transducer import (
     Reverberation,
     Transducer,
 )
-from mlmem.physics import CASE_II, INTEGRATORS, NOH_BATHE, Chain, HeldCell
+from mlmem.physics import CASE_II, INTEGRATORS, NOH_BATHE, Chain
 from mlmem.physics.waves import pass_band
 from mlmem.readers.echo import compute_weights, filter_carrier
 from mlmem.readers.listening import has_decayed
@@ -28,28 +28,6 @@ from . import rig
 XI, CHI = 0.1786178958448091, -0.06626458266981849
 STAGES = np.array([XI + CHI, XI, 1.0 - XI, 1.0 - XI - CHI, 1.0])
 """When the stages of a step of the fourth-order method end, in order of time."""
-
-
-@pytest.mark.parametrize('piece', [1, 7, 80, 192, 1000])
-def test_drive_does_not_depend_on_division_of_time(piece):
-    """The stages of a step of 0.5 end at five times; the pulse holds all of them up to 96."""
-    transducer = rig.device(level=0).transducer
-    transducer.fire_probe(End.LEFT)
-    pieces = []
-    for _ in range(0, 1000, piece):
-        held_cell = transducer.held_cell(piece)
-        if held_cell is not None:
-            assert isinstance(held_cell, HeldCell)
-            assert held_cell.site == 1
-            pieces.append(held_cell.motion)
-    motion = np.concatenate(pieces, axis=1)
-    t = 0.5 * np.sort((np.arange(192)[:, None] + STAGES).ravel())
-    expected = Pulse(
-        transducer.measure_rest(End.LEFT), transducer.probes[End.LEFT]
-    ).evaluate_motion(t)
-    assert motion.shape == expected.shape == (2, 960)
-    np.testing.assert_allclose(motion, expected, atol=1e-15)  # rounding of the times
-    assert not transducer.is_driving
 
 
 def test_move_may_end_within_step():
