@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mlmem import Calibrate, EchoReceived, Event, Faults, Read, SetFaults, Write, load_element
+from mlmem.errors import ProcedureFailed
 from mlmem.physics import INTEGRATORS, Scatter, draw_specimen
 from mlmem_tools.identification.watching import Comparison, Residuals, locate_wall
 from mlmem_tools.rig.emulated import Sensors
@@ -43,11 +44,17 @@ class WatchedElement:
     """A calibrated element with its twin."""
 
     def __init__(self, preset: str, scatter: float, seed: int) -> None:
-        """Make the element of a seed, and calibrate it by its forecast."""
+        """Make the element of a seed, and calibrate it by its forecast.
+
+        Raises:
+            ProcedureFailed: It cannot be calibrated, so what it does afterwards tells nothing.
+        """
         specimen = draw_specimen(load_element(preset).design, Scatter(alpha=scatter), seed)
         self.element, known = build_device(preset, specimen), fit_specimen(specimen, seed)
         load_forecast(preset, self.element, known)
-        perform_command(self.element, Calibrate())
+        calibrated, _ = perform_command(self.element, Calibrate())
+        if not calibrated.success:
+            raise ProcedureFailed(f'seed {seed}: {calibrated.error}')
         self.watch = Residuals(known, INTEGRATORS[self.element.settings.time.integrator])
         self.wall: float | None = 0.0
 
