@@ -269,30 +269,6 @@ def _with_base(data: Any) -> Any:
     return values
 
 
-def parse_element(data: Any, name: str = '') -> Element:
-    """Return the element that `as_dict` described, or that a file based on a shipped one changes.
-
-    Raises:
-        ElementFileError: The data are not an element.
-    """
-    try:
-        given: _File = decode_value(_File, _add_defaults(_with_base(data)))
-        made = Specimen(
-            given.design, given.alpha_factor, k_r_factor=given.k_r, mass=given.mass,
-            offset=given.offset, stuck=given.stuck,
-        )  # fmt: skip
-    except ValueError as error:
-        if not isinstance(error, Rejected):
-            raise ElementFileError(str(error)) from error
-        raise ElementFileError(str(error), error.field, error.code) from error
-    deviations = np.zeros(given.design.N) if given.alpha_std is None else given.alpha_std
-    settings = Settings(**{each.name: getattr(given, each.name) for each in fields(Settings)})
-    return Element(
-        made, deviations, given.time_unit, given.transducers, given.chi2, given.data,
-        given.untold, given.plan, settings, name,
-    )  # fmt: skip
-
-
 def text_of(element: Element) -> str:
     """Return an element as the text of a file, which `parse` reads back."""
     import yaml  # type: ignore[import-untyped]
@@ -320,7 +296,7 @@ def write_element_file(path: Path, element: Element) -> None:
 
 
 def parse(text: str, source: str, name: str = '') -> Element:
-    """Return the element in the text of a file.
+    """Return the element in the text of a file, as `text_of` returns it or a person writes it.
 
     Args:
         text: YAML.
@@ -331,11 +307,22 @@ def parse(text: str, source: str, name: str = '') -> Element:
         ElementFileError: The text is not an element; the message names the line.
     """
     try:
-        return parse_element(parse_yaml(text), name)
-    except DecodeError as error:
-        line = find_line(text, error.field) if error.field else 0
+        given: _File = decode_value(_File, _add_defaults(_with_base(parse_yaml(text))))
+        made = Specimen(
+            given.design, given.alpha_factor, k_r_factor=given.k_r, mass=given.mass,
+            offset=given.offset, stuck=given.stuck,
+        )  # fmt: skip
+    except ValueError as error:
+        rejected = error if isinstance(error, Rejected) else DecodeError(str(error))
+        line = find_line(text, rejected.field) if rejected.field else 0
         place = f'{source}, line {line}' if line else source
-        raise ElementFileError(f'{place}: {error}', error.field) from error
+        raise ElementFileError(f'{place}: {error}', rejected.field, rejected.code) from error
+    deviations = np.zeros(given.design.N) if given.alpha_std is None else given.alpha_std
+    settings = Settings(**{each.name: getattr(given, each.name) for each in fields(Settings)})
+    return Element(
+        made, deviations, given.time_unit, given.transducers, given.chi2, given.data,
+        given.untold, given.plan, settings, name,
+    )  # fmt: skip
 
 
 def read_element_file(path: Path) -> Element:

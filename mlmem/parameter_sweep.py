@@ -7,7 +7,7 @@ from __future__ import annotations
 import csv
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, Future, as_completed
+from concurrent.futures import Executor
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -124,7 +124,9 @@ def sweep(
     if not points:
         raise SettingsError.out_of_range('seeds', seeds, 'one seed or more')
     elements = (_make_element(design, point) for point in points)
-    found = _measure_all(measure, elements, len(points), executor, progress)
+    found = (map if executor is None else executor.map)(measure, elements)
+    if progress:
+        found = track_progress(found, len(points), 'sweeping')
     rows = [point | _name_values(values) for point, values in zip(points, found, strict=True)]
     return Table(tuple(rows[0]), tuple(rows))
 
@@ -138,31 +140,6 @@ def _make_element(design: Design, point: Mapping[str, Any]) -> Specimen:
         name: value for name, value in point.items() if name not in SCATTER_AXES and name != 'seed'
     }
     return draw_specimen(replace(design, **changed), Scatter(**deviations), point['seed'])
-
-
-def _measure_all(
-    measure: Measurement,
-    elements: Iterable[Specimen],
-    total: int,
-    executor: Executor | None,
-    progress: bool,
-) -> list[Any]:
-    """Return what was measured of all elements, in their order."""
-
-    def track_items(items: Iterable[Any]) -> Iterable[Any]:
-        return track_progress(items, total, 'sweeping') if progress else items
-
-    if executor is None:
-        return [measure(element) for element in track_items(elements)]
-    futures: list[Future[Any]] = [executor.submit(measure, element) for element in elements]
-    try:
-        for future in track_items(as_completed(futures)):
-            future.result()
-    except BaseException:
-        for future in futures:
-            future.cancel()
-        raise
-    return [future.result() for future in futures]
 
 
 def _name_values(measured: Any) -> dict[str, Any]:
