@@ -44,9 +44,6 @@ ELEMENT_NAMES = (
 )  # fmt: skip
 """Shipped elements; `bits_n`, `kick_n` and `robust_n` store n bits."""
 
-DEFAULT_ELEMENT = 'case_2'
-"""The default element."""
-
 
 class ElementFileError(DecodeError):
     """A file is not that of an element; the message says why."""

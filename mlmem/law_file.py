@@ -23,8 +23,6 @@ from .schema import describe_field
 FORMAT_VERSION = 1
 """Version of the format."""
 
-UNIT_SI = 'SI'
-
 
 class LawFileError(DecodeError):
     """A file is not a law; the message says why."""
@@ -38,7 +36,7 @@ class _File:
         MISSING, 'version of the format', low=FORMAT_VERSION, high=FORMAT_VERSION
     )
     law: Curve = describe_field(MISSING, 'the curve of force')
-    unit: str = describe_field(UNIT_SI, 'SI: m and N', choices=(UNIT_SI,))
+    unit: str = describe_field('SI', 'SI: m and N', choices=('SI',))
     force_std: tuple[float | None, ...] = ()
 
 
@@ -77,6 +75,6 @@ def write_law_file(path: Path, law: Curve, force_std: Sequence[float] = ()) -> N
     if law.d != 1.0:
         curve['d'] = law.d
     values = {
-        'format': FORMAT_VERSION, 'unit': UNIT_SI, 'law': curve, 'force_std': list(force_std),
+        'format': FORMAT_VERSION, 'unit': 'SI', 'law': curve, 'force_std': list(force_std),
     }  # fmt: skip
     write_atomically(path, yaml.safe_dump(values, sort_keys=False, default_flow_style=None))

@@ -9,10 +9,10 @@ import time
 from collections.abc import Iterable, Iterator
 from typing import TypeVar
 
-T = TypeVar('T')
+Item = TypeVar('Item')
 
 
-def track_progress(items: Iterable[T], total: int, description: str) -> Iterator[T]:
+def track_progress(items: Iterable[Item], total: int, description: str) -> Iterator[Item]:
     """Yield items and show how far they have got; silently where rich is not installed.
 
     Args:

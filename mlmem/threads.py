@@ -13,12 +13,12 @@ from typing import TypeVar
 
 __all__ = ['Condition', 'Future', 'Lock', 'Thread', 'monotonic', 'run_in_thread', 'time']
 
-T = TypeVar('T')
+Answer = TypeVar('Answer')
 
 
-def run_in_thread(function: Callable[[], T]) -> Future[T]:
+def run_in_thread(function: Callable[[], Answer]) -> Future[Answer]:
     """Call a function in a thread of its own; return what will hold its result or exception."""
-    future: Future[T] = Future()
+    future: Future[Answer] = Future()
 
     def call_function() -> None:
         try:

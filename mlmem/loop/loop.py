@@ -21,7 +21,7 @@ from .mailbox import Asked, Cancel, Ending, Mailbox, Request, TickRequest
 from .open_requests import OpenRequests, Resolve, Stamped
 from .timetable import MAX_SLEEP_S, LoopStatistics, Pacer, SteadyPacer, Timetable, check_speed
 
-T = TypeVar('T')
+Answer = TypeVar('Answer')
 
 Listener = Callable[[Sequence[Stamped], Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""
@@ -136,7 +136,7 @@ class Loop:
         """
         return self._box.submit(Request(Cancel(request)))
 
-    def call(self, function: Callable[[], T]) -> Future[T]:
+    def call(self, function: Callable[[], Answer]) -> Future[Answer]:
         """Call a function between two ticks, in the loop's thread, paused or not."""
         return self._box.call(function)
 

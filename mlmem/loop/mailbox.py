@@ -20,11 +20,11 @@ from ..element import ProcedureRun
 from ..errors import Refused
 from ..rejections import ErrorCode
 
-T = TypeVar('T')
+Answer = TypeVar('Answer')
 
 
 @dataclass(eq=False)
-class Request(Generic[T]):
+class Request(Generic[Answer]):
     """What is asked of a device, who waits for it, and what came of it.
 
     Any thread may make one. The loop's thread takes it up and settles it, at once or when its
@@ -40,7 +40,7 @@ class Request(Generic[T]):
     """
 
     asked: Any
-    answer: Future[T] = field(default_factory=lambda: threads.Future())
+    answer: Future[Answer] = field(default_factory=lambda: threads.Future())
     waits: bool = False
     deadline: float = math.inf
     place: int = 0
@@ -55,11 +55,11 @@ class Request(Generic[T]):
         """Return whether somebody still waits, who can no longer withdraw it then."""
         return self.answer.running() or self.answer.set_running_or_notify_cancel()
 
-    def resolve(self, outcome: T) -> None:
+    def resolve(self, outcome: Answer) -> None:
         """Answer it."""
         self.answer.set_result(outcome)
 
-    def refuse(self, reason: BaseException) -> Request[T]:
+    def refuse(self, reason: BaseException) -> Request[Answer]:
         """Answer it with an exception; return it."""
         self.answer.set_exception(reason)
         return self
@@ -152,7 +152,7 @@ class Mailbox:
         request.resolve(None)
         return request
 
-    def call(self, function: Callable[[], T], paused: bool | None = None) -> Future[T]:
+    def call(self, function: Callable[[], Answer], paused: bool | None = None) -> Future[Answer]:
         """Leave a function to be called between two ticks; with `paused`, pause or resume time,
         either of which ends the ticks that are asked for.
 
@@ -164,7 +164,7 @@ class Mailbox:
                 for steps in (request.asked for request in self.steps):
                     steps.cut = steps.cut or steps.left > 1
                     steps.left = min(steps.left, 1)
-            return self._post_request(self.calls, Request[T](function)).answer
+            return self._post_request(self.calls, Request[Answer](function)).answer
 
     def step(self, steps: TickRequest) -> Request[int]:
         """Ask for ticks while time is paused."""
@@ -205,8 +205,11 @@ class Mailbox:
                 request.refuse(refusal)
 
     def _post_request(
-        self, queue: deque[Request[T]], request: Request[T], refusal: Refused | None = None
-    ) -> Request[T]:
+        self,
+        queue: deque[Request[Answer]],
+        request: Request[Answer],
+        refusal: Refused | None = None,
+    ) -> Request[Answer]:
         """Leave a request, or refuse it; call with the lock held."""
         if (refusal := self._closed or refusal) is not None:
             return request.refuse(refusal)
@@ -229,7 +232,7 @@ class Mailbox:
         """Whether ticks are held back; call with the lock held."""
         return self.paused and not self.steps and self.ending is Ending.NOT
 
-    def take_request(self, queue: deque[Request[T]]) -> Request[T] | None:
+    def take_request(self, queue: deque[Request[Answer]]) -> Request[Answer] | None:
         """Take out the oldest request that was not withdrawn; it no longer can be."""
         while True:
             with self.changed:

@@ -16,7 +16,7 @@ from .. import threads
 from ..commands import Command
 from ..element import MemoryElement
 from ..errors import Refused
-from ..procedure_table import PROCEDURES, Abort
+from ..procedure_table import Abort, Procedures
 from ..rejections import ErrorCode
 from .mailbox import Asked, Cancel
 from .timetable import LoopStatistics
@@ -26,9 +26,6 @@ Stamped = tuple[int, Command]
 
 Resolve = Callable[[Asked], None]
 """Called in the loop's thread, between two ticks, when a request's procedure has ended."""
-
-QUEUED_COMMANDS = tuple(row.command for row in PROCEDURES.values() if row.command is not Abort)
-"""Commands that wait for their turn."""
 
 
 class OpenRequests:
@@ -119,8 +116,9 @@ class OpenRequests:
         self.waiting.clear()
 
     def _must_wait(self, request: Asked) -> bool:
-        running = self._element.procedure
-        if not (running and request.waits and isinstance(request.asked, QUEUED_COMMANDS)):
+        running, asked = self._element.procedure, request.asked
+        has_turn = isinstance(asked, Procedures) and not isinstance(asked, Abort)
+        if not (running and request.waits and has_turn):
             return False
         self._element.check_arguments(request.asked)
         if len(self.waiting) >= self._most:

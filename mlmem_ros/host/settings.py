@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from mlmem import Faults, Settings, SettingsError
-from mlmem.element_file import DEFAULT_ELEMENT, ELEMENT_NAMES
+from mlmem.element_file import ELEMENT_NAMES
 from mlmem.errors import Checked
 from mlmem.loop.timetable import MAX_SPEED, MIN_SPEED
 from mlmem.physics import Design, Specimen
@@ -264,7 +264,7 @@ ACTUATOR, READ_END = 'actuator.present', 'read.end'
 """Whether there is an actuator, and the end that a read probes."""
 
 NODE_PARAMETERS = {
-    ELEMENT: (DEFAULT_ELEMENT, Description(
+    ELEMENT: ('case_2', Description(
         f'{", ".join(ELEMENT_NAMES)}, or the path of an element file, which is read when this is '
         'set',
     )),
