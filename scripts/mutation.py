@@ -17,7 +17,7 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-from run_mutmut.stats import status_by_exit_code
+from mutmut.stats import status_by_exit_code
 from scipy.stats import binomtest
 
 from mlmem.instrument.actuator import _follow_course as quick
