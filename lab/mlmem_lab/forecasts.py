@@ -21,5 +21,11 @@ def forecast_preset(name: str) -> dict[str, Any]:
 
 
 forecasts_study = Study(
-    'forecasts', forecast_preset, ('case_2',), ('lab/mlmem_lab/forecasts.py', 'mlmem_tools/checks')
-)
+    'forecasts',
+    forecast_preset,
+    ('case_2',),
+    (
+        'lab/mlmem_lab/forecasts.py', 'mlmem_ros/host/design_check.py', 'mlmem_tools/checks',
+        'mlmem_tools/identification/kick_search.py',
+    ),
+)  # fmt: skip

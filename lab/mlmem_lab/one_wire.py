@@ -23,7 +23,7 @@ from mlmem.physics import Scatter, Specimen, StateError, draw_specimen
 from mlmem.physics.wall import arrival_tolerance
 from mlmem.readers.register import pin_walls
 
-from .reads.count import true_level
+from .reads.count import reads_study, true_level
 from .study import Study
 
 CELL_FACTORS: dict[str, dict[str, float]] = {
@@ -108,6 +108,6 @@ one_wire_study = Study(
     'one_wire',
     count_case,
     tuple(f'{kind}, {when}' for kind in CELL_FACTORS for when in ('before', 'after')),
-    ('lab/mlmem_lab/one_wire.py', 'config/robust_3_one_end.yaml'),
+    ('lab/mlmem_lab/one_wire.py', 'config/robust_3_one_end.yaml', *reads_study.modules),
     seed=900,
 )

@@ -42,8 +42,8 @@ PICTURE_FOLDERS = ('docs/figures', 'docs/images')
 DEVICE_MODULES = tuple(
     f'mlmem/{name}'
     for name in (
-        'element.py', 'instrument', 'memory.py', 'move_settings.py', 'moves', 'physics',
-        'procedures', 'readers', 'settings.py', 'simulation.py',
+        'element.py', 'factory.py', 'instrument', 'memory.py', 'move_settings.py', 'moves',
+        'physics', 'procedures', 'readers', 'rng.py', 'settings.py', 'simulation.py',
     )
 )  # fmt: skip
 """The modules that every study of a simulated element measures: no loop, which only waits."""

@@ -24,7 +24,7 @@ from mlmem.physics import INTEGRATORS, Chain, Scatter, Specimen, StateError, dra
 from mlmem.physics.wall import arrival_tolerance
 
 from .one_wire import CELL_FACTORS, break_cell
-from .reads.count import READS_PER_MOVE, true_level
+from .reads.count import READS_PER_MOVE, reads_study, true_level
 from .study import Study
 
 ROBUST_ELEMENTS = ('robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction')
@@ -165,7 +165,12 @@ robust_reads_study = Study(
     'robust_reads',
     count_case,
     tuple(f'{name}, {what}' for name in ROBUST_ELEMENTS for what in CONDITION_BY_NAME),
-    ('lab/mlmem_lab/robust_reads.py', *(f'config/{name}.yaml' for name in ROBUST_ELEMENTS)),
+    (
+        'lab/mlmem_lab/robust_reads.py',
+        'lab/mlmem_lab/one_wire.py',
+        *reads_study.modules,
+        *(f'config/{name}.yaml' for name in ROBUST_ELEMENTS),
+    ),
     seed=40_000,
     is_sized=True,
 )

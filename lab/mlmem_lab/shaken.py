@@ -206,7 +206,7 @@ shaken_study = Study(
     'shaken',
     count_reads,
     tuple(SHAKING_BY_CASE),
-    ('lab/mlmem_lab/shaken.py',),
+    ('lab/mlmem_lab/shaken.py', 'lab/mlmem_lab/studies/tolerance/estimate.py'),
     1,
     lambda presets: {'all': sum_counts(presets.values())},
 )

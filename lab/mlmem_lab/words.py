@@ -26,7 +26,7 @@ from mlmem.readers.reading import UNDECODABLE
 from mlmem.readers.register import MAX_LEVEL_OFFSET_CELLS, pin_walls
 from mlmem.readers.words import make_code
 
-from .reads.count import READS_PER_MOVE, build_device, true_level
+from .reads.count import READS_PER_MOVE, build_device, reads_study, true_level
 from .study import Study, sum_counts
 
 Rng = np.random.Generator
@@ -254,7 +254,7 @@ words_study = Study(
     'words',
     count_preset,
     ('byte', 'register_4', 'register_5'),
-    ('lab/mlmem_lab/words.py', 'lab/mlmem_lab/reads/count.py'),
+    ('lab/mlmem_lab/words.py', *reads_study.modules),
     1,
     sum_presets,
 )
@@ -263,6 +263,6 @@ robust_words_study = Study(
     'robust_words',
     count_robust_writes,
     ('robust_words',),
-    ('lab/mlmem_lab/words.py', 'config/robust_words.yaml'),
+    (*words_study.modules, 'config/robust_words.yaml'),
     seed=11,
 )

@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Studies keep each result at once, and go on where they were stopped."""
 
+import importlib
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -64,6 +67,28 @@ def test_an_unknown_case_is_refused(lengths, capsys):
     assert run_study('bits_9') == 2
     assert 'got bits_9' in capsys.readouterr().err
     assert not lengths.path.exists()
+
+
+def list_used_files(module, found):
+    """Return the files of the laboratory and the tools whose functions a module uses."""
+    found.add(Path(module.__file__).relative_to(results.CHECKOUT_ROOT))
+    for value in vars(module).values():
+        name = getattr(value, '__module__', getattr(value, '__name__', None))
+        file = getattr(sys.modules.get(name), '__file__', None) or ''
+        path = Path(file.removeprefix(f'{results.CHECKOUT_ROOT}/'))
+        is_ours = path.is_relative_to('lab/mlmem_lab') or path.is_relative_to('mlmem_tools')
+        is_measured = path.stem not in ('study', 'results', 'style', 'draw')  # which run, or draw
+        if is_ours and is_measured and path not in found:
+            list_used_files(sys.modules[name], found)
+    return found
+
+
+@pytest.mark.parametrize('name', STUDY_MODULES)
+def test_a_study_names_the_files_that_its_numbers_depend_on(name):
+    module = importlib.import_module(f'mlmem_lab.{STUDY_MODULES[name]}')
+    named = load_study(name).modules
+    for file in list_used_files(module, set()):
+        assert any(file.is_relative_to(each) for each in named), file
 
 
 @pytest.mark.parametrize('name', STUDY_MODULES)

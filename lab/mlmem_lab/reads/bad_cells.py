@@ -25,7 +25,7 @@ from mlmem.readers.register import pin_walls
 from mlmem.settings import ElementSettings
 
 from ..study import Study, sum_counts
-from .count import judge_read, judge_write
+from .count import judge_read, judge_write, reads_study
 
 CELL_FAULTS: dict[str, Callable[[int], tuple[str, Faults]]] = {
     'stuck': lambda site: (f'{site}', Faults(stuck_cell=site)),
@@ -128,7 +128,7 @@ bad_cells_study = Study(
     'bad_cells',
     measure_element,
     ('bits_1', 'bits_2', 'case_2'),
-    ('lab/mlmem_lab/reads/bad_cells.py',),
+    ('lab/mlmem_lab/reads/bad_cells.py', *reads_study.modules),
     1,
     sum_presets,
 )

@@ -203,7 +203,7 @@ reads_study = Study(
     'reads',
     count_element,
     (*list_strained_presets(), 'byte'),
-    ('lab/mlmem_lab/reads/count.py',),
+    ('lab/mlmem_lab/reads/count.py', 'lab/mlmem_lab/studies/tolerance/estimate.py'),
     1,
     sum_presets,
     is_sized=True,

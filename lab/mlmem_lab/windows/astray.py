@@ -130,7 +130,11 @@ astray_study = Study(
     'astray',
     measure_preset,
     ('case_2', 'kick_2', 'robust_2', 'robust_3'),
-    ('lab/mlmem_lab/windows/astray.py', 'mlmem_tools/identification/kick_search.py'),
+    (
+        'lab/mlmem_lab/windows/astray.py',
+        'lab/mlmem_lab/studies/tolerance/estimate.py',
+        'mlmem_tools/identification/kick_search.py',
+    ),
     4000,
     draw=draw_shares,
 )

@@ -116,7 +116,11 @@ kicks_study = Study(
     'kicks',
     measure_kicks,
     ('kick_2', 'case_2', 'kick_4'),
-    ('lab/mlmem_lab/windows/kicks.py', 'mlmem_tools/identification/kick_search.py'),
+    (
+        'lab/mlmem_lab/windows/kicks.py',
+        'mlmem/element_file.py',
+        'mlmem_tools/identification/kick_search.py',
+    ),
     0,
     draw=draw_kicks,
 )

@@ -86,7 +86,14 @@ tolerance_study = Study(
     count_case,
     list_studied_cases(),
     tuple(
-        f'lab/mlmem_lab/studies/tolerance/{name}.py' for name in ('curve', 'element', 'estimate')
+        f'lab/mlmem_lab/studies/{name}.py'
+        for name in (
+            'tolerance/curve',
+            'tolerance/element',
+            'tolerance/estimate',
+            'tolerance/study',
+            'trace',
+        )
     ),
     0,
     draw=partial(
