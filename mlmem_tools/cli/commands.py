@@ -7,6 +7,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable, Sequence
 from importlib import import_module
+from importlib.metadata import EntryPoint
 
 from mlmem.procedure_table import PROCEDURES
 from mlmem_ros import __version__
@@ -16,19 +17,18 @@ from . import laboratory
 from .command import Command, add_commands
 from .output import print_failure
 
-REQUEST_NAMES = (*PROCEDURES, 'record')
 SUBCOMMAND_NAMES = (
-    'demo', *REQUEST_NAMES, 'view', 'rig', 'design', 'law', 'fit', 'plan', 'replay',
+    'demo', *PROCEDURES, 'record', 'view', 'rig', 'design', 'law', 'fit', 'plan', 'replay',
     'inspect', 'doctor',
 )  # fmt: skip
-"""Each is a `Command` in a module of its name, requests among `COMMANDS` of `request`."""
+"""Each is a `Command` in a module of its name; `request.build_command` makes those of requests."""
 
 
 def build_parser(names: Iterable[str] | None = None) -> argparse.ArgumentParser:
     """Return the parser of the command line, of some sub-commands, since importing all modules
     takes a while.
     """
-    names = (*SUBCOMMAND_NAMES, *sorted(_find_added())) if names is None else names
+    names = (*SUBCOMMAND_NAMES, *sorted(_find_others())) if names is None else names
     parser = argparse.ArgumentParser(
         prog='mlmem', description='Write, read and study mechanical multi-level memories.'
     )
@@ -38,24 +38,28 @@ def build_parser(names: Iterable[str] | None = None) -> argparse.ArgumentParser:
     return parser
 
 
-def _find_added() -> set[str]:
-    return find_entry_points(laboratory.COMMANDS_GROUP).keys() - set(SUBCOMMAND_NAMES)
+def _find_others() -> dict[str, EntryPoint]:
+    """Return the commands that other packages add, by name; each is a `Command`."""
+    found = find_entry_points('mlmem.commands')
+    return {name: found[name] for name in found.keys() - set(SUBCOMMAND_NAMES)}
 
 
 def _load_command(name: str) -> Command:
+    found: Command
     if name not in SUBCOMMAND_NAMES:
-        other: Command = find_entry_points(laboratory.COMMANDS_GROUP)[name].load()
-        return other
-    module = import_module(f'.{"request" if name in REQUEST_NAMES else name}', __package__)
-    found: Command = module.COMMANDS[name] if name in REQUEST_NAMES else getattr(module, name)
+        found = _find_others()[name].load()
+    elif name in PROCEDURES or name == 'record':
+        found = import_module('.request', __package__).build_command(name)
+    else:
+        found = getattr(import_module(f'.{name}', __package__), name)
     return found
 
 
 def run_subcommand(given: Sequence[str], first: str) -> int:
     """Run the sub-command `first` with the words of its command line; return its exit status."""
-    if first in laboratory.LABORATORY_COMMANDS and first not in _find_added():
+    if first in laboratory.LABORATORY_COMMANDS and first not in _find_others():
         return print_failure(first, describe_missing(laboratory.build_absent_error()), 1)
-    known = first in SUBCOMMAND_NAMES or first in _find_added()
+    known = first in SUBCOMMAND_NAMES or first in _find_others()
     names = (first,) if known else () if first == '--version' else None
     parsed = build_parser(names).parse_args(given)
     try:

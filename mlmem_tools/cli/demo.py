@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mlmem_ros.contract.answers import RequestError
-from mlmem_ros.packages import find_entry_points
 
 from . import laboratory
 from .command import JSON_OPTION, declare_command, declare_option
@@ -30,10 +29,6 @@ if TYPE_CHECKING:
 
 DEMO_LEVELS = (0, 1, 2, 3, 4, 5, 6, 7, 3, 5)
 """The levels that are written: all of them upward, one downward, one upward again."""
-
-NODE_START_TIMEOUT_S = 60.0
-"""Longest wait for the node, in seconds: the first start compiles the kernels."""
-
 
 Row = dict[str, Any]
 """A level that was written and read, for the table."""
@@ -63,10 +58,10 @@ def demo(arguments: argparse.Namespace) -> int:
     found: dict[str, Any] = {'levels': rows}
     if folder is not None:
         found['session'] = folder / 'session'
-        if laboratory.PICTURE_PART in find_entry_points(laboratory.PARTS_GROUP):
+        if 'session_figure' in laboratory.find_parts():
             from mlmem_ros.session.data import load_session
 
-            draw = laboratory.load_part(laboratory.PICTURE_PART)
+            draw = laboratory.load_part('session_figure')
             found['picture'] = draw(load_session(found['session']), folder / 'session.png')
         for name in list(found)[1:]:
             console.print(f'{name:8} {found[name]}')
@@ -134,8 +129,9 @@ def _write_through_ros(folder: Path) -> Iterator[Row]:
         run_node_process(given, stdout=log, stderr=log),
         standalone(name) as client,
     ):
-        client.ready(NODE_START_TIMEOUT_S).wait()
-        client.read(NODE_START_TIMEOUT_S).wait()  # with a cold cache, it compiles its kernels
+        timeout_s = 60.0  # with a cold cache, the node compiles its kernels
+        client.ready(timeout_s).wait()
+        client.read(timeout_s).wait()
         client.node.create_subscription(
             Float64MultiArray, f'{client.name}/wall', walls.append, SENSOR_DATA_PROFILE
         )

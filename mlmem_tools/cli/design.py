@@ -82,9 +82,6 @@ def prove(arguments: argparse.Namespace) -> int:
     return int(laboratory.load_part('prove_designs')(arguments))
 
 
-DESIGN_TASKS = {'check': check, 'prove': prove}
-
-
 @declare_command(
     'find, check and prove designs',
     declare_option('--levels', type=int, metavar='P', help='find an element of 2 to 256 levels'),
@@ -109,7 +106,7 @@ DESIGN_TASKS = {'check': check, 'prove': prove}
     declare_option('--prove', action='store_true', help='simulate the found element'),
     *PROOF_OPTIONS,
     JSON_OPTION,
-    declare_tasks(**DESIGN_TASKS),
+    declare_tasks(check=check, prove=prove),
     text=__doc__,
 )
 def design(arguments: argparse.Namespace) -> int:
@@ -122,7 +119,7 @@ def design(arguments: argparse.Namespace) -> int:
         return print_failure('design', error, 2)
     try:
         if arguments.task:
-            return DESIGN_TASKS[arguments.task].run(arguments)
+            return (check if arguments.task == 'check' else prove).run(arguments)
         return int(laboratory.load_part('find_design')(arguments))
     except DecodeError as error:
         return print_failure('design', error, 2)

@@ -168,7 +168,7 @@ def _inspect_session(
     print_rows(console, 'procedures', found['procedures'], columns)
     print_rows(console, 'no longer known', found['unknown'])
     if arguments.plot:
-        picture = laboratory.load_part(laboratory.PICTURE_PART)(session, arguments.plot)
+        picture = laboratory.load_part('session_figure')(session, arguments.plot)
         found['picture'] = picture
         console.print(f'picture  {picture}')
     return found

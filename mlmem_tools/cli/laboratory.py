@@ -4,21 +4,18 @@
 
 from __future__ import annotations
 
+from importlib.metadata import EntryPoint
 from typing import Any
 
 from mlmem_ros.packages import find_entry_points
 
-COMMANDS_GROUP = 'mlmem.commands'
-"""Entry points of commands that other packages add; each is a `Command`."""
-
-PARTS_GROUP = 'mlmem.parts'
-"""Entry points of what our own commands do only with the laboratory; each is a function."""
-
-PICTURE_PART = 'session_figure'
-"""Draws a session to a file: `draw(session, path)`."""
-
 LABORATORY_COMMANDS = ('bench', 'figures', 'study', 'tolerance')
 """Its commands, so that we can say what to install."""
+
+
+def find_parts() -> dict[str, EntryPoint]:
+    """Return what our own commands do only with the laboratory, by name; each is a function."""
+    return find_entry_points('mlmem.parts')
 
 
 def load_part(name: str) -> Any:
@@ -27,7 +24,7 @@ def load_part(name: str) -> Any:
     Raises:
         ModuleNotFoundError: The laboratory is not installed.
     """
-    if name not in (found := find_entry_points(PARTS_GROUP)):
+    if name not in (found := find_parts()):
         raise build_absent_error()
     return found[name].load()
 

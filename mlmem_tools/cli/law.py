@@ -46,7 +46,18 @@ def law(arguments: argparse.Namespace) -> int:
         print_json(told)
     else:
         console = create_console()
-        for key, (title, columns) in TABLES.items():
+        # title and columns of a table: the name of each quantity, and its unit in SI units
+        tables = {
+            'wells': ('Wells', {
+                'at, mm': ('displacement', 1e3), 'stiffness, N/m': ('stiffness', 1.0),
+                'energy, mJ': ('energy', 1e3),
+            }),
+            'barriers': ('On the way to the next', {
+                'peak, N': ('force', 1.0), 'barrier, mJ': ('barrier', 1e3),
+                'set free, mJ': ('set_free', 1e3),
+            }),
+        }  # fmt: skip
+        for key, (title, columns) in tables.items():
             rows = [
                 {heading: _format_quantity(each, *columns[heading]) for heading in columns}
                 for each in told[key]
@@ -81,19 +92,6 @@ def law(arguments: argparse.Namespace) -> int:
 
 def _count_wells(count: int) -> str:
     return f'{count} well' if count == 1 else f'{count} wells'
-
-
-TABLES = {
-    'wells': ('Wells', {
-        'at, mm': ('displacement', 1e3), 'stiffness, N/m': ('stiffness', 1.0),
-        'energy, mJ': ('energy', 1e3),
-    }),
-    'barriers': ('On the way to the next', {
-        'peak, N': ('force', 1.0), 'barrier, mJ': ('barrier', 1e3),
-        'set free, mJ': ('set_free', 1e3),
-    }),
-}  # fmt: skip
-"""Title and columns of a table of quantities: the name of each, and its unit in SI units."""
 
 
 def _format_quantity(values: dict[str, float | None], name: str, scale: float) -> str:

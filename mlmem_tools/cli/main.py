@@ -13,9 +13,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-OUTPUT_ERRORS = errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EFBIG, errno.EDQUOT
-"""What may go wrong with a print; a sub-command handles these for its own files."""
-
 
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C while a command runs.
@@ -42,7 +39,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status = run_subcommand(given, first)
         sys.stdout.flush()
     except OSError as error:
-        if error.errno not in OUTPUT_ERRORS or error.filename is not None:
+        # what may go wrong with a print; a sub-command handles these for its own files
+        of_print = errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EFBIG, errno.EDQUOT
+        if error.errno not in of_print or error.filename is not None:
             raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is left
         if isinstance(error, BrokenPipeError):  # who reads it has seen enough, as head does

@@ -8,6 +8,7 @@ import argparse
 import dataclasses
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from mlmem.procedure_table import PROCEDURES, Procedure, describe_content
@@ -26,12 +27,6 @@ if TYPE_CHECKING:
     from mlmem_ros.contract.answers import Answer, Calibrated, Decoded, SelfTested
     from mlmem_ros.ros.client.client import MemoryClient
     from mlmem_ros.ros.client.reply import Reply
-
-SEVERAL_NODES = (
-    'nodes of this name are on the graph, or one was killed in the last 20 s: either may have '
-    'answered; rename one with "-r __node:=NAME" or "-r __ns:=/NAMESPACE"'
-)
-"""The warning after how many they are."""
 
 SomeAnswer = TypeVar('SomeAnswer', bound='Answer')
 
@@ -57,7 +52,12 @@ def _build_request_command(
                 client.ready(arguments.wait).wait()
                 answer = ask(client, arguments).wait()
                 if (count := client.node_count()) > 1:
-                    print_failure(arguments.command, f'{count} {SEVERAL_NODES}', 0)
+                    warning = (
+                        f'{count} nodes of this name are on the graph, or one was killed in the '
+                        'last 20 s: either may have answered; rename one with "-r __node:=NAME" '
+                        'or "-r __ns:=/NAMESPACE"'
+                    )
+                    print_failure(arguments.command, warning, 0)
         except (RequestError, ValueError) as error:
             if arguments.json and isinstance(error, RequestFailed):
                 print_json(error.answer)
@@ -130,23 +130,21 @@ def _format_found(answer: Decoded) -> str:
     return '\n'.join([_format_decoded(answer), *lines])
 
 
-ANSWER_FORMATTERS: dict[str, Callable[[Any], str]] = {
-    'abort': lambda answer: f'stopped; the strain is at zero after {answer.ticks} ticks',
-    'calibrate': _format_calibrated,
-    'kick': lambda answer: (
-        f'kicked in {answer.ticks} ticks; what rests now is not known until a read'
-    ),
-    'self_test': _format_tested,
-    'write': lambda answer: f'wrote {_format_decoded(answer)}',
-}
-"""How answers are put into words, by procedure; others by `_format_found`."""
-
-HELP_TEXTS = {
-    'abort': 'The answer comes when the strain is zero. The stopped request fails.',
-    'calibrate': 'It takes as long as some ten writes.',
-    'self_test': 'It takes as long as some ten writes. Exit status 0: every check passed.',
-}
-"""The rest of their help, by procedure."""
+def _format_answer(name: str, answer: Any) -> str:
+    """Return the answer to a procedure in words."""
+    match name:
+        case 'abort':
+            return f'stopped; the strain is at zero after {answer.ticks} ticks'
+        case 'calibrate':
+            return _format_calibrated(answer)
+        case 'kick':
+            return f'kicked in {answer.ticks} ticks; what rests now is not known until a read'
+        case 'self_test':
+            return _format_tested(answer)
+        case 'write':
+            return f'wrote {_format_decoded(answer)}'
+        case _:
+            return _format_found(answer)
 
 
 def parse_integer(text: str) -> int:
@@ -166,34 +164,30 @@ def _parse_seconds(text: str) -> float:
     raise argparse.ArgumentTypeError(f'must be a time above 0 s; got {text!r}')
 
 
-UNBOUNDED_TIMEOUTS = dict.fromkeys(
-    ('calibrate', 'self_test', 'survey', 'write', 'erase'), math.inf
-)
-"""Work that takes the longer, the longer the element is: the node's end is noticed anyway."""
-
-ARGUMENT_PARSERS: dict[str, Callable[[str], Any]] = {
-    'float': float,
-    'int': parse_integer,
-    'str': str,
-}
-
-
 def _build_procedure_command(name: str, row: Procedure) -> Command:
     """Return the command of a procedure: what it must be given is positional."""
+    # work that takes the longer, the longer the element is: the node's end is noticed anyway
+    is_unbounded = name in ('calibrate', 'self_test', 'survey', 'write', 'erase')
+    more = {
+        'abort': 'The answer comes when the strain is zero. The stopped request fails.',
+        'calibrate': 'It takes as long as some ten writes.',
+        'self_test': 'It takes as long as some ten writes. Exit status 0: every check passed.',
+    }
+    parsers = {'float': float, 'int': parse_integer, 'str': str}
 
     def send_procedure(client: MemoryClient, given: argparse.Namespace) -> Reply[Any]:
         wanted = {argument: getattr(given, argument) for argument, *_ in row.arguments}
-        if (timeout := given.timeout or UNBOUNDED_TIMEOUTS.get(name)) is not None:
+        if (timeout := given.timeout or (math.inf if is_unbounded else None)) is not None:
             wanted['timeout'] = timeout
         own = getattr(client, name, None)  # with the time-out that suits it
         return own(**wanted) if own is not None else client.procedure(name, **wanted)
 
     options = [
-        declare_option(argument, type=ARGUMENT_PARSERS[kind], help=description.text)
+        declare_option(argument, type=parsers[kind], help=description.text)
         if argument in row.required_arguments
         else declare_option(
             f'--{argument}',
-            type=ARGUMENT_PARSERS[kind],
+            type=parsers[kind],
             default=default,
             choices=description.choices or None,
             metavar=argument.upper(),
@@ -209,21 +203,27 @@ def _build_procedure_command(name: str, row: Procedure) -> Command:
             help='longest wait for the answer; by default long enough for the procedure',
         )
     )
-    describe = ANSWER_FORMATTERS.get(name, _format_found)
     return _build_request_command(
-        row.meaning, send_procedure, describe, *options, more=HELP_TEXTS.get(name, '')
+        row.meaning,
+        send_procedure,
+        partial(_format_answer, name),
+        *options,
+        more=more.get(name, ''),
     )
 
 
-COMMANDS = {name: _build_procedure_command(name, row) for name, row in PROCEDURES.items()}
-COMMANDS['record'] = _build_request_command(
-    'make a running node start or end recording a session',
-    # a node that only begins, and compiles, answers late
-    lambda client, given: client.record(not given.stop, given.path or '', math.inf),
-    lambda answer: f'{"recording into" if answer.recording else "recorded"} {answer.path}',
-    declare_option('path', nargs='?', help="path of the bag, below the node's `files.root`"),
-    declare_option('--stop', action='store_true', help='end the recording'),
-    more="""\
+def build_command(name: str) -> Command:
+    """Return the command of a procedure, or `record`."""
+    if name in PROCEDURES:
+        return _build_procedure_command(name, PROCEDURES[name])
+    return _build_request_command(
+        'make a running node start or end recording a session',
+        # a node that only begins, and compiles, answers late
+        lambda client, given: client.record(not given.stop, given.path or '', math.inf),
+        lambda answer: f'{"recording into" if answer.recording else "recorded"} {answer.path}',
+        declare_option('path', nargs='?', help="path of the bag, below the node's `files.root`"),
+        declare_option('--stop', action='store_true', help='end the recording'),
+        more="""\
 If the path exists, the time is added to its name. Without a path, the node takes its
 `record.path`.""",
-)
+    )

@@ -21,18 +21,6 @@ if TYPE_CHECKING:
     from ..rig.emulated import EmulatedRig
 
 
-NUMBERS = {
-    '--latency': 'delay of every frame in s',
-    '--jitter': 'additional random delay in s',
-    '--loss': 'probability that a frame is lost',
-    '--drift': 'relative error of its clock; positive: fast',
-    '--scatter': 'relative scatter of the on-site stiffness of the cells',
-    '--gain': 'relative scatter of the gain of either transducer',
-    '--noise': 'noise of a sample, in cells (s.d.)',
-}
-"""Options that are a number, 0 unless given."""
-
-
 @declare_command(
     'run an emulated rig, for a node to drive over TCP',
     declare_option('--element', default='case_2', metavar='NAME|FILE', help='element of the rig'),
@@ -48,7 +36,15 @@ NUMBERS = {
     declare_option('--no-actuator', action='store_true', help='emulate a rig without an actuator'),
     *(
         declare_option(name, type=float, default=0.0, metavar='X', help=text)
-        for name, text in NUMBERS.items()
+        for name, text in (
+            ('--latency', 'delay of every frame in s'),
+            ('--jitter', 'additional random delay in s'),
+            ('--loss', 'probability that a frame is lost'),
+            ('--drift', 'relative error of its clock; positive: fast'),
+            ('--scatter', 'relative scatter of the on-site stiffness of the cells'),
+            ('--gain', 'relative scatter of the gain of either transducer'),
+            ('--noise', 'noise of a sample, in cells (s.d.)'),
+        )
     ),
     declare_option('--seed', type=int, default=0, help='seed of the random numbers'),
     JSON_OPTION,

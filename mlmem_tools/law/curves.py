@@ -30,10 +30,6 @@ from mlmem.schema import short_repr
 
 from ..csv_rows import parse_number, read_rows
 
-LENGTH_UNITS = {'displacement_um': 1e-6, 'displacement_mm': 1e-3, 'displacement_cm': 1e-2,
-           'displacement_m': 1.0}  # fmt: skip
-FORCE_UNITS = {'force_mN': 1e-3, 'force_N': 1.0, 'force_kN': 1e3}
-
 
 @dataclass(frozen=True, eq=False)
 class MeasuredCurve:
@@ -77,7 +73,10 @@ def load_run(path: Path) -> MeasuredCurve:
         DecodeError: It is none; the message names the line.
     """
     (head, names), *rows = list(read_rows(path)) or [(str(path), [''])]
-    columns = [find_column(head, names, known) for known in (LENGTH_UNITS, FORCE_UNITS)]
+    lengths = {'displacement_um': 1e-6, 'displacement_mm': 1e-3, 'displacement_cm': 1e-2,
+               'displacement_m': 1.0}  # fmt: skip
+    forces = {'force_mN': 1e-3, 'force_N': 1.0, 'force_kN': 1e3}
+    columns = [find_column(head, names, known) for known in (lengths, forces)]
     values = np.array([
         [scale * parse_number(cells[k], f'{place}: {names[k]}') for k, scale in columns]
         for place, cells in rows

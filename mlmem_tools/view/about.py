@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import fields
 from itertools import pairwise
 from typing import Any
 
@@ -22,12 +21,6 @@ from mlmem.procedure_table import PROCEDURES
 from mlmem.readers.words import Code
 from mlmem.schema import find_descriptions
 from mlmem_ros.contract import answers
-from mlmem_ros.host.settings import DESCRIPTION
-
-PAGE_PARAMETERS = (
-    DESCRIPTION, *(f'faults.{each.name}' for each in fields(Faults)), 'time.speed'
-)  # fmt: skip
-"""Parameters of a node that a page needs."""
 
 ACTIVE_PHASE_COUNT = 8000
 """The active phase in a picture of integers; the inactive phase is 0."""

@@ -28,23 +28,19 @@ from mlmem_ros.contract.topics import (
 from mlmem_ros.host.settings import DESCRIPTION
 from mlmem_ros.ros.middleware import RELIABLE_PROFILE, SENSOR_DATA_PROFILE, build_qos_profile
 
-from .about import PAGE_PARAMETERS, About
+from .about import About
 from .frames import PICTURED_STREAMS, Pictures, pack_frame, thin_echo
-from .requests import Activity, PageRequests
+from .requests import HEALTHY_FAULTS, Activity, PageRequests
 
 if TYPE_CHECKING:
     from mlmem_ros.ros.client import MemoryClient
 
 
-MAX_QUEUED_NEWS = 64
-"""Most news items queued for a page; of pictures only the newest is queued."""
-
-
 class Page:
-    """The queue of one page."""
+    """The queue of one page: of news the newest, of pictures only the last."""
 
-    def __init__(self) -> None:
-        self._news: deque[bytes] = deque(maxlen=MAX_QUEUED_NEWS)
+    def __init__(self, max_news: int = 64) -> None:
+        self._news: deque[bytes] = deque(maxlen=max_news)
         self._picture: bytes | None = None
         self._ready = asyncio.Event()
 
@@ -227,7 +223,9 @@ class Live:
     async def _request_parameters(self) -> None:
         await asyncio.sleep(0.05)  # they change by the dozen
         try:
-            parameters = await self._client.parameters(*PAGE_PARAMETERS, timeout=3.0)
+            parameters = await self._client.parameters(
+                DESCRIPTION, 'time.speed', *HEALTHY_FAULTS, timeout=3.0
+            )
             element = element_file.parse(parameters[DESCRIPTION], DESCRIPTION)
             about = About(element.design, element.settings, self._client.name, parameters)
         except (RequestError, ValueError) as error:

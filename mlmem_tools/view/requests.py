@@ -94,9 +94,8 @@ class Activity:
 Asked = Mapping[str, Any]
 """A page's message: `do`, which names the request, and its arguments."""
 
-REQUEST_LOG = logging.getLogger(__name__)
-
 HEALTHY_FAULTS = {f'faults.{name}': value for name, value in asdict(Faults()).items()}
+"""The parameters of all faults, and their values without any."""
 
 
 class PageRequests:
@@ -119,7 +118,9 @@ class PageRequests:
         try:
             return await self._try_request(asked)
         except Exception as error:
-            REQUEST_LOG.exception('a request of a page failed; this is a fault in the software')
+            logging.getLogger(__name__).exception(
+                'a request of a page failed; this is a fault in the software'
+            )
             return {
                 'ok': False,
                 'kind': 'failed',

@@ -25,23 +25,26 @@ from .live import Live, Page
 from .session_frame import load_frame
 
 LOOPBACK_HOSTS = ('127.0.0.1', 'localhost', '::1')
-COOKIE_NAME = 'mlmem_view'
-
-SECURITY_HEADERS = {
-    'Content-Security-Policy': (
-        "default-src 'self'; img-src 'self' data: blob:; media-src 'self' blob:; "
-        "frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
-    ),
-    'X-Frame-Options': 'DENY',
-    'X-Content-Type-Options': 'nosniff',
-    'Referrer-Policy': 'no-referrer',
-    'Cross-Origin-Resource-Policy': 'same-origin',
-    'Cross-Origin-Opener-Policy': 'same-origin',
-    'Cache-Control': 'no-cache',
-}
-"""No other site may frame the page, read its data, or run anything in it."""
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+
+def secure_response(response: web.StreamResponse) -> None:
+    """Add the headers by which no other site may frame the page, read its data, or run anything in
+    it.
+    """
+    response.headers.update({
+        'Content-Security-Policy': (
+            "default-src 'self'; img-src 'self' data: blob:; media-src 'self' blob:; "
+            "frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+        ),
+        'X-Frame-Options': 'DENY',
+        'X-Content-Type-Options': 'nosniff',
+        'Referrer-Policy': 'no-referrer',
+        'Cross-Origin-Resource-Policy': 'same-origin',
+        'Cross-Origin-Opener-Policy': 'same-origin',
+        'Cache-Control': 'no-cache',
+    })  # fmt: skip
 
 
 class Guard:
@@ -53,6 +56,7 @@ class Guard:
 
     def __init__(self, token: str = '') -> None:
         self.token = token
+        self._cookie = 'mlmem_view'
 
     def middleware(self) -> Any:
         """Return the server's first handler."""
@@ -60,11 +64,11 @@ class Guard:
         @web.middleware
         async def guard_request(request: web.Request, handler: Handler) -> web.StreamResponse:
             self._check_origin(request)
-            if self.token and not self._is_token(request.cookies.get(COOKIE_NAME, '')):
+            if self.token and not self._is_token(request.cookies.get(self._cookie, '')):
                 raise self._admit_token(request)
             response = await handler(request)
             if not response.prepared:
-                response.headers.update(SECURITY_HEADERS)
+                secure_response(response)
             return response
 
         return guard_request
@@ -94,21 +98,9 @@ class Guard:
         if not self._is_token(request.query.get('token', '')):
             raise web.HTTPForbidden(text='open the address that the server has printed')
         response = web.HTTPSeeOther('/')
-        response.set_cookie(COOKIE_NAME, self.token, httponly=True, samesite='Strict')
-        response.headers.update(SECURITY_HEADERS)
+        response.set_cookie(self._cookie, self.token, httponly=True, samesite='Strict')
+        secure_response(response)
         return response
-
-
-STATIC_FOLDER = Path(__file__).parent / 'static'
-
-DEFAULT_PORT = 8742
-"""The page's port, unless it is taken."""
-
-MAX_MESSAGE_BYTES = 4096
-"""Longest message of a page in bytes."""
-
-SEND_TIMEOUT_S = 10.0
-"""Seconds after which a page that reads nothing is disconnected."""
 
 
 class Server:
@@ -118,9 +110,8 @@ class Server:
         self._live = live
         self._sessions = list(sessions)
         self._load = lru_cache(maxsize=4)(load_frame)
-        self.application = web.Application(
-            middlewares=[guard.middleware()], client_max_size=MAX_MESSAGE_BYTES
-        )
+        self._static = Path(__file__).parent / 'static'
+        self.application = web.Application(middlewares=[guard.middleware()])
         self.application.add_routes(
             [
                 web.get('/', self._serve_page),
@@ -128,7 +119,7 @@ class Server:
                 web.get('/live', self._serve_socket),
                 web.get('/sessions/{number}', self._serve_session),
                 web.get('/sessions/{number}/bag.zip', self._serve_bag),
-                web.static('/static', STATIC_FOLDER),
+                web.static('/static', self._static),
             ]
         )
 
@@ -144,7 +135,7 @@ class Server:
     # --- the page ------------------------------------------------------------------------
 
     async def _serve_page(self, _: web.Request) -> web.StreamResponse:
-        return web.FileResponse(STATIC_FOLDER / 'index.html')
+        return web.FileResponse(self._static / 'index.html')
 
     async def _serve_about(self, _: web.Request) -> web.StreamResponse:
         about = {'live': self._live is not None, 'sessions': len(self._sessions)}
@@ -156,9 +147,8 @@ class Server:
         live = self._live
         if live is None:
             raise web.HTTPNotFound(text='there is no running element')
-        socket = web.WebSocketResponse(
-            heartbeat=SEND_TIMEOUT_S, max_msg_size=MAX_MESSAGE_BYTES, compress=False
-        )
+        # a ping every 10 s; messages of a page are short
+        socket = web.WebSocketResponse(heartbeat=10.0, max_msg_size=4096, compress=False)
         await socket.prepare(request)
         page = live.open()
         sender = asyncio.create_task(_send_frames(request, socket, page))
@@ -216,10 +206,10 @@ class Server:
 
 
 async def _send_frames(request: web.Request, socket: web.WebSocketResponse, page: Page) -> None:
-    """Send a page its queue as fast as it reads; disconnect one that reads nothing."""
+    """Send a page its queue as fast as it reads; disconnect one that reads nothing for 10 s."""
     try:
         async for frame in page.iterate_frames():
-            await asyncio.wait_for(socket.send_bytes(frame), SEND_TIMEOUT_S)
+            await asyncio.wait_for(socket.send_bytes(frame), 10.0)
     except (ConnectionError, RuntimeError):
         return
     except asyncio.TimeoutError:
@@ -244,8 +234,10 @@ def _parse_request(text: str) -> dict[str, Any] | None:
 async def run_server(
     server: Server, host: str, port: int | None, ready: Callable[[int], None], over: asyncio.Event
 ) -> None:
-    """Serve at a port, or at `DEFAULT_PORT` or another one if that is taken, until it is `over`;
-    tell `ready` the port.
+    """Serve at a port until it is `over`; tell `ready` the port.
+
+    Args:
+        port: None for 8742, or any free one if that is taken.
 
     Raises:
         OSError: The port is not available.
@@ -253,7 +245,7 @@ async def run_server(
     runner = web.AppRunner(server.application, access_log=None, shutdown_timeout=1.0)
     await runner.setup()
     try:
-        site = web.TCPSite(runner, host, DEFAULT_PORT if port is None else port)
+        site = web.TCPSite(runner, host, 8742 if port is None else port)
         try:
             await site.start()
         except OSError:

@@ -19,17 +19,12 @@ from ..describe_command import describe_command
 from .about import About
 from .frames import PICTURED_STREAMS, pack_frame, read_walls, thin_echo
 
-MAX_COLUMNS = 12_000
-"""Most configurations shown; of a longer session every second, fourth ... one."""
-
-MAX_EVENTS = 5000
-"""Most commands, outcomes and levels shown, of each kind."""
-
 
 class Columns:
-    """Times and rows of numbers; if there are too many, every second one is dropped."""
+    """Times and rows of numbers, at most so many; of more every second, fourth ... one."""
 
-    def __init__(self) -> None:
+    def __init__(self, max_count: int = 12_000) -> None:
+        self._max_count = max_count
         self.t: list[float] = []
         self.rows: list[Any] = []
         self._every = 1
@@ -40,7 +35,7 @@ class Columns:
         if self._count % self._every == 0:
             self.t.append(t)
             self.rows.append(row)
-            if len(self.t) > MAX_COLUMNS:
+            if len(self.t) > self._max_count:
                 del self.t[1::2], self.rows[1::2]
                 self._every *= 2
         self._count += 1
@@ -66,6 +61,7 @@ def load_frame(path: str | Path) -> bytes:
             *PICTURED_STREAMS, 'level', 'word', 'echo', 'content', 'outcome', COMMAND_TOPIC,
         )
     }  # fmt: skip
+    max_events = 5000  # most commands, outcomes and levels shown, of each kind
     t = 0.0
     for t, recorded in iterate_timed(reader, names):
         with name_errors(f'{recorded.topic} at {t:.3f} s'):
@@ -82,7 +78,7 @@ def load_frame(path: str | Path) -> bytes:
                 case 'echo':
                     x, y = thin_echo(message)
                     echoes.append({'t': t, 'x': np.round(x, 2).tolist(), 'y': y.tolist()})
-                    if len(echoes) > MAX_EVENTS // 10:
+                    if len(echoes) > max_events // 10:
                         del echoes[1::2]
                 case name:
                     if event := _describe_event(name, message, about):
@@ -97,8 +93,8 @@ def load_frame(path: str | Path) -> bytes:
         't': fields.t,
         'strain': [strains.t, strains.rows],
         'walls': [walls.t, walls.rows],
-        'levels': levels[:MAX_EVENTS],
-        'events': events[:MAX_EVENTS],
+        'levels': levels[:max_events],
+        'events': events[:max_events],
         'echoes': echoes,
     }
     return pack_frame(head, np.stack(fields.rows) if fields.rows else None)

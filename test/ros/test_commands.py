@@ -16,7 +16,6 @@ from robot import BLANK, Robot, values
 from sampled import sampled
 
 from mlmem_ros import MemoryClient
-from mlmem_ros.packages import find_entry_points
 from mlmem_ros.ros.node_process import run_child_process
 from mlmem_ros.session.data import load_session
 from mlmem_ros.testing import memory_node
@@ -213,7 +212,5 @@ def test_demo_writes_its_levels_and_records(monkeypatch, tmp_path, capfd, levels
     told = [message.data for topic, _, message in messages if topic.endswith('/level')]
     assert [level for level in dict.fromkeys(told) if level >= 0] == [*dict.fromkeys(levels)]
     picture = folder / 'session.png'
-    assert picture.exists() == (
-        laboratory.PICTURE_PART in find_entry_points(laboratory.PARTS_GROUP)
-    )
+    assert picture.exists() == ('session_figure' in laboratory.find_parts())
     assert not picture.exists() or picture.read_bytes().startswith(b'\x89PNG')

@@ -17,7 +17,7 @@ from aiohttp import web  # noqa: E402
 from page_browser import unpack_frame  # noqa: E402
 
 from mlmem_tools.view.frames import pack_frame  # noqa: E402
-from mlmem_tools.view.live import MAX_QUEUED_NEWS, Page  # noqa: E402
+from mlmem_tools.view.live import Page  # noqa: E402
 from mlmem_tools.view.server import Guard, Server  # noqa: E402
 
 LIFE = Path(__file__).parent.parent / 'data' / 'life'
@@ -149,17 +149,17 @@ async def test_page_that_sends_nonsense_is_disconnected(said):
 @in_event_loop
 async def test_slow_page_misses_pictures_but_no_news():
     """Its queue is bounded; it holds the newest picture and the newest news."""
-    page = Page()
+    page = Page(max_news=64)
     for number in range(1000):
         page.set_picture(pack_frame({'picture': number}))
         page.add_news(pack_frame({'news': number}))
     found = []
     async for frame in page.iterate_frames():
         found.append(unpack_frame(frame)[0])
-        if len(found) == MAX_QUEUED_NEWS + 1:
+        if len(found) == 65:
             break
     assert found[-1] == {'picture': 999}
-    assert [each['news'] for each in found[:-1]] == list(range(1000 - MAX_QUEUED_NEWS, 1000))
+    assert [each['news'] for each in found[:-1]] == list(range(936, 1000))
 
 
 @in_event_loop
