@@ -33,7 +33,7 @@ from ..identification.fitted import (
 )
 from ..identification.unknowns import CELL_TERMS, SHARED_UNKNOWNS
 from .command import JSON_OPTION, declare_command, declare_option
-from .output import ProgressBar, create_console, print_failure, print_json
+from .output import create_console, print_failure, print_json, show_bar
 
 
 @declare_command(
@@ -57,7 +57,7 @@ def fit(arguments: argparse.Namespace) -> int:
         return print_failure('fit', error, 2)
     console = create_console(aside=True)
     try:
-        with ProgressBar(console) as report:
+        with show_bar(console) as report:
             found = fit_element(
                 design, shots, scatter=arguments.scatter, integrator=integrator, report=report
             )  # fmt: skip

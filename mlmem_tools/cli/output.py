@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from mlmem.schema import make_printable
@@ -96,38 +97,27 @@ def _is_number(text: str) -> bool:
         return False
 
 
-class ProgressBar:
-    """A progress bar that says what is being done."""
+@contextmanager
+def show_bar(console: Console) -> Iterator[Callable[[str, float], None]]:
+    """Show a progress bar; yield what sets its text, and the fraction that is done."""
+    from rich import progress as shown
 
-    def __init__(self, console: Console) -> None:
-        from rich import progress as shown
-
-        columns = (
-            shown.TextColumn('{task.description}'), shown.BarColumn(), shown.TimeElapsedColumn(),
-            shown.TextColumn('left'), shown.TimeRemainingColumn(),
-        )  # fmt: skip
-        self._bar = shown.Progress(
-            *columns, console=console, transient=True, speed_estimate_period=120.0
-        )
-        self._task = self._bar.add_task('', total=1.0)
-
-    def __enter__(self) -> ProgressBar:
-        self._bar.start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._bar.stop()
-
-    def __call__(self, what: str, share: float) -> None:
-        """Show what is being done, and the fraction done."""
-        self._bar.update(self._task, description=what, completed=share)
+    columns = (
+        shown.TextColumn('{task.description}'), shown.BarColumn(), shown.TimeElapsedColumn(),
+        shown.TextColumn('left'), shown.TimeRemainingColumn(),
+    )  # fmt: skip
+    with shown.Progress(
+        *columns, console=console, transient=True, speed_estimate_period=120.0
+    ) as bar:
+        task = bar.add_task('', total=1.0)
+        yield lambda what, share: bar.update(task, description=what, completed=share)
 
 
 def show_progress(
     console: Console, rows: Iterator[object], done: int, total: int, what: str
 ) -> None:
     """Go through the rows, and show their number, the elapsed and the remaining time."""
-    with ProgressBar(console) as report:
+    with show_bar(console) as report:
         report(f'{done} of {total} {what}', done / total)
         for number, _ in enumerate(rows, done + 1):
             report(f'{number} of {total} {what}', number / total)

@@ -24,7 +24,7 @@ from mlmem.physics import DesignError
 
 from ..identification.plan import Step, plan_pulses
 from .command import JSON_OPTION, declare_command, declare_option
-from .output import ProgressBar, create_console, print_failure, print_json, print_rows
+from .output import create_console, print_failure, print_json, print_rows, show_bar
 
 
 @declare_command(
@@ -48,7 +48,7 @@ def plan(arguments: argparse.Namespace) -> int:
     try:
         element = read_element_file(Path(arguments.element))
         intended = load_element(arguments.design) if arguments.design else element
-        with ProgressBar(create_console(aside=True)) as report:
+        with show_bar(create_console(aside=True)) as report:
             found = plan_pulses(element.timed_specimen, intended, report)
         element = dataclasses.replace(element, plan=found.corrections)
         write_element_file(Path(arguments.output or arguments.element), element)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from mlmem.schema import make_printable
 
 from .command import JSON_OPTION, declare_command, declare_option
-from .output import ProgressBar, create_console, print_bag_failure, print_json
+from .output import create_console, print_bag_failure, print_json, show_bar
 
 if TYPE_CHECKING:
     from mlmem_ros.session.report import ReplayReport
@@ -44,7 +44,7 @@ def replay(arguments: argparse.Namespace) -> int:
 
     try:
         session = load_session(arguments.bag, arguments.node, motion=False)
-        with ProgressBar(create_console(aside=True)) as bar:
+        with show_bar(create_console(aside=True)) as bar:
             report = run_replay(
                 session, lambda done, total: bar('replaying', done / max(1, total))
             )

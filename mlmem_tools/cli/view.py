@@ -72,7 +72,7 @@ async def _serve_page(arguments: argparse.Namespace) -> int:
 
     from ..view.frames import PICTURED_STREAMS
     from ..view.live import Live
-    from ..view.server import LOOPBACK_HOSTS, Guard, Server, run_server
+    from ..view.server import LOOPBACK_HOSTS, Server, run_server
 
     over = asyncio.Event()
     loop = asyncio.get_running_loop()
@@ -109,7 +109,7 @@ async def _serve_page(arguments: argparse.Namespace) -> int:
         if not arguments.session:
             live = Live(stack.enter_context(standalone(arguments.node)))
             stack.callback(live.end)
-        server = Server(Guard(token), live, arguments.session)
+        server = Server(token, live, arguments.session)
         await server.check()
         await run_server(server, arguments.host, arguments.port, announce_address, over)
         return await node if node is not None and node.done() else 0

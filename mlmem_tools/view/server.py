@@ -47,71 +47,60 @@ def secure_response(response: web.StreamResponse) -> None:
     })  # fmt: skip
 
 
-class Guard:
-    """Checks requests before anything else sees them.
+def build_guard(token: str) -> Any:
+    """Return the server's first handler, which checks requests before anything else sees them.
 
-    Attributes:
+    Args:
         token: The secret to be known; empty on the loopback.
     """
+    cookie = 'mlmem_view'
 
-    def __init__(self, token: str = '') -> None:
-        self.token = token
-        self._cookie = 'mlmem_view'
+    def is_token(given: str) -> bool:
+        return hmac.compare_digest(given.encode(), token.encode())
 
-    def middleware(self) -> Any:
-        """Return the server's first handler."""
-
-        @web.middleware
-        async def guard_request(request: web.Request, handler: Handler) -> web.StreamResponse:
-            self._check_origin(request)
-            if self.token and not self._is_token(request.cookies.get(self._cookie, '')):
-                raise self._admit_token(request)
-            response = await handler(request)
-            if not response.prepared:
-                secure_response(response)
-            return response
-
-        return guard_request
-
-    def _check_origin(self, request: web.Request) -> None:
-        """Refuse requests from another site, by its origin or by a foreign host name."""
-        try:
-            name = request.url.host or ''
-        except ValueError as error:  # a port that is none
-            raise web.HTTPBadRequest(text=f'Host: {error}') from error
-        if not self.token and name not in LOOPBACK_HOSTS:  # a foreign name that resolves to us
-            raise web.HTTPForbidden(
-                text=f'this server answers only as {", ".join(LOOPBACK_HOSTS)}'
-            )
-        origin = request.headers.get('Origin')
-        if origin is None:
-            if request.headers.get('Upgrade', '').lower() == 'websocket':
-                raise web.HTTPForbidden(text='a page sends its origin')
-        elif origin != f'{request.scheme}://{request.host}':
-            raise web.HTTPForbidden(text='another site must not drive the element')
-
-    def _is_token(self, token: str) -> bool:
-        return hmac.compare_digest(token.encode(), self.token.encode())
-
-    def _admit_token(self, request: web.Request) -> web.HTTPSeeOther:
-        """Admit a request with the token: a cookie then keeps it out of the address."""
-        if not self._is_token(request.query.get('token', '')):
-            raise web.HTTPForbidden(text='open the address that the server has printed')
-        response = web.HTTPSeeOther('/')
-        response.set_cookie(self._cookie, self.token, httponly=True, samesite='Strict')
-        secure_response(response)
+    @web.middleware
+    async def guard_request(request: web.Request, handler: Handler) -> web.StreamResponse:
+        _check_origin(request, is_local=not token)
+        if token and not is_token(request.cookies.get(cookie, '')):
+            if not is_token(request.query.get('token', '')):
+                raise web.HTTPForbidden(text='open the address that the server has printed')
+            admitted = web.HTTPSeeOther('/')  # a cookie then keeps the token out of the address
+            admitted.set_cookie(cookie, token, httponly=True, samesite='Strict')
+            secure_response(admitted)
+            raise admitted
+        response = await handler(request)
+        if not response.prepared:
+            secure_response(response)
         return response
+
+    return guard_request
+
+
+def _check_origin(request: web.Request, is_local: bool) -> None:
+    """Refuse requests from another site, by its origin or by a foreign host name."""
+    try:
+        name = request.url.host or ''
+    except ValueError as error:  # a port that is none
+        raise web.HTTPBadRequest(text=f'Host: {error}') from error
+    if is_local and name not in LOOPBACK_HOSTS:  # a foreign name that resolves to us
+        raise web.HTTPForbidden(text=f'this server answers only as {", ".join(LOOPBACK_HOSTS)}')
+    origin = request.headers.get('Origin')
+    if origin is None:
+        if request.headers.get('Upgrade', '').lower() == 'websocket':
+            raise web.HTTPForbidden(text='a page sends its origin')
+    elif origin != f'{request.scheme}://{request.host}':
+        raise web.HTTPForbidden(text='another site must not drive the element')
 
 
 class Server:
-    """Serves a running element, sessions, or both."""
+    """Serves a running element, sessions, or both, to whoever knows the token (`build_guard`)."""
 
-    def __init__(self, guard: Guard, live: Live | None, sessions: Sequence[str] = ()) -> None:
+    def __init__(self, token: str, live: Live | None, sessions: Sequence[str] = ()) -> None:
         self._live = live
         self._sessions = list(sessions)
         self._load = lru_cache(maxsize=4)(load_frame)
         self._static = Path(__file__).parent / 'static'
-        self.application = web.Application(middlewares=[guard.middleware()])
+        self.application = web.Application(middlewares=[build_guard(token)])
         self.application.add_routes(
             [
                 web.get('/', self._serve_page),

@@ -18,7 +18,7 @@ from page_browser import unpack_frame  # noqa: E402
 
 from mlmem_tools.view.frames import pack_frame  # noqa: E402
 from mlmem_tools.view.live import Page  # noqa: E402
-from mlmem_tools.view.server import Guard, Server  # noqa: E402
+from mlmem_tools.view.server import Server  # noqa: E402
 
 LIFE = Path(__file__).parent.parent / 'data' / 'life'
 
@@ -58,7 +58,7 @@ def in_event_loop(test):
 @asynccontextmanager
 async def serving(element, token='', sessions=()):
     """Serve an element; yields a client and the server's address."""
-    runner = web.AppRunner(Server(Guard(token), element, sessions).application)
+    runner = web.AppRunner(Server(token, element, sessions).application)
     await runner.setup()
     site = web.TCPSite(runner, '127.0.0.1', 0)
     await site.start()
