@@ -12,9 +12,6 @@ from importlib import metadata
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from typing import NamedTuple
 
-PYPI_NAMES = {'yaml': 'pyyaml', 'PIL': 'pillow'}
-"""PyPI names that differ from the import name."""
-
 
 @functools.cache
 def list_entry_points() -> EntryPoints:
@@ -48,8 +45,9 @@ def format_install_advice(name: str) -> str:
             'source /opt/ros/jazzy/setup.bash, or install the wheels ros-jazzy-rclpy, '
             'ros-jazzy-common-interfaces and ros-jazzy-rmw-fastrtps-cpp'
         )
+    pypi_names = {'yaml': 'pyyaml', 'PIL': 'pillow'}  # where it is not the name of the import
     return (
-        f'python3 -m pip install {PYPI_NAMES.get(name, name)} (where that is refused as '
+        f'python3 -m pip install {pypi_names.get(name, name)} (where that is refused as '
         'externally managed: with --break-system-packages, or in a virtual environment)'
     )
 

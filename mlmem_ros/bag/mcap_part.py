@@ -42,10 +42,6 @@ from .contents import (
 from .errors import BagError, storage_errors
 
 _RECORD_HEAD = struct.Struct('<BQ')  # opcode and length of a record
-_READ_OPCODES = {
-    *(Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK),
-    *(Opcode.METADATA, Opcode.DATA_END, Opcode.FOOTER),
-}
 MAX_HELD_BYTES = 2**27
 """Most bytes that a chunk may take in memory, however small the file is."""
 
@@ -150,13 +146,17 @@ class McapPart:
             magic = stream.read(len(MCAP0_MAGIC))
             if not MCAP0_MAGIC.startswith(magic):
                 raise BagError(f'{self.path} must be an MCAP file; it begins with {magic!r}.')
+            opcodes = {
+                *(Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK),
+                *(Opcode.METADATA, Opcode.DATA_END, Opcode.FOOTER),
+            }
             end, opcode, note = len(MCAP0_MAGIC), 0, ''
             for opcode, offset, end in _find_spans(stream, len(MCAP0_MAGIC)):
                 if offset >= self._end:
                     return
                 if opcode == Opcode.DATA_END:
                     note = '; all messages precede it'
-                if opcode not in _READ_OPCODES:
+                if opcode not in opcodes:
                     continue
                 try:
                     found = _parse_records(stream, offset, end)

@@ -30,8 +30,6 @@ from .contents import (
 )
 from .errors import BagError, storage_errors
 
-_MIN_SPLIT_BYTES = 1024  # bytes, as rosbag2's MCAP storage requires
-
 
 @dataclass
 class _Channel:
@@ -70,8 +68,9 @@ class BagWriter:
             BagError: `max_bytes` is too small, `custom_data` cannot be written as UTF-8, or the
                 path exists or cannot be created.
         """
-        if 0 < max_bytes < _MIN_SPLIT_BYTES:
-            raise BagError(f'max_bytes must be 0 or at least {_MIN_SPLIT_BYTES}; got {max_bytes}.')
+        min_bytes = 1024  # as rosbag2's MCAP storage requires
+        if 0 < max_bytes < min_bytes:
+            raise BagError(f'max_bytes must be 0 or at least {min_bytes}; got {max_bytes}.')
         self.path = Path(path).absolute()
         self.custom_data = dict(custom_data or {})
         """Written to ``metadata.yaml`` with the next sync, split or close; may be changed."""

@@ -23,9 +23,6 @@ from ..bag.errors import BagError
 MAX_BURST_LINES = 10
 """Lines about one subject that may be logged at once."""
 
-MAX_LINE_CHARACTERS = 500
-"""Characters of a line; longer ones lose their middle."""
-
 
 WriteLine = Callable[[str, str], object]
 """Writes a line to a log, given its severity, INFO, WARN or ERROR, and its text."""
@@ -87,7 +84,7 @@ class ThrottledLog:
         """Write a line, with the traceback of an error, unless there are too many on a subject."""
         if (since := self._withhold_note(about)) is not None:
             trace = ':\n' + ''.join(traceback.format_exception(error)) if error else ''
-            self._write(severity, make_printable(text, MAX_LINE_CHARACTERS) + since + trace)
+            self._write(severity, make_printable(text, 500) + since + trace)
 
     def _withhold_note(self, key: str) -> str | None:
         """Return a note on how many lines were withheld, or None to withhold this one too."""

@@ -43,8 +43,6 @@ LINE_TIMEOUT_S = 1.0
 HEARTBEAT_PERIOD_S = 0.25
 """Seconds without a call after which the driver says that it is still there."""
 
-_NO_SAMPLES = np.empty((2, 0))
-
 
 class Rig(Driver):
     """An element behind a line.
@@ -115,7 +113,7 @@ class Rig(Driver):
         self._zero = np.array(said.zero)
         self._sent = self._returned = self._missed = 0
         self._breaks: deque[int] = deque()  # numbers of samples before which the rig ran dry
-        self._line = _NO_SAMPLES  # samples received and not returned yet
+        self._line = np.empty((2, 0))  # samples received and not returned yet
         self._force: float | None = None
         rest = np.zeros(self.lag * said.samples * len(said.nodes))
         self._send_set_points(rest, None)
@@ -206,7 +204,7 @@ class Rig(Driver):
     # --- set-points ----------------------------------------------------------------------
 
     def _send_set_points(self, V_N: Array, held_cell: HeldCell | None) -> None:
-        motion = _NO_SAMPLES if held_cell is None else held_cell.motion / self._unit
+        motion = np.empty((2, 0)) if held_cell is None else held_cell.motion / self._unit
         if held_cell is not None:
             motion = motion + np.array([[self._zero[0 if held_cell.site == 1 else 1]], [0.0]])
         site, samples = (0 if held_cell is None else held_cell.site), len(V_N) // len(self.nodes)

@@ -220,12 +220,10 @@ class Serial:
 Transport = Tcp | Serial
 """A line to a rig."""
 
-ADDRESS_FORMS = 'tcp://HOST:PORT or serial:///dev/PORT?baud=BAUD'
-
 
 def open_line(address: str, patience: float) -> Transport:
-    """Open the line to an address, one of `ADDRESS_FORMS`, perhaps with other options; connect
-    within `patience` seconds.
+    """Open the line to an address, `tcp://HOST:PORT` or `serial:///dev/PORT?baud=BAUD`, perhaps
+    with other options; connect within `patience` seconds.
 
     Raises:
         SettingsError: It is not a valid address.
@@ -270,5 +268,8 @@ def _split_address(address: str) -> SplitResult:
     except ValueError:
         good = None
     if not good or parts.scheme not in ('tcp', 'serial'):
-        raise SettingsError(f'device.address of a rig must be {ADDRESS_FORMS}; got {address!r}')
+        raise SettingsError(
+            'device.address of a rig must be tcp://HOST:PORT or serial:///dev/PORT?baud=BAUD; got '
+            f'{address!r}'
+        )
     return parts

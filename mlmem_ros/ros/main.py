@@ -17,9 +17,6 @@ from .node_process import RECEIVED_SIGNALS, use_profile
 BANK_NAMESPACE = '/bank'
 """Namespace of a bank, unless a remapping gives another."""
 
-MAX_BANK_ELEMENTS = 128
-"""Most elements; more are probably a mistake."""
-
 
 def parse_node_arguments(arguments: Sequence[str]) -> list[str]:
     """Return a command line, the program first, if it has only options of ROS.
@@ -116,9 +113,10 @@ def _split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def _parse_count(text: str) -> int:
-    if not (text.isdecimal() and 1 <= int(text) <= MAX_BANK_ELEMENTS):
+    max_elements = 128  # more are probably a mistake
+    if not (text.isdecimal() and 1 <= int(text) <= max_elements):
         raise argparse.ArgumentTypeError(
-            f'must be a number from 1 to {MAX_BANK_ELEMENTS}; got {text!r}'
+            f'must be a number from 1 to {max_elements}; got {text!r}'
         )
     return int(text)
 

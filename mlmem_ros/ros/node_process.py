@@ -23,20 +23,18 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-HANDLED_SIGNALS = signal.SIGINT, signal.SIGTERM
-
 
 class Signals(list[int]):
     """The signals that have come, in their order."""
 
     def handle_signals(self) -> None:
         """Take note of SIGINT and SIGTERM from now on."""
-        for number in HANDLED_SIGNALS:
+        for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._note_signal)
 
     def ignore(self) -> None:
         """Let no further signal cut the end of the process short."""
-        for number in HANDLED_SIGNALS:
+        for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.SIG_IGN)
 
     def _note_signal(self, number: int, _: Any) -> None:

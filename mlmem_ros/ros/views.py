@@ -27,9 +27,6 @@ from ..host.settings import COLUMN_PERIOD_TICKS, PublishSettings
 
 RED, WHITE, BLUE = (178, 24, 43), (247, 247, 247), (33, 102, 172)
 
-SCALE_OVERSHOOT = 0.2
-"""How far the scale reaches beyond either phase, in distances between the phases."""
-
 COLOUR_TABLE = np.stack(
     [
         np.interp(np.linspace(0.0, 2.0, 256), range(3), stop)
@@ -45,8 +42,9 @@ class Palette:
 
     def __init__(self, design: Design) -> None:
         span = design.D_s2 - design.D_s1
-        self._low = design.D_s1 - SCALE_OVERSHOOT * span
-        self._scale = 255.0 / ((1.0 + 2.0 * SCALE_OVERSHOOT) * span)
+        overshoot = 0.2  # beyond either phase, in distances between the phases
+        self._low = design.D_s1 - overshoot * span
+        self._scale = 255.0 / ((1.0 + 2.0 * overshoot) * span)
 
     def colour_indices(self, configuration: Array) -> np.ndarray:
         """Return the index of each value's colour, clipped to the scale."""
@@ -54,13 +52,6 @@ class Palette:
         index *= self._scale
         np.maximum(index, 0.0, out=index)
         return np.minimum(index, 255.0, out=index).astype(np.uint8)
-
-
-IMAGE_COLUMNS = 400
-"""Width of an image."""
-
-MAX_IMAGE_ROWS = 512
-"""Greatest height; of a longer chain, only every second, third ... cell is shown."""
 
 
 class Contour:
@@ -74,7 +65,7 @@ class Contour:
         self,
         element: MemoryElement,
         frame_id: str,
-        columns: int = IMAGE_COLUMNS,
+        columns: int = 400,
         every: int = COLUMN_PERIOD_TICKS,
     ) -> None:
         """Show the last columns, of which one is taken every few ticks."""
@@ -83,7 +74,8 @@ class Contour:
         self._every = every
         self._columns = columns
         self._palette = Palette(element.design)
-        self._stride = math.ceil(element.design.N / MAX_IMAGE_ROWS)
+        max_rows = 512
+        self._stride = math.ceil(element.design.N / max_rows)
         rows = len(range(0, element.design.N, self._stride))
         defects = [element.design.defect_site(level) - 1 for level in range(element.design.levels)]
         self._lines = rows - 1 - np.array(defects, dtype=np.intp) // self._stride
@@ -117,22 +109,6 @@ class Contour:
         return image
 
 
-MAX_SHOWN_CELLS = 500
-"""Most cells shown; of a longer chain, only every second, third ... cell is."""
-
-MAX_LABELS = 32
-"""Most levels that get a label."""
-
-MAX_SHOWN_WALLS = 4
-"""Most walls shown; the memory has one, and a second during an erase."""
-
-CHAIN_COLOUR = ColorRGBA(r=0.55, g=0.55, b=0.55, a=1.0)
-WALL_COLOUR = ColorRGBA(r=0.95, g=0.65, b=0.1, a=1.0)
-_CELL_COLOURS = [
-    ColorRGBA(r=r / 255, g=g / 255, b=b / 255, a=1.0) for r, g, b in COLOUR_TABLE.tolist()
-]
-
-
 class ChainMarkers:
     """The element along x, in metres, cell j at j lattice constants from the left end.
 
@@ -143,42 +119,49 @@ class ChainMarkers:
     def __init__(self, element: MemoryElement, settings: PublishSettings) -> None:
         design, self._unit = element.design, element.settings.scale.length
         self._element = element
+        self._colours = [
+            ColorRGBA(r=r / 255, g=g / 255, b=b / 255, a=1.0) for r, g, b in COLOUR_TABLE.tolist()
+        ]
         self._palette = Palette(design)
         self._width = design.N * self._unit / 25.0  # length of the drawn chain over its width
-        self._stride = math.ceil(design.N / MAX_SHOWN_CELLS)
+        max_cells = 500  # of a longer chain, only every second, third ... cell is shown
+        max_labels, max_walls = 32, 4  # the memory has one wall, and a second during an erase
+        chain_colour = ColorRGBA(r=0.55, g=0.55, b=0.55, a=1.0)
+        wall_colour = ColorRGBA(r=0.95, g=0.65, b=0.1, a=1.0)
+        self._stride = math.ceil(design.N / max_cells)
         text = min(0.8 * self._width, 0.35 * design.J * self._unit)
-        levels = range(0, design.levels, math.ceil(design.levels / MAX_LABELS))
+        levels = range(0, design.levels, math.ceil(design.levels / max_labels))
         self._defects = [design.defect_site(level) for level in levels]
 
         self._substrate = _create_marker(
-            'substrate', Marker.CUBE, CHAIN_COLOUR, y=0.25 * self._width
+            'substrate', Marker.CUBE, chain_colour, y=0.25 * self._width
         )
         self._substrate.pose.position.z = -0.25 * self._width
         self._substrate.scale.z = 0.1 * self._width
         size, depth = 0.8 * self._stride * self._unit, 0.4 * self._width
         self._cells = _create_marker(
-            'cells', Marker.CUBE_LIST, CHAIN_COLOUR, size, self._width, depth
+            'cells', Marker.CUBE_LIST, chain_colour, size, self._width, depth
         )
         shown = range(0, design.N, self._stride)
         self._cells.points = [Point() for _ in shown]
         below, above = -0.5 * self._width - 0.8 * text, self._width + 0.8 * text
         self._labels = [
-            _create_text_marker('levels', design.code(level), CHAIN_COLOUR, text, y=below)
+            _create_text_marker('levels', design.code(level), chain_colour, text, y=below)
             for level in levels
         ]
         bar = 0.03 * design.J * self._unit
         self._walls = [
             _create_marker(
-                'wall', Marker.CUBE, WALL_COLOUR, bar, 2 * self._width, 0.5 * self._width
+                'wall', Marker.CUBE, wall_colour, bar, 2 * self._width, 0.5 * self._width
             )
-            for _ in range(MAX_SHOWN_WALLS)
+            for _ in range(max_walls)
         ]
         self._wall_labels = [
-            _create_text_marker('wall label', '', WALL_COLOUR, text, y=above)
-            for _ in range(MAX_SHOWN_WALLS)
+            _create_text_marker('wall label', '', wall_colour, text, y=above)
+            for _ in range(max_walls)
         ]
         self._title = _create_text_marker(
-            'level', '', WALL_COLOUR, 1.5 * text, y=above + 1.8 * text
+            'level', '', wall_colour, 1.5 * text, y=above + 1.8 * text
         )
         lists = self._labels, self._walls, self._wall_labels
         markers = [self._substrate, self._cells, *chain(*lists), self._title]
@@ -203,11 +186,11 @@ class ChainMarkers:
         for point, place in zip(self._cells.points, places, strict=True):
             point.x = place
         indices = self._palette.colour_indices(configuration[shown]).tolist()
-        self._cells.colors = [_CELL_COLOURS[index] for index in indices]
+        self._cells.colors = [self._colours[index] for index in indices]
         for label, site in zip(self._labels, self._defects, strict=True):
             label.pose.position.x = (site + float(substrate[site - 1])) * unit
 
-        found = find_walls(self._element.design, configuration)[:MAX_SHOWN_WALLS]
+        found = find_walls(self._element.design, configuration)[: len(self._walls)]
         slots = zip(self._walls, self._wall_labels, strict=True)
         for (bar, label), wall in zip_longest(slots, found):
             bar.action = label.action = Marker.DELETE if wall is None else Marker.ADD

@@ -211,10 +211,6 @@ def _find_other_build(recorded: Mapping[str, str]) -> dict[str, tuple[str, str]]
     }
 
 
-MAX_REPLAY_TICKS = 10**9
-"""Most ticks of a replay: three weeks at the default pace."""
-
-
 def find_last_tick(session: SessionData, first: int) -> int:
     """Return the tick before which a session ends that begins at a tick.
 
@@ -229,11 +225,12 @@ def find_last_tick(session: SessionData, first: int) -> int:
             'the records of a session must be in the order of their ticks: if the clock went back '
             'meanwhile, a copy sorted by time cannot be replayed, but the recorded bag can'
         )
+    max_ticks = 10**9  # of a replay: three weeks at the default pace
     for tick in (*hashed, *commanded):
-        if not first <= tick <= first + MAX_REPLAY_TICKS:
+        if not first <= tick <= first + max_ticks:
             raise BagError(
                 f'the records of a session must have ticks from {first} to '
-                f'{first + MAX_REPLAY_TICKS}; got {tick}'
+                f'{first + max_ticks}; got {tick}'
             )
     cells = session.header.design.N
     for recorded in session.hashes:

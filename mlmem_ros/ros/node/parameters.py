@@ -55,17 +55,8 @@ from ...host.settings import (
     declare_parameters,
 )
 
-FAULTS_PREFIX = 'faults.'
-"""Prefix of the device's faults, which take effect at once."""
-
 QOS_OVERRIDES_PREFIX = 'qos_overrides.'
 """Prefix of the parameters that rclpy declares for an endpoint; they are read-only."""
-
-CHOICE_HINTS = {
-    'device.driver': '; a class may be named only at the start',
-    'device.address': '; with files.root it may be named only at the start',
-}
-"""What a refusal adds, of parameters whose choices follow from the start."""
 
 LEVEL, WORD = 'target_level', 'target_word'
 """What `~/write` writes to an element with one wall, and to a register."""
@@ -309,7 +300,7 @@ class ParameterSet:
                 _check_target(name, given[name], self._checked)
             if DESCRIPTION in given and given[DESCRIPTION] != text_of(self._checked):
                 raise SettingsError(f'{DESCRIPTION} follows from {ELEMENT}; set that one')
-            faults = {p.name.removeprefix(FAULTS_PREFIX): p.value for p in changed if _is_fault(p)}
+            faults = {p.name.removeprefix('faults.'): p.value for p in changed if _is_fault(p)}
             if faults and self._host.element is not None:
                 self._host.element.specimen(self._read_group('faults', **faults))
             if METHOD in given and self.locked:
@@ -353,8 +344,11 @@ class ParameterSet:
         """Raise `SettingsError` if a value is none of the words that may be set."""
         choices = self._choices.get(name, (value,))
         if value not in choices:
-            hint = CHOICE_HINTS.get(name, '')
-            got = short_repr(value) + hint
+            hints = {  # of parameters whose choices follow from the start
+                'device.driver': '; a class may be named only at the start',
+                'device.address': '; with files.root it may be named only at the start',
+            }
+            got = short_repr(value) + hints.get(name, '')
             raise SettingsError(f'{kind}{name} must be one of {", ".join(choices)}; got {got}')
 
     def _apply_changes(self, changed: list[Parameter]) -> None:
@@ -414,7 +408,7 @@ def _check_target(name: str, value: int, element: Element) -> None:
 
 def _is_fault(parameter: Parameter) -> bool:
     name: str = parameter.name
-    return name.startswith(FAULTS_PREFIX)
+    return name.startswith('faults.')
 
 
 def build_descriptor(description: Description, default: Any) -> ParameterDescriptor:

@@ -33,14 +33,8 @@ ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
 """Exit status: ended on request; could not start; ended on request, but the content or recording
 could not be saved. (2 is a wrong command line.)"""
 
-SIGNAL_PERIOD_S = 0.1
-"""Seconds per turn of the executor, whose wait no signal interrupts."""
-
 CLIENT_ABSENCE_S = 0.5
 """Seconds without a client after which none is expected any more."""
-
-SPIN_PERIOD_S = 0.01
-"""Seconds in which the executor takes what has arrived."""
 
 LEAVE_TIMEOUT_S = 5.0
 """Seconds for leaving the ROS graph. All is saved by then: a middleware that hangs is cut off,
@@ -134,7 +128,7 @@ def _start_node(node: MemoryNode, executor: GuardedExecutor, stop: Sequence[int]
     prepared = node.prepare()
     prepared.add_done_callback(lambda _: executor.interrupt())
     while not (prepared.done() or stop):
-        executor.turn(SIGNAL_PERIOD_S)
+        executor.turn(0.1)  # seconds, which no signal interrupts
     if not stop:
         try:
             node.begin()
@@ -145,7 +139,7 @@ def _start_node(node: MemoryNode, executor: GuardedExecutor, stop: Sequence[int]
 def spin_nodes(executor: GuardedExecutor, stop: Sequence[object]) -> None:
     """Let nodes work until `stop` is not empty."""
     while not stop:
-        executor.turn(SIGNAL_PERIOD_S)
+        executor.turn(0.1)  # seconds, which no signal interrupts
 
 
 def await_last_clients(
@@ -176,7 +170,8 @@ def end_nodes(
     """Save, answer all requests, then call `leaving`, and leave the ROS graph; return the exit
     status.
     """
-    executor.turn(SPIN_PERIOD_S)  # takes what was sent during the start
+    turn_s = 0.01
+    executor.turn(turn_s)  # takes what was sent during the start
     waited = any(node.waiting for node in nodes)
     with ThreadPoolExecutor(len(nodes)) as closers:  # a hung disk affects only one element
         list(closers.map(MemoryNode.close, nodes))
@@ -185,7 +180,7 @@ def end_nodes(
     # the middleware delivers what was sent in 0.2 s; pending requests are answered within 1 s
     until, deadline = now + (0.2 if expected else 0.0), now + 1.0
     while now < until or (any(node.waiting for node in nodes) and now < deadline):
-        executor.turn(SPIN_PERIOD_S)  # refuses what arrives meanwhile
+        executor.turn(turn_s)  # refuses what arrives meanwhile
         now = time.monotonic()
     for node in nodes:
         node.host.log.info('shut down; not all was saved' if node.host.lost else 'shut down')

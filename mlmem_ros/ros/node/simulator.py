@@ -151,10 +151,6 @@ def _set_result(response: Any, code: int, why: str) -> Any:
     return response
 
 
-STANDSTILL_S = 2.0
-"""Time for which the clock must have stood before that is reported."""
-
-
 class SimTimePacer:
     """Follows the node's clock, which /clock advances, mostly by 1 to 100 ms at a time.
 
@@ -195,16 +191,17 @@ class SimTimePacer:
 
     def find_problem(self) -> str:
         """Return why time has stood for a while, empty if it runs; call it once a second."""
+        standstill_s = 2.0  # time for which the clock must have stood before that is reported
         now, seen, here = self.now(), self._clock.now().nanoseconds, time.monotonic()
         if now != self._ran_to:
             self._ran_to, self._ran_at = now, here
         if seen != self._seen:
             self._seen, self._seen_at = seen, here
-        if here - self._ran_at < STANDSTILL_S:
+        if here - self._ran_at < standstill_s:
             return ''
         if not seen:
             return 'use_sim_time is set but no /clock has arrived yet: time stands still'
-        if here - self._seen_at >= STANDSTILL_S:
+        if here - self._seen_at >= standstill_s:
             return '/clock does not advance: time stands still'
         return f'the clock advances in steps of more than {self.slack:g} s: time stands still'
 
