@@ -265,6 +265,25 @@ def test_reset_fails_if_new_element_is_not_heard(lost):
     assert outcome.reading.content == UNDECODABLE
 
 
+def test_procedures_that_see_only_the_ends_give_the_same_bits():
+    """None can reach the true wall: a local driver shows only the ends."""
+    two_levels = dataclasses.replace(CASE_II, N=75)
+    known = factory_calibration(two_levels, Settings())
+    seeing = rig.device(design=two_levels, calibration=known)
+    blind = MemoryElement(two_levels, Settings(), known, LocalDriver(two_levels))
+    for command in (
+        Write(0), Read('both'), Write(1), Write(0), Calibrate(), SelfTest(), Erase(), Read(),
+    ):  # fmt: skip
+        told = [rig.plain(each.perform(command)) for each in (seeing, blind)]
+        assert told[0] == told[1]
+    for element in (seeing, blind):
+        element.apply(SetStrain(0.01))
+        element.apply(Write(0))
+        rig.run(element, Abort())
+    assert blind.transducer.recent.tobytes() == seeing.transducer.recent.tobytes()
+    assert blind.calibration == seeing.calibration
+
+
 def test_real_element_is_replaced_by_hand():
     known = factory_calibration(rig.DESIGN, Settings())
     element = MemoryElement(rig.DESIGN, Settings(), known, LocalDriver(rig.DESIGN))
