@@ -36,9 +36,6 @@ from mlmem.parsing import (
     DecodeError,
     decode_value,
     encode_value,
-    parse_json,
-    parse_yaml,
-    read_file,
 )
 from mlmem.physics import CASE_II, Specimen
 from mlmem.readers.reading import Reading
@@ -215,13 +212,3 @@ def test_arrays_are_read_to_the_bit_in_every_form():
     for given in (values.tolist(), parsing.encode_array(values), [each.hex() for each in values]):
         np.testing.assert_array_equal(decode_value(kind, given), values)
     assert decode_value(dict[End, int], {'left': 1}) == {End.LEFT: 1}
-
-
-def test_texts_that_are_not_what_they_should_be():
-    assert parse_json('{"a": 1}') == parse_yaml('{a: 1}') == {'a': 1}
-    assert parse_yaml('a: 1', texts=True) == {'a': '1'}
-    for text in ('', '[' * 10**6, 'NaN', '9' * 5000):
-        with pytest.raises(DecodeError, match='it must be JSON'):
-            parse_json(text)
-    with pytest.raises(DecodeError, match='No such file'):
-        read_file('/nowhere/at all')

@@ -188,24 +188,3 @@ def test_too_few_samples_give_nothing():
     for n in (0, 3, len(kernel) - 1):
         assert filter_carrier(np.ones(n), kernel).shape == (0,)
     assert filter_carrier(np.ones(len(kernel)), kernel).shape == (1,)
-
-
-@settings(rig.unhurried, max_examples=25)
-@given(st.lists(st.integers(0, 4000), max_size=5))
-def test_detector_has_same_bits_for_any_cut_of_samples(cuts):
-    """What was there before the pulse belongs to the first samples that the filter passes."""
-    past, v = np.split(np.random.default_rng(1).normal(0.0, 1e-4, 4150), [150])
-    at_once, cut = (EchoDetector(PROBES[End.LEFT], 0.5, past=past) for _ in range(2))
-    at_once.feed_displacements(v)
-    for some in np.split(v, sorted(cuts)):
-        cut.feed_displacements(some)
-    first, second = at_once.build_echo(End.LEFT), cut.build_echo(End.LEFT)
-    assert len(first.t) > 3900
-    assert first.delay == second.delay
-    assert first.v_m.tobytes() == second.v_m.tobytes()
-    assert first.v_c.tobytes() == second.v_c.tobytes()
-    kernel = compute_weights(PROBES[End.LEFT], 0.5)
-    known = np.concatenate((past[-(len(kernel) // 2) :], v))
-    np.testing.assert_array_equal(
-        first.v_m, np.abs(filter_carrier(known, kernel))[: len(first.v_m)]
-    )

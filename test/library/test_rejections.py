@@ -45,7 +45,10 @@ REJECTED = {
          ErrorCode.OUT_OF_RANGE, 'write.method'),
     ],
     DecodeError: [
-        (lambda: parse_json('{'), ErrorCode.MALFORMED, ''),
+        *(
+            (lambda text=text: parse_json(text), ErrorCode.MALFORMED, '')
+            for text in ('{', '', '[' * 10**6, 'NaN', '9' * 5000)
+        ),
         (lambda: parse_yaml('a: [1'), ErrorCode.MALFORMED, ''),
         (lambda: read_file('/nowhere/at/all'), ErrorCode.UNREADABLE, ''),
         (lambda: decode_value(WriteSettings, {'ramp': 'x'}), ErrorCode.OUT_OF_RANGE, 'ramp'),
@@ -95,6 +98,7 @@ def test_yaml_alias_counts_all_values_that_it_stands_for():
     lines = ['a0: &a0 [0, 0, 0, 0, 0, 0, 0, 0, 0, 0]']
     lines += [f'a{n}: &a{n} [{", ".join([f"*a{n - 1}"] * 10)}]' for n in range(1, 7)]
     assert parse_yaml('\n'.join(lines[:3]))['a2'][9][9] == [0] * 10
+    assert parse_yaml('a: 1', texts=True) == {'a': '1'}
     with pytest.raises(DecodeError) as rejected:
         parse_yaml('\n'.join(lines))
     assert rejected.value.code is ErrorCode.MALFORMED
