@@ -8,7 +8,16 @@ import hypothesis
 import numpy as np
 import pytest
 
-from mlmem import MemoryElement, Outcome, Read, Settings, factory_calibration, snapshot
+from mlmem import (
+    MemoryElement,
+    Outcome,
+    Read,
+    Settings,
+    factory_calibration,
+    load_element,
+    snapshot,
+)
+from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II, Specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall, relax_to_equilibrium
 from mlmem.readers.register import pin_walls
@@ -50,6 +59,16 @@ def device(level=None, *, design=DESIGN, calibration=None, **settings):
     calibration = calibration or factory_calibration(design, Settings())
     element = MemoryElement(design, change(Settings(), **settings), calibration)
     return element if level is None else settle(element, find_pinned_wall(design, level))
+
+
+def shipped(name, made=None, **settings):
+    """Return a blank shipped element with other settings, as by `change`, and with a calibration
+    of its own; its material is that of its file, or what was made instead.
+    """
+    design, given = load_element(name).design_and_settings
+    given = change(given, **settings)
+    driver = None if made is None else Simulation.build_blank(made, given.time)
+    return MemoryElement(design, given, driver=driver)
 
 
 def settle(element, v):

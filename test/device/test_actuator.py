@@ -13,12 +13,10 @@ from scipy.interpolate import CubicHermiteSpline
 
 from mlmem import (
     FollowTrajectory,
-    MemoryElement,
     Refused,
     SetStrain,
     Settings,
     Write,
-    load_element,
 )
 from mlmem.instrument.actuator import MAX_PROFILE_POINTS, Actuator, plan_profile
 from mlmem.instrument.blocks import follow_ramps, run
@@ -30,7 +28,6 @@ from mlmem.rejections import ErrorCode
 from mlmem.settings import ActuatorSettings, ScaleSettings
 
 from . import rig
-from .rig import succeed
 
 LIMIT, RATE = 0.08, 1e-4
 STEP = 0.25
@@ -276,20 +273,18 @@ def test_move_in_two_half_steps_is_mean_of_two_moves(delay):
 @pytest.mark.parametrize('shaped', [False, True])
 def test_cycle_pauses_on_way_back_and_takes_stated_time(shaped):
     """Shaped, it begins with half of a ramp that is shorter by half a period of the cells."""
-    design, settings = load_element('bits_2').design_and_settings
-    settings = rig.change(settings, write={'final_settle': 0.0, 'shaped': shaped})
-    element = MemoryElement(design, settings)
-    succeed(element, Write(0))
+    element = rig.shipped('bits_2', write={'final_settle': 0.0, 'shaped': shaped})
+    rig.succeed(element, Write(0))
     element.apply(Write(2))
     strain = []
     for _ in range(round(620.0 / element.tick)):
         element.advance()
         strain.append(element.actuator.strain)
-    write = settings.write
+    write = element.settings.write
     at = np.cumsum([write.ramp, write.hold, write.ease, write.release]) / element.tick - 1
     seen = np.array(strain)[at.astype(int)] / write.compression
     np.testing.assert_allclose(seen, [1.0, 1.0, write.ease_to, 0.0], atol=1e-12)
-    delay = math.pi / math.sqrt(design.k_s1) if shaped else 0.0
+    delay = math.pi / math.sqrt(element.design.k_s1) if shaped else 0.0
     ramp = Ramp(0.0, write.compression, write.ramp - delay)
     first = (shape_ramp(ramp, delay) if shaped else ramp).strain(np.array([element.tick]))
     assert strain[0] == pytest.approx(first[0])

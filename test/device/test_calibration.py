@@ -277,10 +277,9 @@ def test_correction_scales_strains_within_actuators_limit():
 
 def test_factory_measures_with_fourth_order_method_for_any_device():
     """At its step the paper's method slows the carrier: the delays are those of the element."""
-    design, settings = load_element('bits_1').design_and_settings
-    paper = MemoryElement(design, rig.change(settings, time={'integrator': 'noh_bathe'}))
+    paper = rig.shipped('bits_1', time={'integrator': 'noh_bathe'})
     assert paper.chain.integrator.name == 'noh_bathe'
-    assert paper.calibration == MemoryElement(design, settings).calibration
+    assert paper.calibration == rig.shipped('bits_1').calibration
 
 
 def test_ideal_element_that_cannot_be_probed_is_rejected(monkeypatch):

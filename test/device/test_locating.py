@@ -166,8 +166,7 @@ def test_shot_begins_at_rest_and_lasts_900_time_units(surveyed):
 
 
 def test_survey_without_actuator_kicks_and_restores_level():
-    design, settings = load_element('kick_2').design_and_settings
-    element = MemoryElement(design, rig.change(settings, actuator={'present': False}))
+    element = rig.shipped('kick_2', actuator={'present': False})
     rig.succeed(element, Write(2))
     *events, outcome = rig.events(element, Survey())
     assert outcome.success, outcome.error
@@ -176,15 +175,14 @@ def test_survey_without_actuator_kicks_and_restores_level():
     shots = shots_of(events)
     assert len(shots) == estimates.SURVEY_SHOTS
     assert {shot.strain for shot in shots} == {0.0}
-    for wall in (0, *map(design.defect_site, (0, 2, 3))):
+    for wall in (0, *map(element.design.defect_site, (0, 2, 3))):
         assert {shot.end for shot in shots if shot.wall == wall} == set(End)
 
 
 def test_survey_without_actuator_and_kicks_is_rejected():
-    design, settings = load_element('kick_2').design_and_settings
-    settings = rig.change(settings, actuator={'present': False}, transducer={'max_speed': 0.001})
+    element = rig.shipped('kick_2', actuator={'present': False}, transducer={'max_speed': 0.001})
     with pytest.raises(Refused, match='is reached only by strain'):
-        MemoryElement(design, settings).perform(Survey())
+        element.perform(Survey())
 
 
 def test_samples_after_interruption_are_not_there():

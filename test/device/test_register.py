@@ -324,7 +324,7 @@ ROBUST_CODE = Code(8, 3)
 def test_words_follow_each_other_in_scattered_elements(scatter):
     """Three walls, two of others, one, none: every write takes walls out and puts others in."""
     made = draw_specimen(ROBUST.design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), 77)
-    element = MemoryElement(ROBUST, driver=Simulation.build_blank(made, ROBUST.settings.time))
+    element = rig.shipped('robust_words', made)
     for walls in ((1, 4, 7), (0, 6), (3,), (2, 5)):
         assert element.perform(Write(ROBUST_CODE.word(walls))).success
         assert tuple(levels(element)) == walls

@@ -28,7 +28,6 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.physics import Scatter, draw_specimen, find_walls
 from mlmem.physics.wall import arrival_tolerance
-from mlmem.readers.register import pin_walls
 from mlmem.rejections import ErrorCode
 from mlmem.snapshot import restore_snapshot, take_snapshot
 from mlmem_tools.checks import Verdict, check
@@ -42,11 +41,7 @@ SCATTER = Scatter(alpha=0.03, k_r=0.03, mass=0.03)
 
 def make_scattered(name, seed, scatter=SCATTER):
     """Return an element whose parts scatter, with the settings of its file alone."""
-    shipped = load_element(name)
-    driver = Simulation.build_blank(
-        draw_specimen(shipped.design, scatter, seed), shipped.settings.time
-    )
-    return MemoryElement(shipped.design, shipped.settings, driver=driver)
+    return rig.shipped(name, draw_specimen(load_element(name).design, scatter, seed))
 
 
 @pytest.mark.parametrize('name', NAMES)
@@ -130,11 +125,9 @@ def test_forecasts_carry_the_friction_of_the_element_file():
 
 def lossy(name, **losses):
     """Return an element whose damping or friction are so many times those of its design."""
-    shipped = load_element(name)
-    changes = {name: factor * getattr(shipped.design, name) for name, factor in losses.items()}
-    design = dataclasses.replace(shipped.design, **changes)
-    driver = Simulation.build_blank(design, shipped.settings.time)
-    return MemoryElement(shipped.design, shipped.settings, driver=driver)
+    design = load_element(name).design
+    changes = {name: factor * getattr(design, name) for name, factor in losses.items()}
+    return rig.shipped(name, dataclasses.replace(design, **changes))
 
 
 @pytest.mark.parametrize('name', ['robust_2', 'robust_3'])
@@ -155,9 +148,7 @@ def test_calibration_finds_factors_on_losses_and_kicks(name, damping):
 
 def run_out(element):
     """Return an element whose wall has left it at the right end."""
-    element.chain.place(np.full(element.design.N, element.design.D_s2))
-    element.transducer.assume_equilibrium()
-    return element
+    return rig.settle(element, np.full(element.design.N, element.design.D_s2))
 
 
 @pytest.mark.parametrize('name', NAMES)
@@ -200,9 +191,7 @@ def test_calibration_without_a_blank_element_keeps_the_old_factors():
 
 def test_calibration_makes_an_element_with_less_friction_read_better():
     """Forecasts with the friction of the design are far from what it answers."""
-    element = lossy('robust_2_friction', friction=0.8)
-    element.chain.place(pin_walls(element.chain.specimen, (1,)))
-    element.transducer.assume_equilibrium()
+    element = rig.pin(lossy('robust_2_friction', friction=0.8), 1)
     before = element.perform(Read())
     assert element.perform(Calibrate()).found['loss_factor'] == pytest.approx(0.8, abs=0.05)
     after = element.perform(Write(1))
@@ -306,12 +295,8 @@ def test_aborted_calibration_keeps_the_old_records(element):
     [('robust_2', 'unsupported'), ('robust_2_friction', 'unsupported'), ('case_2', 'conflict')],
 )
 def test_other_elements_refuse_one_transducer(name, code):
-    shipped = load_element(name)
     with pytest.raises(SettingsError) as refused:
-        MemoryElement(
-            shipped.design,
-            rig.change(shipped.settings, read={'method': 'records', 'end': 'left'}),
-        )
+        rig.shipped(name, read={'method': 'records', 'end': 'left'})
     assert refused.value.code.value == code
 
 
