@@ -19,19 +19,17 @@ from ..figure import Data, Figure, Quality
 
 definition = Figure('byte', 'Many walls in one element: a byte is written and heard', seconds=60)
 
-DRAWN_WORDS = (0x00, 0x80, 0xA7)
-"""Words whose echoes are drawn: no wall, the farthest alone, five. The last one is written."""
-
 
 @definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Write a word into a blank byte, listen in three words, and try other carriers.
 
     Returns:
-        `t`, `field` (m x N) and `v_1` of the write; `heard_t` and `heard` (v_c of each word);
+        `t`, `field` (m x N) and `v_1` of the write of the last of some `words`: no wall, the
+        farthest alone, five; `heard_t` and `heard` (v_c of each word);
         `carrier` and `apart`: least difference between two words, over the pulse.
     """
-    byte = load_element('byte')
+    byte, words = load_element('byte'), (0x00, 0x80, 0xA7)
     element = MemoryElement(byte)
     register = forecast_words(Specimen(byte.design), byte.settings)
     t, field = [], []
@@ -40,9 +38,9 @@ def compute_data(quality: Quality) -> Data:
         t.append(element.ticks * element.tick)
         field.append(element.chain.configuration.astype(np.float32))
 
-    element.perform(Write(DRAWN_WORDS[-1]), between=follow_wall)
+    element.perform(Write(words[-1]), between=follow_wall)
     heard, listen_time = [], register.listener.ticks * element.tick
-    for word in DRAWN_WORDS:
+    for word in words:
         v = pin_walls(Specimen(byte.design), register.code.walls(word))
         echo = probe_element(byte.design, v, byte.settings.register.probe, duration=listen_time)
         heard.append(echo.v_c)
@@ -51,6 +49,7 @@ def compute_data(quality: Quality) -> Data:
         't': np.array(t),
         'field': np.array(field),
         'v_1': np.array(field)[:, 0],
+        'words': np.array(words),
         'heard_t': echo.t,
         'heard': np.array(heard),
         'carrier': carrier,
@@ -81,13 +80,13 @@ def draw_figure(data: Data) -> Any:
     style.label_panel(
         above,
         'a',
-        f'{DRAWN_WORDS[-1]:#04x} is written: five kicks, the farthest first, and a pulse',
+        f'{data["words"][-1]:#04x} is written: five kicks, the farthest first, and a pulse',
     )
     below.plot(t, data['v_1'], color=style.Colour.INK, lw=1.0)
     below.set(ylabel='$v_1$', xlabel=style.Label.TIME, xlim=(t[0], t[-1]))
     echo, carriers = style.axes_grid(lower, 1, 2)[0]
     colors = (style.Colour.FAINT, style.Colour.INACTIVE, style.Colour.ACTIVE)
-    for word, v_c, color in zip(DRAWN_WORDS, data['heard'], colors, strict=True):
+    for word, v_c, color in zip(data['words'], data['heard'], colors, strict=True):
         echo.semilogy(data['heard_t'], np.maximum(v_c, 1e-7), color=color, label=f'{word:#04x}')
     echo.set(xlabel='time after the pulse began', ylabel='$v_c$', ylim=(1e-6, None))
     echo.legend(loc='upper right')
