@@ -11,7 +11,10 @@ every alpha to 0.05 %. Nothing is discarded.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from typing import Any
+
+from mlmem.errors import ProcedureFailed
 
 from ..study import Study
 from .surveyed import HIDDEN_KINDS, summarise_fits, survey_element
@@ -43,15 +46,35 @@ def count_fits(case: str, seed: int) -> dict[str, Any]:
 def count_alarms(preset: str, seed: int) -> dict[str, Any]:
     """Return how often a twin of 40 elements reported a change where nothing changed."""
     scatter = choose_scatter(preset)
-    rows = [watch_healthy(preset, scatter, each) for each in range(seed, seed + 40)]
-    return {**summarise_healthy(rows), 'rows': rows}
+    rows, failed = watch_elements(
+        lambda each: watch_healthy(preset, scatter, each), range(seed, seed + 40)
+    )
+    return {**summarise_healthy(rows), 'not calibrated': failed, 'rows': rows}
 
 
 def count_changes(change: str, seed: int) -> dict[str, Any]:
     """Return what a twin of four elements reported of a change."""
-    preset, seeds = 'bits_4', range(seed, seed + 4)
-    rows = [watch_changed(preset, choose_scatter(preset), each, change) for each in seeds]
-    return {**summarise_changed(rows), 'rows': rows}
+    preset = 'bits_4'
+    rows, failed = watch_elements(
+        lambda each: watch_changed(preset, choose_scatter(preset), each, change),
+        range(seed, seed + 4),
+    )
+    return {**summarise_changed(rows), 'not calibrated': failed, 'rows': rows}
+
+
+def watch_elements(
+    watch: Callable[[int], dict[str, Any]], seeds: Iterable[int]
+) -> tuple[list[dict[str, Any]], list[str]]:
+    """Return what was seen of the elements of some seeds, and why others could not be calibrated:
+    a twin does not watch these.
+    """
+    rows, failed = [], []
+    for seed in seeds:
+        try:
+            rows.append(watch(seed))
+        except ProcedureFailed as failure:
+            failed.append(str(failure))
+    return rows, failed
 
 
 STUDIED_MODULES = (
