@@ -11,18 +11,9 @@ from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, Chain, HeldCell, Scatter, Specimen, draw_specimen, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.methods import NOH_BATHE
-from mlmem.physics.waves import wavenumber
 from mlmem_tools.checks.echoes import echo_response, solve_propagation
 
 UNIFORM = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
-
-
-def test_theta_is_that_of_the_dispersion():
-    omega = np.array([0.3, 1.0, 2.0, 2.5])
-    theta = solve_propagation(2.0 + UNIFORM.k_s2 - omega**2 + 1e-9j)
-    kappa = wavenumber(omega, UNIFORM.k_s2)
-    assert np.abs(np.log(theta).real) == pytest.approx(kappa.imag, abs=1e-8)
-    assert np.abs(np.angle(theta)) == pytest.approx(kappa.real, abs=1e-8)
 
 
 def test_free_far_end_of_a_uniform_chain():
@@ -43,11 +34,6 @@ def test_right_end_is_the_left_end_of_the_mirror_image():
         echo_response(Specimen(UNIFORM), flat_v[::-1].copy(), omega, End.LEFT)
     )
     assert np.abs(echo_response(Specimen(CASE_II), v, omega, End.RIGHT)).max() < 2.0
-
-
-def test_step_of_zero_is_the_differential_equation():
-    omega = np.linspace(0.1, 2.0, 7)
-    assert NOH_BATHE.squared_frequency(omega, 0.1, 0.0) == pytest.approx(omega**2 - 0.1j * omega)
 
 
 def test_no_frequencies_have_no_squares():

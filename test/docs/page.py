@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 import contextlib
+import doctest
 import io
 import os
 import re
@@ -125,8 +126,8 @@ def commands(text: str) -> Iterator[tuple[str, str]]:
 
 def matches(printed: str, expected: str) -> bool:
     """Return whether an output is as expected, apart from spaces at the ends of lines."""
-    pattern = re.escape(plain(expected)).replace(re.escape('...'), '.*')
-    return not expected or re.fullmatch(pattern, plain(printed), re.DOTALL) is not None
+    checker = doctest.OutputChecker()
+    return not expected or checker.check_output(plain(expected), plain(printed), doctest.ELLIPSIS)
 
 
 def plain(text: str) -> str:

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
-from page import Page, commands, matches
+from page import Page, commands
 
 ROOT = Path(__file__).parents[2]
 PAGES = [
@@ -32,11 +32,6 @@ def test_page_works_as_printed(path, tmp_path, monkeypatch):
     # A study then runs in this process: to start others takes longer than what they do.
     monkeypatch.setattr(os, 'sched_getaffinity', lambda process: {0}, raising=False)
     Page(path).run()
-
-
-def test_three_dots_stand_for_anything():
-    assert matches('level 5, delay 3.2\n', 'level 5, ...\n')
-    assert not matches('level 4, delay 3.2\n', 'level 5, ...\n')
 
 
 def test_block_is_split_into_commands():

@@ -164,16 +164,6 @@ def pulses():
     return bench.twin, [decode_read_shot(encode_read_shot(bench.element, each)) for each in heard]
 
 
-@pytest.fixture
-def monitor(pulses):
-    return ResidualMonitor(*pulses[0])
-
-
-@pytest.fixture
-def read(pulses):
-    return pulses[1]
-
-
 def compare_read(monitor, pulses, procedure='read'):
     """Return how many reads have been compared after one."""
     for each in pulses:
@@ -183,8 +173,10 @@ def compare_read(monitor, pulses, procedure='read'):
 
 
 @pytest.mark.parametrize(('procedure', 'reads'), [('read', 2), ('write', 1)])
-def test_read_after_a_failed_write_is_not_compared(procedure, reads, monitor, read):
+def test_read_after_a_failed_write_is_not_compared(procedure, reads, pulses):
     """A failed read moves nothing, so that what spoils the reads can be told."""
+    twin, read = pulses
+    monitor = ResidualMonitor(*twin)
     assert {each.level for each in read} == {LEVEL}
     assert compare_read(monitor, read) == 1
     assert not monitor.text
@@ -193,11 +185,15 @@ def test_read_after_a_failed_write_is_not_compared(procedure, reads, monitor, re
     assert monitor.compared + monitor.skipped == 2
 
 
-def test_disturbed_read_is_not_compared(monitor, read):
-    assert compare_read(monitor, [each._replace(disturbed=True) for each in read]) == 0
+def test_disturbed_read_is_not_compared(pulses):
+    twin, read = pulses
+    disturbed = [each._replace(disturbed=True) for each in read]
+    assert compare_read(ResidualMonitor(*twin), disturbed) == 0
 
 
-def test_last_read_of_a_procedure_is_compared(monitor, read):
+def test_last_read_of_a_procedure_is_compared(pulses):
+    twin, read = pulses
+    monitor = ResidualMonitor(*twin)
     earlier = [each._replace(tick=each.tick - 1, level=0) for each in read]
     assert compare_read(monitor, earlier + read) == 1
     assert not monitor.text  # the wall of level 0 would be another one

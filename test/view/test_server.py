@@ -13,7 +13,7 @@ import pytest
 
 aiohttp = pytest.importorskip('aiohttp')
 
-from aiohttp import web  # noqa: E402
+from aiohttp.test_utils import TestServer  # noqa: E402
 from page_browser import unpack_frame  # noqa: E402
 
 from mlmem_tools.view.frames import pack_frame  # noqa: E402
@@ -58,16 +58,11 @@ def in_event_loop(test):
 @asynccontextmanager
 async def serving(element, token='', sessions=()):
     """Serve an element; yields a client and the server's address."""
-    runner = web.AppRunner(Server(token, element, sessions).application)
-    await runner.setup()
-    site = web.TCPSite(runner, '127.0.0.1', 0)
-    await site.start()
-    address = f'http://127.0.0.1:{runner.addresses[0][1]}'
-    try:
-        async with aiohttp.ClientSession(cookie_jar=aiohttp.CookieJar(unsafe=True)) as client:
-            yield client, address
-    finally:
-        await runner.cleanup()
+    async with (
+        TestServer(Server(token, element, sessions).application) as server,
+        aiohttp.ClientSession(cookie_jar=aiohttp.CookieJar(unsafe=True)) as client,
+    ):
+        yield client, f'http://127.0.0.1:{server.port}'
 
 
 FOREIGN = 'http://example.com'

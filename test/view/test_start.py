@@ -5,10 +5,8 @@
 import json
 import os
 import signal
-import socket
 import threading
 import time
-import urllib.parse
 import urllib.request
 from pathlib import Path
 
@@ -24,21 +22,12 @@ def fetched(address):
         return json.load(response)
 
 
-def until(condition, what, within=60.0):
-    deadline = time.monotonic() + within
+def until(condition, what):
+    deadline = time.monotonic() + 60.0
     while not (value := condition()):
         assert time.monotonic() < deadline, what
         time.sleep(0.05)
     return value
-
-
-def gone(address):
-    place = urllib.parse.urlsplit(address)
-    try:
-        socket.create_connection((place.hostname, place.port), timeout=60.0).close()
-    except ConnectionRefusedError:
-        return True
-    return False
 
 
 def address_in(text):

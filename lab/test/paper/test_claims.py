@@ -32,23 +32,12 @@ def committed():
 
 
 @pytest.mark.parametrize('key', BY_KEY)
-def test_a_small_simulation_gives_the_committed_verdict(key, small, committed):
-    found = BY_KEY[key].judge_data(Needed(small, BY_KEY[key]))
+@pytest.mark.parametrize('size', ['small', pytest.param('full', marks=pytest.mark.slow)])
+def test_a_simulation_gives_the_committed_verdict(key, size, request, committed):
+    computed = request.getfixturevalue(size)
+    needed = {name: computed[name] for name in BY_KEY[key].needs}
+    found = BY_KEY[key].judge_data(needed)
     assert found.judgement.value == committed[key], found.numbers
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize('key', BY_KEY)
-def test_the_full_simulation_gives_the_committed_verdict(key, full, committed):
-    found = BY_KEY[key].judge_data(Needed(full, BY_KEY[key]))
-    assert found.judgement.value == committed[key], found.numbers
-
-
-class Needed(dict):
-    """The data that a claim needs, and no other."""
-
-    def __init__(self, computed, claim):
-        super().__init__({name: computed[name] for name in claim.needs})
 
 
 # --- judges that can say no -------------------------------------------------------------------
