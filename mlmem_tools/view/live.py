@@ -67,16 +67,17 @@ class Page:
                 self._ready.clear()
 
 
-MAX_SILENCE_S = 2.5
-"""Seconds of silence after which a node counts as gone; it reports its health every second."""
-
-
 class Live:
     """The element behind a node, in the server's event loop."""
 
-    def __init__(self, client: MemoryClient) -> None:
-        """Listen; to be called in the event loop."""
-        self._client = client
+    def __init__(self, client: MemoryClient, max_silence_s: float = 2.5) -> None:
+        """Listen; to be called in the event loop.
+
+        Args:
+            max_silence_s: Seconds of silence after which the node counts as gone; it reports its
+                health every second.
+        """
+        self._client, self._max_silence_s = client, max_silence_s
         self._loop = asyncio.get_running_loop()
         self.pages = set[Page]()
         self._about: About | None = None
@@ -84,10 +85,10 @@ class Live:
         self.requests = PageRequests(client, self._activity)
         self._latest: dict[str, bytes] = {}  # what a new page gets first
         self._pictures = Pictures(self._loop, self._show_picture)
-        self._last_message, self._present, self._ticks = -MAX_SILENCE_S, False, 0.0
+        self._last_message, self._present, self._ticks = -max_silence_s, False, 0.0
         self._meeting: asyncio.Task[None] | None = None
         self._left = time.monotonic()
-        self._twin: tuple[float, dict[str, Status]] = -MAX_SILENCE_S, {}
+        self._twin: tuple[float, dict[str, Status]] = -max_silence_s, {}
         self._streams: list[Any] = []
         self._subscribe_topics()
         self._watch_streams(True)
@@ -193,7 +194,7 @@ class Live:
             self._twin = time.monotonic(), parts
         if 'loop' not in parts:
             return
-        if time.monotonic() - self._twin[0] < MAX_SILENCE_S:
+        if time.monotonic() - self._twin[0] < self._max_silence_s:
             parts |= self._twin[1]
         self._note_message()
         loop = parts['loop'].values
@@ -253,7 +254,7 @@ class Live:
         while True:
             await asyncio.sleep(0.25)
             now = time.monotonic()
-            if self._present and now - self._last_message > MAX_SILENCE_S:
+            if self._present and now - self._last_message > self._max_silence_s:
                 self._present = False
                 self._activity.note_end()
                 self._announce_link(f'{self._client.name} is silent')

@@ -27,16 +27,14 @@ if TYPE_CHECKING:
     from mlmem_ros.ros.client.reply import Reply
 
 
-MAX_REPORT_AGE_S = 1.5
-"""Age in seconds that a report in the diagnostics may have; they come once a second."""
-
-
 class Activity:
     """The running procedure."""
 
-    def __init__(self) -> None:
+    def __init__(self, max_report_age_s: float = 1.5) -> None:
+        """Take the age that a report in the diagnostics may have; they come once a second."""
         self._doing: dict[str, Any] = {}
-        self._begun = self._ended = -MAX_REPORT_AGE_S
+        self._max_report_age_s = max_report_age_s
+        self._begun = self._ended = -max_report_age_s
 
     def describe_running(self) -> dict[str, Any]:
         """Return its description for a picture; empty if none runs."""
@@ -75,9 +73,9 @@ class Activity:
     def take_report(self, name: str) -> None:
         """Take the name of the running procedure, if any, from the diagnostics."""
         now = time.monotonic()
-        if name and not self._doing and now - self._ended > MAX_REPORT_AGE_S:
+        if name and not self._doing and now - self._ended > self._max_report_age_s:
             self._begin_procedure(name)
-        elif not name and now - self._begun > MAX_REPORT_AGE_S:
+        elif not name and now - self._begun > self._max_report_age_s:
             self._doing = {}
 
     def note_end(self, name: str = '') -> None:
