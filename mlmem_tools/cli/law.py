@@ -14,7 +14,9 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from .command import JSON_OPTION, declare_command, declare_option
 from .output import create_console, print_failure, print_json, print_rows
@@ -32,7 +34,6 @@ def law(arguments: argparse.Namespace) -> int:
     """Read, average, tell; return the exit status."""
     from mlmem.parsing import DecodeError
 
-    from ..checks.budget import describe_erase
     from ..law.curves import average_runs, load_run, save_law
 
     if not 16 <= arguments.knots <= 1024:
@@ -45,40 +46,7 @@ def law(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(told)
     else:
-        console = create_console()
-        # title and columns of a table: the name of each quantity, and its unit in SI units
-        tables = {
-            'wells': ('Wells', {
-                'at, mm': ('displacement', 1e3), 'stiffness, N/m': ('stiffness', 1.0),
-                'energy, mJ': ('energy', 1e3),
-            }),
-            'barriers': ('On the way to the next', {
-                'peak, N': ('force', 1.0), 'barrier, mJ': ('barrier', 1e3),
-                'set free, mJ': ('set_free', 1e3),
-            }),
-        }  # fmt: skip
-        for key, (title, columns) in tables.items():
-            rows = [
-                {heading: _format_quantity(each, *columns[heading]) for heading in columns}
-                for each in told[key]
-            ]
-            print_rows(console, title, rows)
-        for number, step in enumerate(told['barriers']):
-            if (depth := step['depth_std']) is not None:
-                console.print(
-                    f'wells {number} and {number + 1}: their energies differ from run to run by '
-                    f'{depth:.2g} of the barrier (depth_std)'
-                )
-        for n, costs in enumerate(told['next_walls']):
-            below, above = (
-                math.inf if cost is None else cost for cost in (costs['below'], costs['above'])
-            )
-            clauses = '; '.join(describe_erase(below, above))
-            console.print(f'wells {n} and {n + 1}: {clauses}', soft_wrap=True)
-        for run in told['runs']:
-            lost = '' if run['lost'] is None else f', {1e3 * run["lost"]:.3g} mJ lost on the way'
-            wells = _count_wells(run['ground_states'])
-            console.print(f'{run["file"]}: {wells}{lost}', soft_wrap=True)
+        _print_law(told)
     if (count := len(told['wells'])) < 2:
         why = f'a memory needs two wells; the mean has {_count_wells(count)}'
         return print_failure('law', why if arguments.output is None else f'{why}: not written', 1)
@@ -88,6 +56,46 @@ def law(arguments: argparse.Namespace) -> int:
         except OSError as error:
             return print_failure('law', f'{arguments.output} could not be written; {error}', 1)
     return 0
+
+
+def _print_law(told: Mapping[str, Any]) -> None:
+    """Print the quantities of a law, whether kicks erase its walls, and its runs."""
+    from ..checks.budget import describe_erase
+
+    console = create_console()
+    # title and columns of a table: the name of each quantity, and its unit in SI units
+    tables = {
+        'wells': ('Wells', {
+            'at, mm': ('displacement', 1e3), 'stiffness, N/m': ('stiffness', 1.0),
+            'energy, mJ': ('energy', 1e3),
+        }),
+        'barriers': ('On the way to the next', {
+            'peak, N': ('force', 1.0), 'barrier, mJ': ('barrier', 1e3),
+            'set free, mJ': ('set_free', 1e3),
+        }),
+    }  # fmt: skip
+    for key, (title, columns) in tables.items():
+        rows = [
+            {heading: _format_quantity(each, *columns[heading]) for heading in columns}
+            for each in told[key]
+        ]
+        print_rows(console, title, rows)
+    for number, step in enumerate(told['barriers']):
+        if (depth := step['depth_std']) is not None:
+            console.print(
+                f'wells {number} and {number + 1}: their energies differ from run to run by '
+                f'{depth:.2g} of the barrier (depth_std)'
+            )
+    for n, costs in enumerate(told['next_walls']):
+        below, above = (
+            math.inf if cost is None else cost for cost in (costs['below'], costs['above'])
+        )
+        clauses = '; '.join(describe_erase(below, above))
+        console.print(f'wells {n} and {n + 1}: {clauses}', soft_wrap=True)
+    for run in told['runs']:
+        lost = '' if run['lost'] is None else f', {1e3 * run["lost"]:.3g} mJ lost on the way'
+        wells = _count_wells(run['ground_states'])
+        console.print(f'{run["file"]}: {wells}{lost}', soft_wrap=True)
 
 
 def _count_wells(count: int) -> str:
