@@ -88,17 +88,6 @@ def test_procedure_is_answered_after_its_outcome_was_published(start):
     assert rig.holds(loop.element, 2)
 
 
-def test_every_request_gets_its_own_answer(start):
-    """An abort ends a write, and another abort the first: three answers at once."""
-    loop = start(rig.device(1))
-    hold(loop)
-    answers = [loop.submit(command) for command in (Write(3), Abort(), Abort())]
-    loop.pause(False)
-    outcomes = [result(answer) for answer in answers]
-    told = [(outcome.procedure, outcome.error) for outcome in outcomes]
-    assert told == [('write', 'aborted'), ('abort', 'aborted'), ('abort', '')]
-
-
 def test_cancel_ends_procedure_of_its_own_command_in_next_tick(start):
     stamped = []
     loop = start(rig.device(1), lambda commands, _: stamped.extend(commands), speed=1.0)
@@ -256,24 +245,6 @@ def test_single_ticks_are_single(start):
     assert [result(tick) for tick in many] == [ticks + 6 + n for n in range(10)]
     time.sleep(0.02)
     assert loop.element.ticks == ticks + 15
-
-
-def test_command_waits_for_single_tick(start):
-    """A paused device does not move, though it is strained."""
-    stamped = []
-    loop = start(rig.device(), lambda commands, events: stamped.extend(commands))
-    result(loop.submit(SetStrain(0.08)))
-    ticks = hold(loop)
-    assert loop.is_paused
-    before = rig.bits(loop.element)
-    answer = loop.submit(SetStrain(0.01)).answer
-    time.sleep(0.02)
-    assert not answer.done()
-    assert (loop.element.ticks, rig.bits(loop.element)) == (ticks, before)
-    result(loop.step().answer)
-    assert result(answer) is None
-    assert stamped[1:] == [(ticks, SetStrain(0.01))]
-    assert loop.element.actuator.is_moving
 
 
 def test_single_tick_is_answered_even_if_pause_ends_first(start):

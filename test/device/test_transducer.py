@@ -10,7 +10,7 @@ import pytest
 
 from mlmem import Read, Settings, SettingsError
 from mlmem.instrument.drivers import Simulation
-from mlmem.instrument.end import End, EndMove, Pulse
+from mlmem.instrument.end import End, Pulse
 from mlmem.instrument.transducer import (
     UNLIMITED_SAMPLES,
     Returns,
@@ -80,32 +80,6 @@ def printed(t, omega_c, A=0.01, sigma=8.0):
 def derivative(motion, t, h=1e-4):
     """Return dv/dt by central differences, with an error of h^2 / 6 times the third derivative."""
     return (motion.evaluate_motion(t + h)[0] - motion.evaluate_motion(t - h)[0]) / (2 * h)
-
-
-@pytest.mark.parametrize(
-    'probe', [ProbeSettings(), ProbeSettings(omega_c=0.3, sigma=16.0, A=0.05)], ids=['II', 'I']
-)
-def test_pulse_is_that_of_the_paper(probe):
-    pulse = Pulse(0.7, probe)
-    t = np.linspace(0.0, 12 * probe.sigma, 4001)
-    v, velocity = pulse.evaluate_motion(t)
-    expected = printed(t, probe.omega_c, probe.A, probe.sigma)
-    np.testing.assert_allclose(v - 0.7, expected, atol=3e-16)
-    # A omega^3 h^2 / 6 < 2e-10, and the rounding of v, 1e-16 / h = 1e-12
-    np.testing.assert_allclose(velocity, derivative(pulse, t), atol=2e-10)
-    assert pulse.duration == 12 * probe.sigma  # 2 t_0, with t_0 = 6 sigma
-    faint = probe.A * math.exp(-18.0)  # the envelope six standard deviations out
-    assert np.abs(v[[0, -1]] - 0.7).max() <= faint
-
-
-@pytest.mark.parametrize(('start', 'target'), [(-1.0, 1.0), (1.0, -0.998)])
-def test_move_goes_straight_at_its_speed(start, target):
-    move = EndMove(start, target, 0.05)
-    assert move.duration == pytest.approx(abs(target - start) / 0.05)
-    t = np.linspace(0.0, move.duration, 11)
-    v, velocity = move.evaluate_motion(t)
-    np.testing.assert_allclose(v, np.linspace(start, target, 11), atol=1e-15)
-    np.testing.assert_allclose(velocity, derivative(move, t), atol=1e-11)
 
 
 @ENDS
