@@ -40,13 +40,6 @@ def test_failed_write_leaves_the_old_content(tmp_path, refuse, step):
     assert open_files() == before
 
 
-def test_short_writes_of_the_system_are_continued(tmp_path, monkeypatch):
-    write = os.write
-    monkeypatch.setattr(os, 'write', lambda descriptor, content: write(descriptor, content[:3]))
-    write_atomically(tmp_path / 'file', 'more than three bytes')
-    assert atomic_files.read_text(tmp_path / 'file') == 'more than three bytes'
-
-
 def test_file_that_cannot_be_made_durable_is_closed(tmp_path, refuse):
     before = open_files()
     refuse('fsync')

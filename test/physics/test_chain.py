@@ -454,14 +454,3 @@ def test_wrong_states_and_inputs_are_rejected_and_change_nothing(substrate):
             chain.advance(V_N, held_cell)
         assert rejected.value.field == field
         assert (chain.state().tobytes(), chain.V_N, chain.steps_done) == before
-
-
-@SUBSTRATES
-def test_chain_that_stops_being_finite_is_lost(substrate):
-    """A NaN is never integrated silently, wherever it comes from."""
-    rows = ('v', 'velocity', 'V', 'substrate_velocity')
-    for row in rows if substrate == 'elastic' else rows[:2]:
-        chain, _ = moved(substrate)
-        getattr(chain, row)[30] = math.nan
-        with pytest.raises(StateError, match='stopped being finite before step 401'):
-            chain.advance_steps(1)
