@@ -16,12 +16,10 @@ from mlmem import (
     Calibration,
     DelayTable,
     Disturb,
-    EchoReceived,
     Erase,
     Faults,
     FollowTrajectory,
     MemoryElement,
-    Outcome,
     Read,
     Refused,
     SetFaults,
@@ -34,7 +32,6 @@ from mlmem import (
 from mlmem.commands import (
     Progress,
 )
-from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, PEFRL, Specimen, stable_step
 from mlmem.rejections import ErrorCode
 
@@ -154,34 +151,6 @@ def test_command_that_may_move_wall_makes_unknown(written):
     assert rig.succeed(held, Read()).level == 3
     held.apply(Abort())
     assert held.unknown.reason == 'aborted'
-
-
-@pytest.mark.parametrize(('command', 'level'), [(Write(3), 3), (Write(0), 0), (Erase(), -1)])
-def test_content_is_unknown_while_wall_moves(written, command, level):
-    element = written(1)
-    element.apply(command)
-    while element.procedure:
-        strained = element.actuator.strain != 0.0
-        assert not strained or element.reading is None
-        element.advance()
-    assert element.reading.level == level
-
-
-@pytest.mark.parametrize('end', list(End))
-def test_read_reports_echo_and_then_outcome(end):
-    element = rig.device(2)
-    rig.ticks(element, 3)
-    other, heard, outcome = rig.events(element, Read(end))
-    assert isinstance(heard, EchoReceived)
-    assert other.echo.end is end.opposite  # the end that is reported comes last
-    assert other.reading == heard.reading == outcome.reading == element.reading
-    assert heard.echo.end is end
-    assert heard.echo.delay == heard.reading.delay
-    assert isinstance(outcome, Outcome)
-    assert (outcome.procedure, outcome.success, outcome.error) == ('read', True, '')
-    assert outcome.start_tick == 3
-    # it ended in the last tick, whose number is one below the count of ticks
-    assert outcome.end_tick == element.ticks - 1
 
 
 def test_listening_ends_after_echo_or_when_none_can_come():

@@ -30,7 +30,6 @@ from mlmem import (
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import relax_to_equilibrium, wall_profile
-from mlmem_ros.contract.answers import outcome_to_dict
 
 from . import rig
 
@@ -38,9 +37,6 @@ FEEBLE = {'compression': -0.001, 'tension': 0.001}
 """An erase that frees no wall."""
 
 DESIGN = rig.DESIGN
-
-WEAK = {'compression': -0.005, 'tension': 0.005}
-"""Peaks that free no wall: 0.022 and 0.037 is what it takes."""
 
 
 # --- write ------------------------------------------------------------------------------------
@@ -105,22 +101,6 @@ def test_undecodable_content_is_read_again_and_then_erased(written):
     assert BLANK in levels
     assert told[-1].success
     assert rig.holds(element, 0)
-
-
-def test_failing_write_has_bounded_number_of_attempts():
-    attempts = 2
-    element = rig.device(1, write=WEAK | {'attempts': attempts})
-    trace, (*_, outcome) = rig.strains(element, Write(3))
-    assert not outcome.success
-    assert outcome.attempts == attempts
-    assert outcome_to_dict(outcome)['attempts'] == attempts
-    assert outcome.error.startswith(f'level 3 was not reached in {attempts} attempts')
-    # from level 1 tension, then compression; every try a tenth harder than the one before
-    forces = [1.1**attempt for attempt in range(attempts) for _ in range(2)]
-    assert rig.cycles(trace) == pytest.approx(np.tile([0.005, -0.005], attempts) * forces)
-    assert element.reading == outcome.reading  # what is there is told and known
-    assert outcome.reading.level == 1
-    assert (element.actuator.strain, element.procedure) == (0.0, '')
 
 
 @pytest.mark.parametrize('command', [Erase(), Write(0)], ids=str)
