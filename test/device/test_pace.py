@@ -135,6 +135,12 @@ def test_lateness_is_plain_mean_first_and_then_forgets():
     assert statistics.lateness_mean < 1e-4 * lateness.mean()  # exp(-10)
 
 
+UNOBSERVED = {
+    'speed': 1.0, 'batch': 20, 'has_subscribers': lambda: False, 'stream_period': lambda: 0,
+}  # fmt: skip
+"""Options of a loop that nobody listens to."""
+
+
 def asleep(ticks=40):
     """Return a device at rest, which knows it from a tick that it has computed."""
     element = rig.device()
@@ -147,10 +153,7 @@ def asleep(ticks=40):
 def test_speed_change_finds_resting_device_in_its_present_tick(start, speed):
     """What it slept through passed at the speed of then: tick 502 was due at 1.004."""
     clock, element = Clock(end=1.0051), asleep()
-    loop = start(
-        element, pacer=clock, speed=1.0, batch=20,
-        has_subscribers=lambda: False, stream_period=lambda: 0,
-    )  # fmt: skip
+    loop = start(element, pacer=clock, **UNOBSERVED)
     until(lambda: clock.time == clock.end)
     seen, advance = [], element.advance
 
@@ -179,10 +182,7 @@ class Sleeper(SteadyPacer):
 def test_acceleration_that_arrives_at_rest_wakes_loop(start):
     """Nothing else would, on a clock that wakes nobody by itself."""
     element = asleep()
-    loop = start(
-        element, pacer=Sleeper(), speed=1.0, batch=20,
-        has_subscribers=lambda: False, stream_period=lambda: 0,
-    )  # fmt: skip
+    loop = start(element, pacer=Sleeper(), **UNOBSERVED)
     until(lambda: loop._box.asleep)
     time.sleep(0.01)
     before = element.ticks
@@ -202,10 +202,7 @@ class Hasty(SteadyPacer):
 
 def test_loop_that_is_paused_before_its_start_runs_no_tick():
     """On a busy machine ticks are overdue before its thread runs."""
-    loop = Loop(
-        asleep(), lambda *_: None, pacer=Hasty(), speed=1.0, batch=20,
-        has_subscribers=lambda: False, stream_period=lambda: 0,
-    )  # fmt: skip
+    loop = Loop(asleep(), lambda *_: None, pacer=Hasty(), **UNOBSERVED)
     paused = loop.pause(True)
     before = loop.element.ticks
     loop.start()

@@ -20,7 +20,6 @@ from mlmem.instrument.transducer import (
 from mlmem.physics import CASE_II, INTEGRATORS, NOH_BATHE, Chain
 from mlmem.physics.waves import pass_band
 from mlmem.readers.echo import compute_weights, filter_carrier
-from mlmem.readers.listening import has_decayed
 from mlmem.settings import ProbeSettings
 
 from . import rig
@@ -204,20 +203,3 @@ def seen(element, end):
     v = element.transducer.recent[end.row]
     kernel = compute_weights(end.select_probe(element.settings), DT)
     return np.abs(filter_carrier(np.concatenate((np.full(TICK, v.mean()), v)), kernel))
-
-
-def test_pulse_is_fired_only_when_last_one_has_decayed():
-    """A third of the threshold may be left. At level 0 the left end still expects six times that
-    when its echo has been heard, which takes ln(6) 500 = 900 time units to fade.
-    """
-    element = rig.paper(0)
-    rig.succeed(element, Read())
-    assert not has_decayed(element)
-    done = element.ticks
-    element.apply(Read())
-    while not element.transducer.is_driving:
-        element.advance()
-    for end, each in element.transducer.reverberation.items():
-        probe = element.transducer.probes[end]
-        assert each.returns.bound <= element.settings.read.wave_limit * probe.v_th
-    assert (element.ticks - done) * element.tick == pytest.approx(900.0, rel=0.15)
