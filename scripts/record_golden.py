@@ -18,8 +18,8 @@ from rclpy.publisher import Publisher
 from std_msgs.msg import Float64, UInt8
 
 from mlmem_ros import MemoryClient
+from mlmem_ros.contract.topics import Qos
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.middleware import RELIABLE_PROFILE
 from mlmem_ros.testing import memory_node
 
 DATA_FOLDER = Path(__file__).resolve().parent.parent / 'test' / 'data'
@@ -58,7 +58,7 @@ def aborted_write(memory: MemoryClient) -> None:
 
 def create_publisher(memory: MemoryClient, kind: type[Any], topic: str) -> Publisher:
     """Return a publisher that the memory node listens to."""
-    made = memory.node.create_publisher(kind, f'{memory.name}/{topic}', RELIABLE_PROFILE)
+    made = memory.node.create_publisher(kind, f'{memory.name}/{topic}', Qos.RELIABLE.profile)
     wait_until(made.get_subscription_count, f'a subscriber of {topic}')
     return made
 

@@ -19,8 +19,8 @@ from pathlib import Path
 from std_msgs.msg import UInt8
 
 from mlmem_ros import MemoryClient, standalone
+from mlmem_ros.contract.topics import Qos
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.middleware import LATCHED_PROFILE, RELIABLE_PROFILE
 
 PACKAGE_FOLDER = Path(__file__).resolve().parent
 STREAM_PERIODS = {'field_every': 200, 'wall_every': 200, 'joint_states_every': 50}
@@ -48,7 +48,7 @@ def record_day(bag: Path) -> None:
         memory.ready(60.0).wait()
         gaits: list[int] = []
         memory.node.create_subscription(
-            UInt8, '/gait/gait', lambda message: gaits.append(message.data), LATCHED_PROFILE
+            UInt8, '/gait/gait', lambda message: gaits.append(message.data), Qos.LATCHED.profile
         )
         for before, after in ((0, 1), (1, 3), (3, 3)):
             gaits.clear()
@@ -62,7 +62,7 @@ def record_day(bag: Path) -> None:
 
 def request_gait(memory: MemoryClient, gait: int) -> None:
     """Ask the behaviour node for another gait."""
-    publisher = memory.node.create_publisher(UInt8, '/gait/set_gait', RELIABLE_PROFILE)
+    publisher = memory.node.create_publisher(UInt8, '/gait/set_gait', Qos.RELIABLE.profile)
     wait_until(publisher.get_subscription_count, 'the behaviour node')
     publisher.publish(UInt8(data=gait))
     wait_until(lambda: publisher.wait_for_all_acked(), 'its acknowledgement')

@@ -30,8 +30,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 
 from mlmem_ros import MemoryClient
+from mlmem_ros.contract.topics import Qos
 from mlmem_ros.packages import describe_missing
-from mlmem_ros.ros.middleware import RELIABLE_PROFILE
 from mlmem_ros.testing import memory_node
 
 try:
@@ -108,9 +108,9 @@ class World(Node):
         super().__init__('walker', **options)
         self.body = body
         self.memory = MemoryClient(self, element, actions=False)
-        self._imu = self.create_publisher(Imu, f'{element}/disturbance', RELIABLE_PROFILE)
-        self._joints = self.create_publisher(JointState, '~/joint_states', RELIABLE_PROFILE)
-        self._clock = self.create_publisher(Clock, '/clock', RELIABLE_PROFILE)
+        self._imu = self.create_publisher(Imu, f'{element}/disturbance', Qos.RELIABLE.profile)
+        self._joints = self.create_publisher(JointState, '~/joint_states', Qos.RELIABLE.profile)
+        self._clock = self.create_publisher(Clock, '/clock', Qos.RELIABLE.profile)
         self.memory.ready().wait()
         self.memory.pause().wait()
         self._reset_element(element)

@@ -15,7 +15,7 @@ from mlmem.instrument.instrument import Units
 from mlmem.procedure_table import JOINT_NAME
 from mlmem.schema import short_repr
 
-from .topics import RELIABLE_QOS, SENSOR_DATA_QOS, Topic
+from .topics import Qos, Topic
 
 
 class NoCommand(Refused):
@@ -105,7 +105,7 @@ COMMAND_TOPICS = (
     CommandTopic(
         'strain',
         'std_msgs/msg/Float64',
-        RELIABLE_QOS,
+        Qos.RELIABLE,
         'strain set-point, tension positive. The actuator slews to it within '
         '`actuator.hand_rate`. Refused while a procedure runs',
         lambda message, _: SetStrain(float(message.data)),
@@ -113,7 +113,7 @@ COMMAND_TOPICS = (
     CommandTopic(
         'strain_trajectory',
         'trajectory_msgs/msg/JointTrajectory',
-        RELIABLE_QOS,
+        Qos.RELIABLE,
         'a timed strain profile for the joint `substrate`, in m and s',
         parse_trajectory,
         is_in_metres=True,
@@ -121,7 +121,7 @@ COMMAND_TOPICS = (
     CommandTopic(
         'joint_commands',
         'sensor_msgs/msg/JointState',
-        RELIABLE_QOS,
+        Qos.RELIABLE,
         'as `~/strain`, but a position of the joint `substrate` in m: what a hardware interface '
         'of ros2_control sends',
         parse_joint_state,
@@ -130,21 +130,21 @@ COMMAND_TOPICS = (
     CommandTopic(
         'probe',
         'std_msgs/msg/Empty',
-        RELIABLE_QOS,
+        Qos.RELIABLE,
         'fire one probe pulse',
         lambda message, _: Read(),
     ),
     CommandTopic(
         'write_level',
         'std_msgs/msg/UInt8',
-        RELIABLE_QOS,
+        Qos.RELIABLE,
         'write this level now',
         lambda message, _: Write(int(message.data)),
     ),
     CommandTopic(
         'disturbance',
         'sensor_msgs/msg/Imu',
-        SENSOR_DATA_QOS,  # also matches reliable publishers
+        Qos.SENSOR_DATA,  # also matches reliable publishers
         'acceleration of the base along the chain (`linear_acceleration.x`, in m/s^2), which '
         'shakes the element; accepted at any time',
         parse_acceleration,

@@ -56,11 +56,12 @@ PARAMETER_TYPES = {
 }  # fmt: skip
 """The types of arguments and parameters, and the names of `rclpy.parameter.Parameter.Type`."""
 
-_TYPES = {'float': float, 'int': int, 'str': str}
-
 REQUEST_ARGUMENTS: dict[str, Mapping[str, Any]] = {
     **{
-        name: {argument: _TYPES[kind] for argument, kind, *_ in row.arguments}
+        name: {
+            argument: {'float': float, 'int': int, 'str': str}[kind]
+            for argument, kind, *_ in row.arguments
+        }
         for name, row in PROCEDURES.items()
     },
     'write': dict.fromkeys(CONTENT_NAMES, int),
@@ -233,14 +234,10 @@ class Service(NamedTuple):
     meaning: str
 
 
-TRIGGER_TYPE = 'std_srvs/srv/Trigger'
-SET_BOOL_TYPE = 'std_srvs/srv/SetBool'
-
-
 def _build_service(name: str, row: Procedure) -> Service:
     """Return the service of a procedure; what it must be given is a parameter of the node."""
     given = ' or '.join(f'`{parameter}`' for parameter in row.target_parameters.values())
-    type_ = 'diagnostic_msgs/srv/SelfTest' if name == 'self_test' else TRIGGER_TYPE
+    type_ = 'diagnostic_msgs/srv/SelfTest' if name == 'self_test' else 'std_srvs/srv/Trigger'
     return Service(name, type_, f'{row.meaning}; it takes {given}' if given else row.meaning)
 
 
@@ -253,13 +250,13 @@ NODE_SERVICES = (
     ),
     Service(
         'pause',
-        SET_BOOL_TYPE,
+        'std_srvs/srv/SetBool',
         'hold or resume time; commands meanwhile take effect with the next tick',
     ),
-    Service('step', TRIGGER_TYPE, 'run one tick while time is held'),
+    Service('step', 'std_srvs/srv/Trigger', 'run one tick while time is held'),
     Service(
         'record',
-        SET_BOOL_TYPE,
+        'std_srvs/srv/SetBool',
         'start or stop recording a session to `record.path`; if that exists or is empty, the '
         'name gets the time',
     ),

@@ -23,11 +23,9 @@ from mlmem.schema import short_repr
 from .answers import format_values, outcome_to_dict
 from .topics import (
     ERROR,
-    LATCHED_QOS,
     OK,
-    RELIABLE_QOS,
-    STREAM_QOS,
     WARN,
+    Qos,
     Status,
     Topic,
     parse_status,
@@ -219,136 +217,138 @@ def find_wall_positions(element: MemoryElement, _: Any) -> Array:
 
 # --- the table --------------------------------------------------------------------------------
 
-_TABLE = (
-    Stream(
-        'echo',
-        'std_msgs/msg/Float32MultiArray',
-        RELIABLE_QOS,
-        'one message for each probe pulse; rows: time, displacement v_m, demodulated signal v_c',
-        when=(EchoReceived,),
-        values=encode_echo,
-        dimensions=(('channel', 3), ('sample', -1)),
-    ),
-    Stream(
-        'range',
-        'sensor_msgs/msg/Range',
-        STREAM_QOS,
-        'distance from the probed end to the domain wall in m; +inf when no echo came back',
-        when=(EchoReceived,),
-        values=measure_distance,
-    ),
-    Stream(
-        'waveform',
-        'std_msgs/msg/Float64MultiArray',
-        RELIABLE_QOS,
-        'one message for each pulse of a survey. The numbers before `data_offset`: end (0 left, 1 '
-        'right), carrier, amplitude, sigma, supposed site of the wall (0: blank), strain, time '
-        'between samples, displacement of both ends at rest; then rows v_1 and v_N by sample, NaN '
-        'where none was taken',
-        when=(Shot,),
-        values=encode_shot,
-        dimensions=(('end', 2), ('sample', -1)),
-        offset=SHOT_HEAD_SIZE,
-    ),
-    Stream(
-        'read_waveform',
-        'std_msgs/msg/Float64MultiArray',
-        RELIABLE_QOS,
-        'the same for each pulse of a read by delays, to subscribers alone; four more numbers '
-        'before `data_offset`: root mean square motion of the ends before the pulse, level as '
-        'decoded, tick, and whether the base shook (0, 1)',
-        when=(EchoReceived,),
-        values=encode_read_shot,
-        of='wall',
-        dimensions=(('end', 2), ('sample', -1)),
-        offset=READ_HEAD_SIZE,
-        is_recorded=False,
-    ),
-    Stream(
-        'outcome',
-        'diagnostic_msgs/msg/DiagnosticStatus',
-        LATCHED_QOS,
-        'how the last procedure ended, with the values of its answer',
-        when=(Outcome,),
-        values=describe_outcome,
-    ),
-    Stream(
-        'level',
-        'std_msgs/msg/Int16',
-        LATCHED_QOS,
-        'the level of one wall as last decoded; -1: blank; -2: undecodable or unknown, at once '
-        'when something may have moved the wall',
-        when=(Outcome, Unknown),
-        values=find_content,
-        of='wall',
-    ),
-    Stream(
-        'word',
-        'std_msgs/msg/Int64',
-        LATCHED_QOS,
-        'the same of a register: the word',
-        when=(Outcome, Unknown),
-        values=find_content,
-        of='register',
-    ),
-    Stream(
-        'content',
-        'diagnostic_msgs/msg/DiagnosticStatus',
-        LATCHED_QOS,
-        'the same as text: level or word, or reason and tick since which it is not known',
-        when=(Outcome, Unknown),
-        values=describe_content,
-    ),
-    Stream(
-        'joint_states',
-        'sensor_msgs/msg/JointState',
-        STREAM_QOS,
-        '`substrate`: displacement (m), speed (m/s) and force (N) of its end; `transducer`: '
-        'displacement of the driven cell',
-        when='publish.joint_states_every',
-        values=measure_joints,
-    ),
-    Stream(
-        'field',
-        'std_msgs/msg/Float32MultiArray',
-        STREAM_QOS,
-        'the configuration Delta_j of every cell',
-        when='publish.field_every',
-        values=lambda element, _: element.chain.configuration,
-        of='simulated',
-        dimensions=(('cell', -1),),
-    ),
-    Stream(
-        'wall',
-        'std_msgs/msg/Float64MultiArray',
-        STREAM_QOS,
-        'true positions of the domain walls in sites, which the device never uses',
-        when='publish.wall_every',
-        values=find_wall_positions,
-        of='simulated',
-        dimensions=(('wall', -1),),
-    ),
-    Stream(
-        'image',
-        'sensor_msgs/msg/Image',
-        STREAM_QOS,
-        'the configuration (site upward) over the last seconds, rgb8',
-        when='publish.views_every',
-        of='simulated',
-        is_recorded=False,
-    ),
-    Stream(
-        'markers',
-        'visualization_msgs/msg/MarkerArray',
-        STREAM_QOS,
-        'the chain for RViz and Foxglove: cells by phase, substrate, levels, walls, content',
-        when='publish.views_every',
-        of='simulated',
-        is_recorded=False,
-    ),
-)
-
-STREAMS = {stream.name: stream for stream in _TABLE}
+STREAMS = {
+    stream.name: stream
+    for stream in (
+        Stream(
+            'echo',
+            'std_msgs/msg/Float32MultiArray',
+            Qos.RELIABLE,
+            'one message for each probe pulse; rows: time, displacement v_m, demodulated signal '
+            'v_c',
+            when=(EchoReceived,),
+            values=encode_echo,
+            dimensions=(('channel', 3), ('sample', -1)),
+        ),
+        Stream(
+            'range',
+            'sensor_msgs/msg/Range',
+            Qos.STREAM,
+            'distance from the probed end to the domain wall in m; +inf when no echo came back',
+            when=(EchoReceived,),
+            values=measure_distance,
+        ),
+        Stream(
+            'waveform',
+            'std_msgs/msg/Float64MultiArray',
+            Qos.RELIABLE,
+            'one message for each pulse of a survey. The numbers before `data_offset`: end (0 '
+            'left, 1 right), carrier, amplitude, sigma, supposed site of the wall (0: blank), '
+            'strain, time between samples, displacement of both ends at rest; then rows v_1 and '
+            'v_N by sample, NaN where none was taken',
+            when=(Shot,),
+            values=encode_shot,
+            dimensions=(('end', 2), ('sample', -1)),
+            offset=SHOT_HEAD_SIZE,
+        ),
+        Stream(
+            'read_waveform',
+            'std_msgs/msg/Float64MultiArray',
+            Qos.RELIABLE,
+            'the same for each pulse of a read by delays, to subscribers alone; four more numbers '
+            'before `data_offset`: root mean square motion of the ends before the pulse, level as '
+            'decoded, tick, and whether the base shook (0, 1)',
+            when=(EchoReceived,),
+            values=encode_read_shot,
+            of='wall',
+            dimensions=(('end', 2), ('sample', -1)),
+            offset=READ_HEAD_SIZE,
+            is_recorded=False,
+        ),
+        Stream(
+            'outcome',
+            'diagnostic_msgs/msg/DiagnosticStatus',
+            Qos.LATCHED,
+            'how the last procedure ended, with the values of its answer',
+            when=(Outcome,),
+            values=describe_outcome,
+        ),
+        Stream(
+            'level',
+            'std_msgs/msg/Int16',
+            Qos.LATCHED,
+            'the level of one wall as last decoded; -1: blank; -2: undecodable or unknown, at '
+            'once when something may have moved the wall',
+            when=(Outcome, Unknown),
+            values=find_content,
+            of='wall',
+        ),
+        Stream(
+            'word',
+            'std_msgs/msg/Int64',
+            Qos.LATCHED,
+            'the same of a register: the word',
+            when=(Outcome, Unknown),
+            values=find_content,
+            of='register',
+        ),
+        Stream(
+            'content',
+            'diagnostic_msgs/msg/DiagnosticStatus',
+            Qos.LATCHED,
+            'the same as text: level or word, or reason and tick since which it is not known',
+            when=(Outcome, Unknown),
+            values=describe_content,
+        ),
+        Stream(
+            'joint_states',
+            'sensor_msgs/msg/JointState',
+            Qos.STREAM,
+            '`substrate`: displacement (m), speed (m/s) and force (N) of its end; `transducer`: '
+            'displacement of the driven cell',
+            when='publish.joint_states_every',
+            values=measure_joints,
+        ),
+        Stream(
+            'field',
+            'std_msgs/msg/Float32MultiArray',
+            Qos.STREAM,
+            'the configuration Delta_j of every cell',
+            when='publish.field_every',
+            values=lambda element, _: element.chain.configuration,
+            of='simulated',
+            dimensions=(('cell', -1),),
+        ),
+        Stream(
+            'wall',
+            'std_msgs/msg/Float64MultiArray',
+            Qos.STREAM,
+            'true positions of the domain walls in sites, which the device never uses',
+            when='publish.wall_every',
+            values=find_wall_positions,
+            of='simulated',
+            dimensions=(('wall', -1),),
+        ),
+        Stream(
+            'image',
+            'sensor_msgs/msg/Image',
+            Qos.STREAM,
+            'the configuration (site upward) over the last seconds, rgb8',
+            when='publish.views_every',
+            of='simulated',
+            is_recorded=False,
+        ),
+        Stream(
+            'markers',
+            'visualization_msgs/msg/MarkerArray',
+            Qos.STREAM,
+            'the chain for RViz and Foxglove: cells by phase, substrate, levels, walls, content',
+            when='publish.views_every',
+            of='simulated',
+            is_recorded=False,
+        ),
+    )
+}
 """All streams by name, in the order in which they are published."""
 
 

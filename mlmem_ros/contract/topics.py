@@ -10,14 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import Enum
 from functools import cache
 from importlib import import_module
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from rclpy.qos import QoSProfile
 
 
-class Qos(NamedTuple):
-    """Quality of service, in ROS terms.
+class Qos(Enum):
+    """Qualities of service, in ROS terms.
 
     Attributes:
         depth: How many messages are kept for a slow subscriber; 0: all.
@@ -25,25 +29,40 @@ class Qos(NamedTuple):
         durability: volatile or transient_local.
     """
 
-    depth: int
-    reliability: str = 'reliable'
-    durability: str = 'volatile'
+    SENSOR_DATA = 5, 'best_effort', 'volatile'
+    """For subscribers to a stream of which only the newest sample matters."""
 
+    STREAM = 5, 'reliable', 'volatile'
+    """For the streams we publish: shallow, and reliable, so that every subscriber matches."""
 
-SENSOR_DATA_QOS = Qos(5, reliability='best_effort')
-"""For subscribers to a stream of which only the newest sample matters."""
+    RELIABLE = 10, 'reliable', 'volatile'
+    """Every message counts, for subscribers."""
 
-STREAM_QOS = Qos(5)
-"""For the streams we publish: shallow, and reliable, so that every subscriber matches."""
+    LATCHED = 1, 'reliable', 'transient_local'
+    """Late subscribers get the last message."""
 
-RELIABLE_QOS = Qos(10)
-"""Every message counts, for subscribers."""
+    KEEP_ALL = 0, 'reliable', 'volatile'
+    """For requests and their answers: with rclpy's default, more than ten at once lose some."""
 
-LATCHED_QOS = Qos(1, durability='transient_local')
-"""Late subscribers get the last message."""
+    HEARTBEAT = 1, 'best_effort', 'volatile'
+    """For signs of life, of which the last says all."""
 
-KEEP_ALL_QOS = Qos(0)
-"""For requests and their answers: with rclpy's default, more than ten at once lose some."""
+    def __init__(self, depth: int, reliability: str, durability: str) -> None:
+        self.depth = depth
+        self.reliability = reliability
+        self.durability = durability
+
+    @property
+    def profile(self) -> QoSProfile:
+        """A new profile of rclpy, which may change it by `qos_overrides.*`."""
+        from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+        history = {'depth': self.depth} if self.depth else {'history': HistoryPolicy.KEEP_ALL}
+        return QoSProfile(
+            **history,
+            reliability=ReliabilityPolicy[self.reliability.upper()],
+            durability=DurabilityPolicy[self.durability.upper()],
+        )
 
 
 @dataclass(frozen=True)
@@ -77,7 +96,7 @@ def _load_message_type(name: str) -> Any:
 DIAGNOSTICS_TOPIC = Topic(
     '/diagnostics',
     'diagnostic_msgs/msg/DiagnosticArray',
-    RELIABLE_QOS,
+    Qos.RELIABLE,
     'health of loop, material, actuator, transducers, memory, faults and recorder, once a second; '
     'of the twin, from `memory_monitor`',
 )

@@ -13,7 +13,7 @@ import math
 import struct
 import zlib
 from dataclasses import MISSING, dataclass
-from enum import IntEnum
+from enum import Enum, IntEnum
 from functools import partial
 from typing import NamedTuple
 
@@ -29,44 +29,50 @@ PROTOCOL_VERSION = 1
 
 FRAME_MAGIC = b'mR'
 
-Fields = tuple[tuple[str, str], ...]
-"""Fields of a layout in order: code of `struct`, meaning."""
-
-
-def _build_layout(fields: Fields) -> struct.Struct:
-    return struct.Struct('<' + ''.join(code for code, _ in fields))
-
-
-HEADER_FIELDS: Fields = (
-    ('2s', f'`{FRAME_MAGIC.decode()}`'),
-    ('B', 'kind'),
-    ('Q', 'number: each side counts the frames it sends, and its HELLO is 0'),
-    ('I', 'bytes of the payload'),
-    ('H', 'low half of the CRC-32 of the bytes above'),
-)
-HEADER_LAYOUT = _build_layout(HEADER_FIELDS)
-
-CHECK_FIELDS: Fields = (('I', 'CRC-32 of header and payload'),)
-CHECK_LAYOUT = _build_layout(CHECK_FIELDS)
-
 MAX_PAYLOAD_BYTES = 1 << 22
 """Bytes: a longer payload is invalid."""
 
-PLAY_FIELDS: Fields = (
-    ('Q', 'number of its first sample'),
-    ('I', 'samples, n'),
-    ('I', 'site of the held end (1 left, N right, 0 none)'),
-    ('I', 'set-points for which it is held, h'),
-)
-PLAY_LAYOUT = _build_layout(PLAY_FIELDS)
+Field = tuple[str, str]
+"""Of a layout: code of `struct`, meaning."""
 
-SAMPLES_FIELDS: Fields = (
-    ('Q', 'number of its first sample'),
-    ('I', 'samples, n'),
-    ('I', 'samples without set-points just before it'),
-    ('d', "force on the substrate's end (NaN if it is not measured)"),
-)
-SAMPLES_LAYOUT = _build_layout(SAMPLES_FIELDS)
+
+class Layout(Enum):
+    """What a frame and its payloads begin and end with, little-endian.
+
+    Attributes:
+        fields: In order.
+        size: In bytes.
+        pack: Returns values, one for each field, as bytes.
+        unpack_from: Returns the values in a buffer, from an offset on.
+    """
+
+    HEADER = (
+        ('2s', f'`{FRAME_MAGIC.decode()}`'),
+        ('B', 'kind'),
+        ('Q', 'number: each side counts the frames it sends, and its HELLO is 0'),
+        ('I', 'bytes of the payload'),
+        ('H', 'low half of the CRC-32 of the bytes above'),
+    )
+    CHECK = (('I', 'CRC-32 of header and payload'),)
+    PLAY = (
+        ('Q', 'number of its first sample'),
+        ('I', 'samples, n'),
+        ('I', 'site of the held end (1 left, N right, 0 none)'),
+        ('I', 'set-points for which it is held, h'),
+    )
+    SAMPLES = (
+        ('Q', 'number of its first sample'),
+        ('I', 'samples, n'),
+        ('I', 'samples without set-points just before it'),
+        ('d', "force on the substrate's end (NaN if it is not measured)"),
+    )
+
+    def __init__(self, *fields: Field) -> None:
+        layout = struct.Struct('<' + ''.join(code for code, _ in fields))
+        self.fields = fields
+        self.size = layout.size
+        self.pack = layout.pack
+        self.unpack_from = layout.unpack_from
 
 
 class FrameKind(IntEnum):
@@ -104,9 +110,9 @@ class Played(NamedTuple):
 
 def encode_frame(kind: int, number: int, payload: bytes = b'') -> bytes:
     """Return a frame as bytes."""
-    head = HEADER_LAYOUT.pack(FRAME_MAGIC, kind, number, len(payload), 0)[:-2]
+    head = Layout.HEADER.pack(FRAME_MAGIC, kind, number, len(payload), 0)[:-2]
     frame = head + struct.pack('<H', zlib.crc32(head) & 0xFFFF) + payload
-    return frame + CHECK_LAYOUT.pack(zlib.crc32(frame))
+    return frame + Layout.CHECK.pack(zlib.crc32(frame))
 
 
 class Parser:
@@ -131,7 +137,7 @@ class Parser:
         """Return the frames that these bytes complete."""
         self._buffer += data
         found, start = [], 0
-        while len(self._buffer) - start >= HEADER_LAYOUT.size:
+        while len(self._buffer) - start >= Layout.HEADER.size:
             size = self._read_size(start)
             if start + size > len(self._buffer):
                 break
@@ -147,7 +153,7 @@ class Parser:
 
     def _read_size(self, start: int) -> int:
         """Return the size of the frame that begins there, or 0 if its header is invalid."""
-        magic, _, _, length, check = HEADER_LAYOUT.unpack_from(self._buffer, start)
+        magic, _, _, length, check = Layout.HEADER.unpack_from(self._buffer, start)
         if magic != FRAME_MAGIC:
             if not self._lost:  # or it would be the rest of a damaged frame
                 begin = bytes(self._buffer[start : start + 16])
@@ -156,24 +162,24 @@ class Parser:
         if length > MAX_PAYLOAD_BYTES:
             self.wrong = f'a payload may have at most {MAX_PAYLOAD_BYTES} bytes; got {length}'
             return 0
-        expected = zlib.crc32(self._buffer[start : start + HEADER_LAYOUT.size - 2]) & 0xFFFF
+        expected = zlib.crc32(self._buffer[start : start + Layout.HEADER.size - 2]) & 0xFFFF
         if check != expected:
             self.wrong = f'a header ends with the CRC {check:#06x}; expected {expected:#06x}'
             return 0
-        return HEADER_LAYOUT.size + int(length) + CHECK_LAYOUT.size
+        return Layout.HEADER.size + int(length) + Layout.CHECK.size
 
     def _read_frame(self, start: int, size: int) -> Frame | None:
         """Return the frame that begins there, or None if it is damaged."""
-        raw = bytes(self._buffer[start : start + size - CHECK_LAYOUT.size])
-        _, kind, number, length, _ = HEADER_LAYOUT.unpack_from(raw)
-        (check,) = CHECK_LAYOUT.unpack_from(self._buffer, start + len(raw))
+        raw = bytes(self._buffer[start : start + size - Layout.CHECK.size])
+        _, kind, number, length, _ = Layout.HEADER.unpack_from(raw)
+        (check,) = Layout.CHECK.unpack_from(self._buffer, start + len(raw))
         if check != (expected := zlib.crc32(raw)):
             self.wrong = (
                 f'a frame of kind {kind} and {length} bytes ends with the CRC {check:#010x}; '
                 f'expected {expected:#010x}'
             )
             return None
-        return Frame(kind, number, raw[HEADER_LAYOUT.size :])
+        return Frame(kind, number, raw[Layout.HEADER.size :])
 
     def _skip_damage(self, start: int, size: int) -> int:
         """Return where the next frame may begin, after an invalid header or a damaged frame."""
@@ -200,7 +206,7 @@ def encode_set_points(
         motion: Its displacement and velocity, shape (2, m).
         kind: Type of the numbers: '<f4' or '<f8'.
     """
-    head = PLAY_LAYOUT.pack(first, samples, site, motion.shape[1])
+    head = Layout.PLAY.pack(first, samples, site, motion.shape[1])
     return head + V_N.astype(kind).tobytes() + motion.astype(kind).tobytes()
 
 
@@ -210,13 +216,13 @@ def decode_samples(payload: bytes, kind: str) -> Played:
     Raises:
         ValueError: Its length does not match its number of samples.
     """
-    if len(payload) < SAMPLES_LAYOUT.size:
+    if len(payload) < Layout.SAMPLES.size:
         raise ValueError(f'{len(payload)} bytes')
-    first, samples, missed, force = SAMPLES_LAYOUT.unpack_from(payload)
-    numbers = len(payload) - SAMPLES_LAYOUT.size
+    first, samples, missed, force = Layout.SAMPLES.unpack_from(payload)
+    numbers = len(payload) - Layout.SAMPLES.size
     if numbers != 2 * samples * np.dtype(kind).itemsize:
         raise ValueError(f'{numbers} bytes for {samples} samples of both ends')
-    ends = np.frombuffer(payload, kind, offset=SAMPLES_LAYOUT.size).astype(np.float64)
+    ends = np.frombuffer(payload, kind, offset=Layout.SAMPLES.size).astype(np.float64)
     return Played(first, ends.reshape(2, samples), missed, force)
 
 

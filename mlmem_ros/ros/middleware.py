@@ -25,10 +25,9 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from ..contract import topics
+from ..contract.topics import Qos
 
 
 def create_events_executor(context: Context | None = None) -> Executor:
@@ -58,8 +57,6 @@ ALIVE = 'alive'
 NOT_SERVING = DiagnosticStatus.STALE
 """Level of a heartbeat of a node that prepares: requests wait until it serves."""
 
-HEARTBEAT_PROFILE = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-
 DESTROYED_ERRORS = InvalidHandle, rclpy_implementation.RCLError
 """What rclpy raises when a node is destroyed, or ROS was shut down."""
 
@@ -81,7 +78,7 @@ class Heartbeat:
     ) -> None:
         """Give signs on a topic until the node is destroyed, each with its present status."""
         with cls._lock:
-            publisher = node.create_publisher(DiagnosticStatus, topic, HEARTBEAT_PROFILE)
+            publisher = node.create_publisher(DiagnosticStatus, topic, Qos.HEARTBEAT.profile)
             cls._publishers[publisher] = status
             if not cls._thread.is_alive():
                 cls._thread = threading.Thread(target=cls._run, name='mlmem-alive', daemon=True)
@@ -100,22 +97,6 @@ class Heartbeat:
                         del cls._publishers[publisher]
 
 
-def build_qos_profile(qos: topics.Qos) -> QoSProfile:
-    """Return the rclpy profile of a quality of service."""
-    history = {'depth': qos.depth} if qos.depth else {'history': HistoryPolicy.KEEP_ALL}
-    return QoSProfile(
-        **history,
-        reliability=ReliabilityPolicy[qos.reliability.upper()],
-        durability=DurabilityPolicy[qos.durability.upper()],
-    )
-
-
 def build_override_options() -> QoSOverridingOptions:
     """Return the option that declares `qos_overrides.*` for a publisher or subscription."""
     return QoSOverridingOptions.with_default_policies()
-
-
-SENSOR_DATA_PROFILE = build_qos_profile(topics.SENSOR_DATA_QOS)
-RELIABLE_PROFILE = build_qos_profile(topics.RELIABLE_QOS)
-LATCHED_PROFILE = build_qos_profile(topics.LATCHED_QOS)
-KEEP_ALL_PROFILE = build_qos_profile(topics.KEEP_ALL_QOS)

@@ -114,8 +114,8 @@ def _write_through_ros(folder: Path) -> Iterator[Row]:
     """
     from std_msgs.msg import Float64MultiArray
 
+    from mlmem_ros.contract.topics import Qos
     from mlmem_ros.ros.client.client import standalone, wait_until
-    from mlmem_ros.ros.middleware import SENSOR_DATA_PROFILE
     from mlmem_ros.ros.node_process import build_node_arguments, run_node_process
 
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
@@ -133,7 +133,7 @@ def _write_through_ros(folder: Path) -> Iterator[Row]:
         client.ready(timeout_s).wait()
         client.read(timeout_s).wait()
         client.node.create_subscription(
-            Float64MultiArray, f'{client.name}/wall', walls.append, SENSOR_DATA_PROFILE
+            Float64MultiArray, f'{client.name}/wall', walls.append, Qos.SENSOR_DATA.profile
         )
         for level in DEMO_LEVELS:
             begun = time.monotonic()

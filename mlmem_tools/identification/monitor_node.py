@@ -27,11 +27,11 @@ from mlmem.physics import INTEGRATORS
 from mlmem_ros.contract.answers import RequestError
 from mlmem_ros.contract.messages import build_status
 from mlmem_ros.contract.streams import STREAMS, decode_read_shot
-from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, OK, WARN, Status, parse_status
+from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, OK, WARN, Qos, Status, parse_status
 from mlmem_ros.host.settings import DESCRIPTION
 from mlmem_ros.host.worker import ThrottledLog
 from mlmem_ros.ros.client.client import MemoryClient
-from mlmem_ros.ros.middleware import RELIABLE_PROFILE, build_qos_profile, write_log_line
+from mlmem_ros.ros.middleware import write_log_line
 from mlmem_ros.ros.node.diagnostics import REPORT_PERIOD_S
 
 from .watching import ResidualMonitor
@@ -67,7 +67,7 @@ class MonitorNode:
         self._monitor = _build_monitor(memory, Path(twin))
         self._log = ThrottledLog(partial(write_log_line, node.get_logger().name))
         self._publisher = node.create_publisher(
-            DiagnosticArray, DIAGNOSTICS_TOPIC.name, build_qos_profile(DIAGNOSTICS_TOPIC.qos)
+            DiagnosticArray, DIAGNOSTICS_TOPIC.name, DIAGNOSTICS_TOPIC.qos.profile
         )
         # a comparison takes seconds
         for stream, take in (('read_waveform', self._take_shot), ('outcome', self._take_outcome)):
@@ -75,7 +75,7 @@ class MonitorNode:
                 STREAMS[stream].kind,
                 f'{self._monitored}/{stream}',
                 take,
-                RELIABLE_PROFILE,
+                Qos.RELIABLE.profile,
                 callback_group=MutuallyExclusiveCallbackGroup(),
             )
         node.create_timer(REPORT_PERIOD_S, self._publish_health)

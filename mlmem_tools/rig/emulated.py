@@ -25,13 +25,12 @@ from mlmem.physics import Chain, Design, HeldCell, StateError
 from mlmem.physics.potential import Array
 from mlmem.schema import Description
 from mlmem_ros.rig.frames import (
-    PLAY_LAYOUT,
     PROTOCOL_VERSION,
     REQUIRED_CAPABILITIES,
-    SAMPLES_LAYOUT,
     STRAIN_CAPABILITY,
     FrameKind,
     Hello,
+    Layout,
     Parser,
     encode_frame,
 )
@@ -206,16 +205,16 @@ class EmulatedRig:
             ValueError: They cannot be played.
         """
         nodes, itemsize = len(self._hello.nodes), np.dtype(self._hello.numbers).itemsize
-        if len(payload) < PLAY_LAYOUT.size:
+        if len(payload) < Layout.PLAY.size:
             raise ValueError(
-                f'a PLAY must have at least {PLAY_LAYOUT.size} bytes; got {len(payload)}'
+                f'a PLAY must have at least {Layout.PLAY.size} bytes; got {len(payload)}'
             )
-        first, samples, site, driven = PLAY_LAYOUT.unpack_from(payload)
+        first, samples, site, driven = Layout.PLAY.unpack_from(payload)
         count = nodes * samples
-        if len(payload) - PLAY_LAYOUT.size != (count + 2 * driven) * itemsize:
+        if len(payload) - Layout.PLAY.size != (count + 2 * driven) * itemsize:
             raise ValueError(
                 f'a PLAY of {samples} samples and {driven} set-points of a held end must have '
-                f'{PLAY_LAYOUT.size + (count + 2 * driven) * itemsize} bytes; got {len(payload)}'
+                f'{Layout.PLAY.size + (count + 2 * driven) * itemsize} bytes; got {len(payload)}'
             )
         if first != self._next:
             raise ValueError(f'the next set-points must be those of {self._next}; got {first}')
@@ -226,7 +225,7 @@ class EmulatedRig:
             raise ValueError(f'set-points of more than {MAX_BUFFER_SAMPLES} samples are waiting')
         if driven > count:
             raise ValueError(f'an end must be held for at most {count} set-points; got {driven}')
-        numbers = np.frombuffer(payload, self._hello.numbers, offset=PLAY_LAYOUT.size)
+        numbers = np.frombuffer(payload, self._hello.numbers, offset=Layout.PLAY.size)
         numbers = numbers.astype(np.float64)
         V_N, motion = numbers[:count], numbers[count:].reshape(2, driven)
         if site:
@@ -272,7 +271,7 @@ class EmulatedRig:
             self._held = held if held and held.motion.shape[1] == len(V_N) else None
         ends = np.concatenate(played, axis=1)
         readings, force = self.sensors.measure_ends(ends), self.element.force()
-        head = SAMPLES_LAYOUT.pack(
+        head = Layout.SAMPLES.pack(
             self._played, ends.shape[1], min(self._missed, 2**32 - 1),
             float('nan') if force is None else force,
         )  # fmt: skip

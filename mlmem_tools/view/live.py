@@ -17,16 +17,8 @@ from mlmem import element_file
 from mlmem_ros.contract.answers import RequestError
 from mlmem_ros.contract.requests import load_action_types
 from mlmem_ros.contract.streams import STREAMS
-from mlmem_ros.contract.topics import (
-    DIAGNOSTICS_TOPIC,
-    KEEP_ALL_QOS,
-    STREAM_QOS,
-    Status,
-    Topic,
-    parse_status,
-)
+from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, Qos, Status, Topic, parse_status
 from mlmem_ros.host.settings import DESCRIPTION
-from mlmem_ros.ros.middleware import RELIABLE_PROFILE, SENSOR_DATA_PROFILE, build_qos_profile
 
 from .about import About
 from .frames import PICTURED_STREAMS, Pictures, pack_frame, thin_echo
@@ -122,7 +114,7 @@ class Live:
         parameter_events = Topic(
             '/parameter_events',
             'rcl_interfaces/msg/ParameterEvent',
-            KEEP_ALL_QOS,
+            Qos.KEEP_ALL,
             'parameters that were set',
         )
         hand_over: Callable[..., Any] = self._loop.call_soon_threadsafe  # from the client's thread
@@ -141,7 +133,7 @@ class Live:
                 action.Impl.FeedbackMessage,
                 f'{self._client.name}/{name}/_action/feedback',
                 partial(hand_over, partial(self._on_feedback, name)),
-                RELIABLE_PROFILE,
+                Qos.RELIABLE.profile,
             )
 
     def _watch_streams(self, on: bool) -> None:
@@ -289,5 +281,5 @@ def _subscribe_topic(client: MemoryClient, topic: Topic, take: Callable[[Any], N
     called in the thread that spins the client's node.
     """
     name = topic.name if topic.name[0] == '/' else f'{client.name}/{topic.name}'
-    qos = SENSOR_DATA_PROFILE if topic.qos == STREAM_QOS else build_qos_profile(topic.qos)
+    qos = (Qos.SENSOR_DATA if topic.qos is Qos.STREAM else topic.qos).profile
     return client.node.create_subscription(topic.kind, name, take, qos)

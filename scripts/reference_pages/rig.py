@@ -4,6 +4,7 @@
 
 import dataclasses
 import json
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from mlmem.schema import describe_expected
@@ -14,14 +15,14 @@ from .table import make_table
 TYPE_NAMES = {'2s': '2 bytes', 'B': 'u8', 'H': 'u16', 'I': 'u32', 'Q': 'u64', 'd': 'f64'}
 
 
-PAYLOAD_FIELDS: dict[frames.FrameKind, tuple[str, frames.Fields, str]] = {
+PAYLOAD_FIELDS: dict[frames.FrameKind, tuple[str, Sequence[frames.Field], str]] = {
     frames.FrameKind.HELLO: ('both', (), 'one JSON object; restarts the conversation'),
     frames.FrameKind.PLAY: (
         'driver',
-        frames.PLAY_FIELDS,
+        frames.Layout.PLAY.fields,
         'numbers V[n m], position[h], velocity[h]',
     ),
-    frames.FrameKind.SAMPLES: ('rig', frames.SAMPLES_FIELDS, 'numbers left[n], right[n]'),
+    frames.FrameKind.SAMPLES: ('rig', frames.Layout.SAMPLES.fields, 'numbers left[n], right[n]'),
     frames.FrameKind.AGAIN: (
         'both',
         (),
@@ -44,7 +45,11 @@ def _describe_field(field: dataclasses.Field[Any]) -> str:
 def generate_rig() -> dict[str, str]:
     """Return the frames of the protocol, and its limits."""
     payload = [['', 'payload']]
-    frame = [*_list_fields(frames.HEADER_FIELDS), *payload, *_list_fields(frames.CHECK_FIELDS)]
+    frame = [
+        *_list_fields(frames.Layout.HEADER.fields),
+        *payload,
+        *_list_fields(frames.Layout.CHECK.fields),
+    ]
     kinds = [
         [f'{kind} {kind.name}', sender, '; '.join((*map(' '.join, _list_fields(fields)), rest))]
         for kind, (sender, fields, rest) in PAYLOAD_FIELDS.items()
@@ -70,5 +75,5 @@ def generate_rig() -> dict[str, str]:
     }
 
 
-def _list_fields(fields: frames.Fields) -> list[list[str]]:
+def _list_fields(fields: Iterable[frames.Field]) -> list[list[str]]:
     return [[TYPE_NAMES[code], meaning] for code, meaning in fields]

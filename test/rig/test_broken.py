@@ -15,7 +15,7 @@ import pytest
 
 from mlmem import DriverError, MemoryElement, Read, Settings
 from mlmem.physics import CASE_II
-from mlmem_ros.rig.frames import HEADER_LAYOUT, SAMPLES_LAYOUT, FrameKind, encode_frame
+from mlmem_ros.rig.frames import FrameKind, Layout, encode_frame
 
 from .lines import LocalDriver, TamperedLine, calibration, driven, emulated, raising
 
@@ -30,19 +30,19 @@ def encode(frame):
 
 
 def shift_samples(payload):
-    first, *rest = SAMPLES_LAYOUT.unpack_from(payload)
-    return SAMPLES_LAYOUT.pack(first - 40, *rest) + payload[SAMPLES_LAYOUT.size :]
+    first, *rest = Layout.SAMPLES.unpack_from(payload)
+    return Layout.SAMPLES.pack(first - 40, *rest) + payload[Layout.SAMPLES.size :]
 
 
 def repeat_samples(payload):
-    first, samples, *rest = SAMPLES_LAYOUT.unpack_from(payload)
-    more = np.tile(np.frombuffer(payload[SAMPLES_LAYOUT.size :]), 1000).tobytes()
-    return SAMPLES_LAYOUT.pack(first, 1000 * samples, *rest) + more
+    first, samples, *rest = Layout.SAMPLES.unpack_from(payload)
+    more = np.tile(np.frombuffer(payload[Layout.SAMPLES.size :]), 1000).tobytes()
+    return Layout.SAMPLES.pack(first, 1000 * samples, *rest) + more
 
 
 def replace_sample(number):
     """Return a function that replaces the first sample."""
-    begin = SAMPLES_LAYOUT.size
+    begin = Layout.SAMPLES.size
     return lambda payload: payload[:begin] + struct.pack('<d', number) + payload[begin + 8 :]
 
 
@@ -60,7 +60,7 @@ MALFORMED = {
         lambda frame: encode_frame(frame.kind, frame.number + 1, frame.payload), 'has number'
     ),
     'header_crc': (zero_header_crc, 'a header ends with the CRC 0x0000'),
-    'too_long': (lambda frame: HEADER_LAYOUT.pack(b'mR', 3, 0, 2**31, 0), 'got 2147483648'),
+    'too_long': (lambda frame: Layout.HEADER.pack(b'mR', 3, 0, 2**31, 0), 'got 2147483648'),
     'no_frame': (lambda frame: b'Hello from the rig!\r\n', "no frame begins with b'"),
 }  # fmt: skip
 """What is wrong with a frame, and what the error says of it."""

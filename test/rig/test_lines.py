@@ -12,7 +12,7 @@ from mlmem.instrument import drivers
 from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.settings import ScaleSettings
-from mlmem_ros.rig.frames import HEADER_LAYOUT, FrameKind, Parser, encode_frame
+from mlmem_ros.rig.frames import FrameKind, Layout, Parser, encode_frame
 from mlmem_tools.rig.emulated import EmulatedRig, LineProperties
 
 from .lines import calibration, serving
@@ -74,7 +74,7 @@ def test_work_on_damaged_frames_grows_with_their_bytes(monkeypatch):
         check = zlib.crc32
         with monkeypatch.context() as patch:
             patch.setattr(zlib, 'crc32', lambda data: checked.append(len(data)) or check(data))
-            begin = encode_frame(FrameKind.PLAY, 7, bytes(size // 2))[: HEADER_LAYOUT.size]
+            begin = encode_frame(FrameKind.PLAY, 7, bytes(size // 2))[: Layout.HEADER.size]
             damaged = bytearray(encode_frame(FrameKind.PLAY, 1, begin * (size // len(begin))))
             damaged[-1] ^= 1
             checked.clear()

@@ -11,8 +11,7 @@ from std_msgs.msg import Float64MultiArray
 
 from mlmem import Outcome
 from mlmem_ros.contract.streams import STREAMS, Stream
-from mlmem_ros.contract.topics import LATCHED_QOS
-from mlmem_ros.ros.middleware import LATCHED_PROFILE
+from mlmem_ros.contract.topics import Qos
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 from mlmem_ros.testing import memory_node
@@ -24,7 +23,7 @@ def energies(monkeypatch):
     stream = Stream(
         'energies',
         'std_msgs/msg/Float64MultiArray',
-        LATCHED_QOS,
+        Qos.LATCHED,
         'two numbers',
         when=(Outcome,),
         values=lambda element, outcome: np.array([float(outcome.ticks), element.chain.v[0]]),
@@ -41,7 +40,7 @@ def test_new_stream_is_published_recorded_and_compared(energies, tmp_path):
         with Robot(node.element) as robot:
             got = []
             robot.node.create_subscription(
-                Float64MultiArray, f'{node.element}/energies', got.append, LATCHED_PROFILE
+                Float64MultiArray, f'{node.element}/energies', got.append, Qos.LATCHED.profile
             )
             robot.wait(lambda: got, 'the latched message')
             assert got[0].data[0] == written.ticks

@@ -8,13 +8,13 @@ from mlmem import threads
 from mlmem.physics import StateError
 from mlmem_ros.bag import jazzy
 from mlmem_ros.contract.streams import STREAMS, find_content
-from mlmem_ros.contract.topics import RELIABLE_QOS
+from mlmem_ros.contract.topics import Qos
 from mlmem_ros.host import Host, SessionPlan
 
 from .node import Executor, Node
 from .script import SESSION_PATH
 
-LEVEL_STREAM = replace(STREAMS['level'], name='/mlmem/level', qos=RELIABLE_QOS)
+LEVEL_STREAM = replace(STREAMS['level'], name='/mlmem/level', qos=Qos.RELIABLE)
 BEAT_STREAM = replace(LEVEL_STREAM, name='/mlmem/beat')
 """Something to record, every few ticks."""
 

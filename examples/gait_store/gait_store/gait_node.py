@@ -26,7 +26,7 @@ from rclpy.task import Future
 from std_msgs.msg import Float32MultiArray, UInt8
 
 from mlmem_ros import MemoryClient, NoAnswer, RequestError, RequestRefused
-from mlmem_ros.ros.middleware import LATCHED_PROFILE, RELIABLE_PROFILE, SENSOR_DATA_PROFILE
+from mlmem_ros.contract.topics import Qos
 
 from .gaits import GAITS
 
@@ -53,16 +53,16 @@ class GaitNode(Node):
         memory = self.declare_parameter('memory', 'mlmem').value
         self._memory = MemoryClient(self, memory, patience=30.0)
         self._gait = REST_GAIT
-        self._publisher = self.create_publisher(UInt8, '~/gait', LATCHED_PROFILE)
+        self._publisher = self.create_publisher(UInt8, '~/gait', Qos.LATCHED.profile)
         self._pressures = self.create_publisher(
-            Float32MultiArray, '~/pressures', SENSOR_DATA_PROFILE
+            Float32MultiArray, '~/pressures', Qos.SENSOR_DATA.profile
         )
         # A callback that awaits blocks its callback group, but the legs must go on.
         self.create_subscription(
             UInt8,
             '~/set_gait',
             self._on_set_gait,
-            RELIABLE_PROFILE,
+            Qos.RELIABLE.profile,
             callback_group=self._memory.group,
         )
         self.create_timer(PRESSURE_PERIOD_S, self._on_timer)

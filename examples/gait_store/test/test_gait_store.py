@@ -19,8 +19,8 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float32MultiArray, UInt8
 
+from mlmem_ros.contract.topics import Qos
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.middleware import LATCHED_PROFILE, RELIABLE_PROFILE, SENSOR_DATA_PROFILE
 from mlmem_ros.testing import (
     assert_replays,
     assert_written,
@@ -65,15 +65,17 @@ class Robot:
 
     def __init__(self, node):
         self.gaits, self.pressures, self.strains = [], [], []
-        self._set_gait = node.create_publisher(UInt8, '/gait/set_gait', RELIABLE_PROFILE)
+        self._set_gait = node.create_publisher(UInt8, '/gait/set_gait', Qos.RELIABLE.profile)
         for kind, topic, values, qos in (
-            (UInt8, 'gait', self.gaits, LATCHED_PROFILE),
-            (Float32MultiArray, 'pressures', self.pressures, SENSOR_DATA_PROFILE),
+            (UInt8, 'gait', self.gaits, Qos.LATCHED.profile),
+            (Float32MultiArray, 'pressures', self.pressures, Qos.SENSOR_DATA.profile),
         ):
             keep = lambda message, values=values: values.append(message.data)  # noqa: E731
             node.create_subscription(kind, f'/gait/{topic}', keep, qos)
         strain = lambda message: self.strains.append(message.position[0])  # noqa: E731
-        node.create_subscription(JointState, '/mlmem/joint_states', strain, SENSOR_DATA_PROFILE)
+        node.create_subscription(
+            JointState, '/mlmem/joint_states', strain, Qos.SENSOR_DATA.profile
+        )
 
     def set_gait(self, gait):
         wait_until(self._set_gait.get_subscription_count, 'the behaviour node')

@@ -28,13 +28,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
-from ..middleware import (
-    ALIVE,
-    HEARTBEAT_PROFILE,
-    KEEP_ALL_PROFILE,
-    RELIABLE_PROFILE,
-    create_events_executor,
-)
+from ...contract.topics import Qos
+from ..middleware import ALIVE, create_events_executor
 
 CHECK_PERIOD_S = 0.5
 """Seconds between two looks at clock and graph."""
@@ -270,7 +265,7 @@ class NodeConnection:
                 DiagnosticStatus,
                 f'{self.peer}/{ALIVE}',
                 partial(self._take_heartbeat, hidden),
-                HEARTBEAT_PROFILE,
+                Qos.HEARTBEAT.profile,
             )
         assert self.hidden is not None
         return self.hidden.node
@@ -291,7 +286,7 @@ class NodeConnection:
         node = self.get_node()
         if service not in self._clients:
             self._clients[service] = node.create_client(
-                kind, f'{self.peer}/{service}', qos_profile=KEEP_ALL_PROFILE
+                kind, f'{self.peer}/{service}', qos_profile=Qos.KEEP_ALL.profile
             )
         return self._clients[service]
 
@@ -306,7 +301,7 @@ class NodeConnection:
                     each(message)
 
             node.create_subscription(
-                kind, f'{self.peer}/{topic}', deliver_message, RELIABLE_PROFILE
+                kind, f'{self.peer}/{topic}', deliver_message, Qos.RELIABLE.profile
             )
         return self._receivers[topic]
 

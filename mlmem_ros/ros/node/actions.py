@@ -24,8 +24,8 @@ from mlmem.loop.mailbox import Request
 
 from ...contract import answers, messages, requests
 from ...contract.requests import REQUEST_ARGUMENTS, build_command
+from ...contract.topics import Qos
 from ...host import Host
-from ..middleware import KEEP_ALL_PROFILE, RELIABLE_PROFILE
 from .callback_guard import await_future
 
 
@@ -77,9 +77,11 @@ class Action:
             ('cancel_goal', impl.CancelGoalService, self._cancel_goals),
             ('get_result', impl.GetResultService, self._send_result),
         ):
-            node.create_service(type_, f'{own}/{service}', callback, qos_profile=KEEP_ALL_PROFILE)
+            node.create_service(
+                type_, f'{own}/{service}', callback, qos_profile=Qos.KEEP_ALL.profile
+            )
         self._feedback = node.create_publisher(
-            impl.FeedbackMessage, f'{own}/feedback', RELIABLE_PROFILE
+            impl.FeedbackMessage, f'{own}/feedback', Qos.RELIABLE.profile
         )
         self._status = node.create_publisher(
             GoalStatusArray, f'{own}/status', qos_profile_action_status_default

@@ -20,7 +20,6 @@ from ...contract.messages import build_status
 from ...contract.streams import describe_content
 from ...contract.topics import DIAGNOSTICS_TOPIC, ERROR, OK, WARN, Status
 from ...host import Host
-from ..middleware import build_qos_profile
 from .callback_guard import CallbackGuard
 
 INACTIVE = Status(OK, 'inactive')
@@ -231,7 +230,7 @@ class Diagnostics:
         self._still: tuple[int, Reading | None] | None = None  # what it rests with as sampled
         self._made: dict[str, tuple[Status, DiagnosticStatus]] = {}
         self._publisher = node.create_publisher(
-            DiagnosticArray, DIAGNOSTICS_TOPIC.name, build_qos_profile(DIAGNOSTICS_TOPIC.qos)
+            DiagnosticArray, DIAGNOSTICS_TOPIC.name, DIAGNOSTICS_TOPIC.qos.profile
         )
         callback_guard.call_every(
             REPORT_PERIOD_S, DIAGNOSTICS_TOPIC.name, self._sample_and_publish

@@ -25,9 +25,9 @@ from ...contract import answers, messages
 from ...contract.commands import COMMAND_TOPICS
 from ...contract.requests import Record, build_command, parse_request
 from ...contract.streams import select_streams
+from ...contract.topics import Qos
 from ...host import Host, SessionPlan
 from ...host.settings import Parameters
-from ..middleware import KEEP_ALL_PROFILE
 from .callback_guard import await_future
 
 Answered = Awaitable[tuple[bool, str]]
@@ -74,7 +74,7 @@ class Services:
         self._create_service(kind, name, serve_request)
 
     def _create_service(self, kind: type[Any], name: str, callback: Callable[..., Any]) -> None:
-        self._node.create_service(kind, f'~/{name}', callback, qos_profile=KEEP_ALL_PROFILE)
+        self._node.create_service(kind, f'~/{name}', callback, qos_profile=Qos.KEEP_ALL.profile)
 
     async def _answer_request(
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response

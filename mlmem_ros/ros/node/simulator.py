@@ -23,8 +23,8 @@ from mlmem import Refused
 from mlmem.loop.mailbox import TickRequest
 
 from ...contract.requests import SIMULATOR_SERVICES
+from ...contract.topics import Qos
 from ...host import REFUSALS, Host
-from ..middleware import KEEP_ALL_PROFILE
 from .callback_guard import await_future
 
 STOPPED, PLAYING, PAUSED, _, NO_WORLD = range(5)
@@ -63,7 +63,7 @@ class Simulator:
         for name, type_name, _ in SIMULATOR_SERVICES:
             answer = getattr(self, f'_{name}')
             if (kind := kinds.get(type_name.rpartition('/')[2])) is not None:
-                node.create_service(kind, f'~/{name}', answer, qos_profile=KEEP_ALL_PROFILE)
+                node.create_service(kind, f'~/{name}', answer, qos_profile=Qos.KEEP_ALL.profile)
 
     @property
     def state(self) -> int:

@@ -21,10 +21,10 @@ from mlmem import Event, MemoryElement, Unknown, threads
 from ...contract.commands import COMMAND_TOPICS, CommandTopic, NoCommand
 from ...contract.messages import Publication, build_message
 from ...contract.streams import Stream, select_streams
-from ...contract.topics import LATCHED_QOS
+from ...contract.topics import Qos
 from ...host import Host
 from ...host.settings import COLUMN_PERIOD_TICKS, PublishSettings
-from ..middleware import build_override_options, build_qos_profile
+from ..middleware import build_override_options
 from ..views import ChainMarkers, Contour
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class Subscriptions:
             name = f'~/{topic.name}'
             listener = self._create_listener(topic, name, node.resolve_topic_name(name))
             node.create_subscription(
-                topic.kind, name, listener, build_qos_profile(topic.qos), raw=True,
+                topic.kind, name, listener, topic.qos.profile, raw=True,
                 qos_overriding_options=build_override_options(),
             )  # fmt: skip
 
@@ -105,7 +105,7 @@ class Publishers:
             stream.name: node.create_publisher(
                 stream.kind,
                 f'~/{stream.name}',
-                build_qos_profile(stream.qos),
+                stream.qos.profile,
                 callback_group=group,
                 qos_overriding_options=build_override_options(),
             )
@@ -210,7 +210,7 @@ class Publishers:
         return self._last_look
 
     def _is_subscribed(self, stream: Stream) -> bool:
-        if stream.qos == LATCHED_QOS or self._find_recording(stream.name) is not None:
+        if stream.qos is Qos.LATCHED or self._find_recording(stream.name) is not None:
             return True
         return bool(self._publishers[stream.name].get_subscription_count())
 
