@@ -36,29 +36,21 @@ __all__ = [
     'RequestRefused', 'SelfTested', '__version__', 'standalone',
 ]  # fmt: skip
 
-_NAMES_BY_MODULE = {
-    'contract.answers': (
-        'BankFailed', 'Calibrated', 'Decoded', 'Done', 'NoAnswer', 'RequestError', 'RequestFailed',
-        'RequestRefused', 'SelfTested',
-    ),
-    'ros.client.client': ('MemoryClient', 'standalone'),
-    'ros.client.reply': ('Reply',),
-    'ros.node.node': ('MemoryNode',),
-}  # fmt: skip
-"""Modules, and the names they define."""
-
-_TOOL_NAMES = ('BankCheckFailed', 'BankValue', 'MemoryBank')
-"""Names that `mlmem_tools` defines."""
-
 
 def __getattr__(name: str) -> Any:
-    for module, names in _NAMES_BY_MODULE.items():
-        if name in names:
-            return getattr(import_module(f'.{module}', __name__), name)
-    if name in _TOOL_NAMES:
-        from .packages import find_tool
+    if name in ('BankCheckFailed', 'BankValue', 'MemoryBank'):
+        from .packages import find_tool  # `mlmem_tools` defines them
 
         return find_tool(name).load()
+    modules = {
+        'MemoryClient': 'ros.client.client',
+        'standalone': 'ros.client.client',
+        'Reply': 'ros.client.reply',
+        'MemoryNode': 'ros.node.node',
+    }
+    if name in __all__:
+        module = modules.get(name, 'contract.answers')
+        return getattr(import_module(f'.{module}', __name__), name)
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
 
 

@@ -45,9 +45,9 @@ def format_install_advice(name: str) -> str:
             'source /opt/ros/jazzy/setup.bash, or install the wheels ros-jazzy-rclpy, '
             'ros-jazzy-common-interfaces and ros-jazzy-rmw-fastrtps-cpp'
         )
-    pypi_names = {'yaml': 'pyyaml', 'PIL': 'pillow'}  # where it is not the name of the import
+    known = {'yaml': 'pyyaml', 'PIL': 'pillow'}.get(name, name)  # PyPI's, where they differ
     return (
-        f'python3 -m pip install {pypi_names.get(name, name)} (where that is refused as '
+        f'python3 -m pip install {known} (where that is refused as '
         'externally managed: with --break-system-packages, or in a virtual environment)'
     )
 

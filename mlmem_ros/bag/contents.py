@@ -120,7 +120,6 @@ METADATA_FILE = 'metadata.yaml'
 LOST_KEY = 'mlmem_ros.lost'
 """Our key in the custom data of a repaired bag."""
 
-_ROOT_KEY = 'rosbag2_bagfile_information'
 _NEVER_NS = 2**63 - 1  # the starting time of a bag or file that holds no message
 _MAX_METADATA_CHARS = 2**18  # characters: metadata of 400 topics
 
@@ -147,13 +146,6 @@ def format_qos(reliability: str = 'reliable', durability: str = 'volatile') -> s
     sec: 9223372036
     nsec: 854775807
   avoid_ros_namespace_conventions: false"""
-
-
-RELIABLE_QOS = format_qos()
-"""Reliable and volatile, the default of ROS publishers."""
-
-LATCHED_QOS = format_qos(durability='transient_local')
-"""Reliable and transient local: late subscribers still get the last message."""
 
 
 @dataclass
@@ -204,7 +196,7 @@ def format_metadata(
 ) -> str:
     """Return the text of the ``metadata.yaml`` of a bag."""
     text: str = yaml.dump(
-        {_ROOT_KEY: _build_node(topics, files, custom_data)},
+        {'rosbag2_bagfile_information': _build_node(topics, files, custom_data)},
         Dumper=_Dumper,
         sort_keys=False,
         allow_unicode=True,
@@ -224,7 +216,7 @@ def parse_metadata(text: str) -> BagMetadata:
             raise ValueError(f'{len(text)} characters')
         # Every scalar stays a string: rosbag2 leaves the custom data ``seed: 42`` unquoted.
         document: Any = parse_yaml(text, texts=True)
-        node = document.get(_ROOT_KEY, document)
+        node = document.get('rosbag2_bagfile_information', document)
         custom_data = node.get('custom_data')
         return BagMetadata(
             # rosbag2 before version 4 wrote the directory's name too.

@@ -19,8 +19,6 @@ from mlmem.schema import make_printable, short_repr
 from .contents import Definition
 from .errors import BagError
 
-_HEADER_SIZE = 4  # bytes of CDR encapsulation
-
 
 @lru_cache(maxsize=1)
 def _load_typestore() -> Typestore:
@@ -106,9 +104,10 @@ def trim_message(cdr: bytes, type_name: str) -> bytes:
 def _decode_message(cdr: bytes, type_name: str) -> tuple[Any, int]:
     # Typestore.deserialize_cdr does the same but refuses what ROS tolerates at the end.
     _require_type(type_name)
-    if len(cdr) < _HEADER_SIZE or cdr[0] != 0 or cdr[1] not in (0, 1):
+    header_size = 4  # bytes of the encapsulation
+    if len(cdr) < header_size or cdr[0] != 0 or cdr[1] not in (0, 1):
         raise BagError(f'A {type_name} must begin with a CDR header; got {cdr[:4]!r}.')
-    body = memoryview(cdr)[_HEADER_SIZE:]
+    body = memoryview(cdr)[header_size:]
     try:
         coder = _load_typestore().get_msgdef(type_name)
         decode = coder.deserialize_cdr_le if cdr[1] else coder.deserialize_cdr_be
@@ -120,7 +119,7 @@ def _decode_message(cdr: bytes, type_name: str) -> tuple[Any, int]:
         ) from error
     if size > len(body):
         raise BagError(f'A {type_name} of {size} bytes must be complete; got {len(body)}.')
-    return message, _HEADER_SIZE + size
+    return message, header_size + size
 
 
 def _require_type(type_name: str) -> None:

@@ -146,17 +146,17 @@ class McapPart:
             magic = stream.read(len(MCAP0_MAGIC))
             if not MCAP0_MAGIC.startswith(magic):
                 raise BagError(f'{self.path} must be an MCAP file; it begins with {magic!r}.')
-            opcodes = {
+            end, opcode, note = len(MCAP0_MAGIC), 0, ''
+            read_opcodes = {
                 *(Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK),
                 *(Opcode.METADATA, Opcode.DATA_END, Opcode.FOOTER),
             }
-            end, opcode, note = len(MCAP0_MAGIC), 0, ''
             for opcode, offset, end in _find_spans(stream, len(MCAP0_MAGIC)):
                 if offset >= self._end:
                     return
                 if opcode == Opcode.DATA_END:
                     note = '; all messages precede it'
-                if opcode not in opcodes:
+                if opcode not in read_opcodes:
                     continue
                 try:
                     found = _parse_records(stream, offset, end)

@@ -21,12 +21,12 @@ from .contents import (
     LIBRARY_NAME,
     METADATA_FILE,
     OFFERED_QOS,
-    RELIABLE_QOS,
     TYPE_HASH,
     Definition,
     FileInfo,
     TopicInfo,
     format_metadata,
+    format_qos,
 )
 from .errors import BagError, storage_errors
 
@@ -68,9 +68,8 @@ class BagWriter:
             BagError: `max_bytes` is too small, `custom_data` cannot be written as UTF-8, or the
                 path exists or cannot be created.
         """
-        min_bytes = 1024  # as rosbag2's MCAP storage requires
-        if 0 < max_bytes < min_bytes:
-            raise BagError(f'max_bytes must be 0 or at least {min_bytes}; got {max_bytes}.')
+        if 0 < max_bytes < 1024:  # which rosbag2's MCAP storage refuses, too
+            raise BagError(f'max_bytes must be 0 or at least 1024; got {max_bytes}.')
         self.path = Path(path).absolute()
         self.custom_data = dict(custom_data or {})
         """Written to ``metadata.yaml`` with the next sync, split or close; may be changed."""
@@ -107,7 +106,7 @@ class BagWriter:
         self,
         name: str,
         type_name: str,
-        qos: str = RELIABLE_QOS,
+        qos: str | None = None,
         *,
         latch: bool = False,
         definition: Definition | None = None,
@@ -121,7 +120,8 @@ class BagWriter:
         publish time the original one, which tells a reader that it is repeated.
 
         Args:
-            qos: The QoS that its publishers offer, as rosbag2's YAML text.
+            qos: The QoS that its publishers offer, as rosbag2's YAML text; reliable and volatile
+                by default.
             latch: Repeat the last message in every new file.
             definition: The type's definition; Jazzy's by default.
 
@@ -132,8 +132,9 @@ class BagWriter:
         self._require_open()
         if name in self._channels:
             raise BagError(f'Topic {name} must be added only once; {self.path} already has it.')
+        offered = format_qos() if qos is None else qos
         definition = definition or jazzy.find_definition(type_name)
-        info = TopicInfo(name, type_name, serialization_format, qos, definition.hash)
+        info = TopicInfo(name, type_name, serialization_format, offered, definition.hash)
         channel = _Channel(info, definition, latch)
         with self._abandon_on_error():
             self._declare_channel(channel)

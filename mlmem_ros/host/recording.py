@@ -20,7 +20,7 @@ from mlmem import MemoryElement, atomic_files, threads
 from mlmem.loop.open_requests import Stamped
 
 from ..bag import jazzy
-from ..bag.contents import LATCHED_QOS, format_qos
+from ..bag.contents import format_qos
 from ..bag.errors import BagError
 from ..bag.queued_writer import COUNT_TYPE, QueuedWriter
 from ..bag.writer import BagWriter
@@ -241,7 +241,8 @@ def open_bag(plan: SessionPlan) -> BagWriter:
         qos = format_qos(topic.qos.reliability, topic.qos.durability)
         writer.add_topic(topic.name, topic.type, qos)
     header = session_topic(plan, records.HEADER_TOPIC)
-    writer.add_topic(header, records.STRING_TYPE, LATCHED_QOS, latch=True)
+    latched = format_qos(durability='transient_local')
+    writer.add_topic(header, records.STRING_TYPE, latched, latch=True)
     for name in (records.COMMAND_TOPIC, records.STATE_HASH_TOPIC):
         writer.add_topic(session_topic(plan, name), records.STRING_TYPE)
     writer.add_topic(session_topic(plan, records.DROPPED_TOPIC), COUNT_TYPE)

@@ -213,9 +213,6 @@ class Parameters:
 INTROSPECTION_PARAMETER = 'service_configure_introspection'
 """Whether services publish what they are asked and answer, named as in demo_nodes_py."""
 
-INTROSPECTION_STATES = {'disabled': 'OFF', 'metadata': 'METADATA', 'contents': 'CONTENTS'}
-"""Its words, and the names of rclpy for them."""
-
 LIVE_PARAMETERS = {
     'target_level': (
         UNSET_CONTENT,
@@ -245,7 +242,7 @@ LIVE_PARAMETERS = {
         'disabled',
         Description(
             'what services publish on ~/NAME/_service_event',
-            choices=tuple(INTROSPECTION_STATES),
+            choices=('disabled', 'metadata', 'contents'),
         ),
     ),
 }

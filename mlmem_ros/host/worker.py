@@ -20,10 +20,6 @@ from mlmem.schema import make_printable
 
 from ..bag.errors import BagError
 
-MAX_BURST_LINES = 10
-"""Lines about one subject that may be logged at once."""
-
-
 WriteLine = Callable[[str, str], object]
 """Writes a line to a log, given its severity, INFO, WARN or ERROR, and its text."""
 
@@ -84,7 +80,8 @@ class ThrottledLog:
         """Write a line, with the traceback of an error, unless there are too many on a subject."""
         if (since := self._withhold_note(about)) is not None:
             trace = ':\n' + ''.join(traceback.format_exception(error)) if error else ''
-            self._write(severity, make_printable(text, 500) + since + trace)
+            line = make_printable(text, 500)  # characters; a longer one loses its middle
+            self._write(severity, line + since + trace)
 
     def _withhold_note(self, key: str) -> str | None:
         """Return a note on how many lines were withheld, or None to withhold this one too."""
@@ -92,8 +89,9 @@ class ThrottledLog:
             return ''
         with self._lock:
             now = threads.monotonic()
-            allowed, counted = self._allowed.get(key, (MAX_BURST_LINES, now))
-            allowed = min(MAX_BURST_LINES, allowed + now - counted)  # one a second
+            burst = 10  # lines about one subject at once; then one a second
+            allowed, counted = self._allowed.get(key, (burst, now))
+            allowed = min(burst, allowed + now - counted)
             if allowed < 1.0:
                 self._allowed[key] = allowed, now
                 self._withheld[key] = self._withheld.get(key, 0) + 1

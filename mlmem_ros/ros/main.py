@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 
 from .. import __version__
-from .node_process import RECEIVED_SIGNALS, use_profile
+from .node_process import received_signals, use_profile
 
 BANK_NAMESPACE = '/bank'
 """Namespace of a bank, unless a remapping gives another."""
@@ -113,11 +113,8 @@ def _split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def _parse_count(text: str) -> int:
-    max_elements = 128  # more are probably a mistake
-    if not (text.isdecimal() and 1 <= int(text) <= max_elements):
-        raise argparse.ArgumentTypeError(
-            f'must be a number from 1 to {max_elements}; got {text!r}'
-        )
+    if not (text.isdecimal() and 1 <= int(text) <= 128):  # more are probably a mistake
+        raise argparse.ArgumentTypeError(f'must be a number from 1 to 128; got {text!r}')
     return int(text)
 
 
@@ -128,7 +125,7 @@ def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
     We handle signals ourselves: rclpy's handler would shut the context down before the session
     file is closed and pending requests are answered.
     """
-    RECEIVED_SIGNALS.handle_signals()
+    received_signals.handle_signals()
     use_profile(os.environ)
     given = sys.argv if arguments is None else arguments
     given, elements = (
@@ -136,10 +133,10 @@ def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
     )
     from .node.run import run_nodes  # takes a second or two, in which a signal must not raise
 
-    if RECEIVED_SIGNALS:
-        RECEIVED_SIGNALS.ignore()
+    if received_signals:
+        received_signals.ignore()
         return 0
-    return run_nodes(given, RECEIVED_SIGNALS, elements)
+    return run_nodes(given, received_signals, elements)
 
 
 def bank(arguments: Sequence[str] | None = None) -> int:

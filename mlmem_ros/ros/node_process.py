@@ -27,21 +27,23 @@ from typing import Any
 class Signals(list[int]):
     """The signals that have come, in their order."""
 
+    _handled = signal.SIGINT, signal.SIGTERM
+
     def handle_signals(self) -> None:
         """Take note of SIGINT and SIGTERM from now on."""
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in self._handled:
             signal.signal(number, self._note_signal)
 
     def ignore(self) -> None:
         """Let no further signal cut the end of the process short."""
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in self._handled:
             signal.signal(number, signal.SIG_IGN)
 
     def _note_signal(self, number: int, _: Any) -> None:
         self.append(number)
 
 
-RECEIVED_SIGNALS = Signals()
+received_signals = Signals()
 """Those of this process, if it is ours."""
 
 PROFILE_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')

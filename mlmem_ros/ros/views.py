@@ -42,9 +42,9 @@ class Palette:
 
     def __init__(self, design: Design) -> None:
         span = design.D_s2 - design.D_s1
-        overshoot = 0.2  # beyond either phase, in distances between the phases
-        self._low = design.D_s1 - overshoot * span
-        self._scale = 255.0 / ((1.0 + 2.0 * overshoot) * span)
+        overshoot = 0.2 * span  # of the scale beyond either phase
+        self._low = design.D_s1 - overshoot
+        self._scale = 255.0 / (span + 2.0 * overshoot)
 
     def colour_indices(self, configuration: Array) -> np.ndarray:
         """Return the index of each value's colour, clipped to the scale."""
@@ -74,8 +74,8 @@ class Contour:
         self._every = every
         self._columns = columns
         self._palette = Palette(element.design)
-        max_rows = 512
-        self._stride = math.ceil(element.design.N / max_rows)
+        # of more than 512 rows, only every second, third ... cell is shown
+        self._stride = math.ceil(element.design.N / 512)
         rows = len(range(0, element.design.N, self._stride))
         defects = [element.design.defect_site(level) - 1 for level in range(element.design.levels)]
         self._lines = rows - 1 - np.array(defects, dtype=np.intp) // self._stride
@@ -119,50 +119,40 @@ class ChainMarkers:
     def __init__(self, element: MemoryElement, settings: PublishSettings) -> None:
         design, self._unit = element.design, element.settings.scale.length
         self._element = element
+        self._palette = Palette(design)
+        self._width = design.N * self._unit / 25.0  # length of the drawn chain over its width
+        self._stride = math.ceil(design.N / 500)  # cells shown at most
+        text = min(0.8 * self._width, 0.35 * design.J * self._unit)
+        levels = range(0, design.levels, math.ceil(design.levels / 32))  # labelled at most
+        self._defects = [design.defect_site(level) for level in levels]
+        grey = ColorRGBA(r=0.55, g=0.55, b=0.55, a=1.0)
+        orange = ColorRGBA(r=0.95, g=0.65, b=0.1, a=1.0)
         self._colours = [
             ColorRGBA(r=r / 255, g=g / 255, b=b / 255, a=1.0) for r, g, b in COLOUR_TABLE.tolist()
         ]
-        self._palette = Palette(design)
-        self._width = design.N * self._unit / 25.0  # length of the drawn chain over its width
-        max_cells = 500  # of a longer chain, only every second, third ... cell is shown
-        max_labels, max_walls = 32, 4  # the memory has one wall, and a second during an erase
-        chain_colour = ColorRGBA(r=0.55, g=0.55, b=0.55, a=1.0)
-        wall_colour = ColorRGBA(r=0.95, g=0.65, b=0.1, a=1.0)
-        self._stride = math.ceil(design.N / max_cells)
-        text = min(0.8 * self._width, 0.35 * design.J * self._unit)
-        levels = range(0, design.levels, math.ceil(design.levels / max_labels))
-        self._defects = [design.defect_site(level) for level in levels]
 
-        self._substrate = _create_marker(
-            'substrate', Marker.CUBE, chain_colour, y=0.25 * self._width
-        )
+        self._substrate = _create_marker('substrate', Marker.CUBE, grey, y=0.25 * self._width)
         self._substrate.pose.position.z = -0.25 * self._width
         self._substrate.scale.z = 0.1 * self._width
         size, depth = 0.8 * self._stride * self._unit, 0.4 * self._width
-        self._cells = _create_marker(
-            'cells', Marker.CUBE_LIST, chain_colour, size, self._width, depth
-        )
+        self._cells = _create_marker('cells', Marker.CUBE_LIST, grey, size, self._width, depth)
         shown = range(0, design.N, self._stride)
         self._cells.points = [Point() for _ in shown]
         below, above = -0.5 * self._width - 0.8 * text, self._width + 0.8 * text
         self._labels = [
-            _create_text_marker('levels', design.code(level), chain_colour, text, y=below)
+            _create_text_marker('levels', design.code(level), grey, text, y=below)
             for level in levels
         ]
         bar = 0.03 * design.J * self._unit
+        walls = 4  # shown at most: the memory has one, and a second during an erase
         self._walls = [
-            _create_marker(
-                'wall', Marker.CUBE, wall_colour, bar, 2 * self._width, 0.5 * self._width
-            )
-            for _ in range(max_walls)
+            _create_marker('wall', Marker.CUBE, orange, bar, 2 * self._width, 0.5 * self._width)
+            for _ in range(walls)
         ]
         self._wall_labels = [
-            _create_text_marker('wall label', '', wall_colour, text, y=above)
-            for _ in range(max_walls)
+            _create_text_marker('wall label', '', orange, text, y=above) for _ in range(walls)
         ]
-        self._title = _create_text_marker(
-            'level', '', wall_colour, 1.5 * text, y=above + 1.8 * text
-        )
+        self._title = _create_text_marker('level', '', orange, 1.5 * text, y=above + 1.8 * text)
         lists = self._labels, self._walls, self._wall_labels
         markers = [self._substrate, self._cells, *chain(*lists), self._title]
         self._message = MarkerArray(markers=markers)

@@ -225,12 +225,12 @@ def find_last_tick(session: SessionData, first: int) -> int:
             'the records of a session must be in the order of their ticks: if the clock went back '
             'meanwhile, a copy sorted by time cannot be replayed, but the recorded bag can'
         )
-    max_ticks = 10**9  # of a replay: three weeks at the default pace
+    longest = 10**9  # ticks: three weeks at the default pace
     for tick in (*hashed, *commanded):
-        if not first <= tick <= first + max_ticks:
+        if not first <= tick <= first + longest:
             raise BagError(
-                f'the records of a session must have ticks from {first} to '
-                f'{first + max_ticks}; got {tick}'
+                f'the records of a session must have ticks from {first} to {first + longest}; '
+                f'got {tick}'
             )
     cells = session.header.design.N
     for recorded in session.hashes:

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mlmem_ros.bag.contents import (
-    LATCHED_QOS,
     FileInfo,
     TopicInfo,
     format_metadata,
+    format_qos,
     parse_metadata,
 )
 from mlmem_ros.bag.errors import BagError
@@ -70,7 +70,14 @@ rosbag2_bagfile_information:
 CUSTOM = {'seed': '42', 'design': '{"a": 1}', 'note': 'plain words, and: no', 'two': 'x\ny'}
 BAG = (
     (
-        TopicInfo('/level', 'std_msgs/msg/Int16', 'cdr', LATCHED_QOS, 'RIHS01_abc', 3),
+        TopicInfo(
+            '/level',
+            'std_msgs/msg/Int16',
+            'cdr',
+            format_qos(durability='transient_local'),
+            'RIHS01_abc',
+            3,
+        ),
         TopicInfo('/bare', 'std_msgs/msg/Int16'),
     ),
     (FileInfo('bag_0.mcap', 1000, 1500, 3),),

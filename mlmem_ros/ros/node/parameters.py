@@ -46,7 +46,6 @@ from ...host.settings import (
     GROUPS,
     INITIAL_CONTENT,
     INTROSPECTION_PARAMETER,
-    INTROSPECTION_STATES,
     LIVE_PARAMETERS,
     METHOD,
     READ_END,
@@ -344,7 +343,7 @@ class ParameterSet:
         """Raise `SettingsError` if a value is none of the words that may be set."""
         choices = self._choices.get(name, (value,))
         if value not in choices:
-            hints = {  # of parameters whose choices follow from the start
+            hints = {  # of those whose choices follow from the start
                 'device.driver': '; a class may be named only at the start',
                 'device.address': '; with files.root it may be named only at the start',
             }
@@ -376,10 +375,12 @@ class ParameterSet:
 
     def configure_introspection(self) -> None:
         """Publish what our services are asked and answer, as far as the parameter says."""
-        state = getattr(
-            ServiceIntrospectionState,
-            INTROSPECTION_STATES[self._get_value(INTROSPECTION_PARAMETER)],
-        )
+        states = {
+            'disabled': ServiceIntrospectionState.OFF,
+            'metadata': ServiceIntrospectionState.METADATA,
+            'contents': ServiceIntrospectionState.CONTENTS,
+        }
+        state = states[self._get_value(INTROSPECTION_PARAMETER)]
         own = {
             service.name for service in NODE_SERVICES
         }  # rcl's, of the life cycle, have no types

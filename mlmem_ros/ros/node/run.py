@@ -26,7 +26,7 @@ from rclpy.task import Future
 
 from ...host import REFUSALS, ThrottledLog
 from ..middleware import create_events_executor
-from ..node_process import RECEIVED_SIGNALS
+from ..node_process import received_signals
 from .node import MemoryNode
 
 ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
@@ -69,7 +69,7 @@ def run_nodes(
     gc.freeze()  # or collecting the compiler's garbage stops time for 70 ms
     spin_nodes(executor, stop)
     await_last_clients(nodes, executor, stop)
-    RECEIVED_SIGNALS.ignore()
+    received_signals.ignore()
     status = end_nodes(nodes, executor, lambda: exit_within(LEAVE_TIMEOUT_S))
     if any(node.preparing for node in nodes):  # Python cannot end while LLVM compiles
         os._exit(status)
@@ -128,7 +128,7 @@ def _start_node(node: MemoryNode, executor: GuardedExecutor, stop: Sequence[int]
     prepared = node.prepare()
     prepared.add_done_callback(lambda _: executor.interrupt())
     while not (prepared.done() or stop):
-        executor.turn(0.1)  # seconds, which no signal interrupts
+        executor.turn()
     if not stop:
         try:
             node.begin()
@@ -139,7 +139,7 @@ def _start_node(node: MemoryNode, executor: GuardedExecutor, stop: Sequence[int]
 def spin_nodes(executor: GuardedExecutor, stop: Sequence[object]) -> None:
     """Let nodes work until `stop` is not empty."""
     while not stop:
-        executor.turn(0.1)  # seconds, which no signal interrupts
+        executor.turn()
 
 
 def await_last_clients(
@@ -170,8 +170,7 @@ def end_nodes(
     """Save, answer all requests, then call `leaving`, and leave the ROS graph; return the exit
     status.
     """
-    turn_s = 0.01
-    executor.turn(turn_s)  # takes what was sent during the start
+    executor.turn(0.01)  # takes what was sent during the start
     waited = any(node.waiting for node in nodes)
     with ThreadPoolExecutor(len(nodes)) as closers:  # a hung disk affects only one element
         list(closers.map(MemoryNode.close, nodes))
@@ -180,7 +179,7 @@ def end_nodes(
     # the middleware delivers what was sent in 0.2 s; pending requests are answered within 1 s
     until, deadline = now + (0.2 if expected else 0.0), now + 1.0
     while now < until or (any(node.waiting for node in nodes) and now < deadline):
-        executor.turn(turn_s)  # refuses what arrives meanwhile
+        executor.turn(0.01)  # refuses what arrives meanwhile
         now = time.monotonic()
     for node in nodes:
         node.host.log.info('shut down; not all was saved' if node.host.lost else 'shut down')
@@ -206,8 +205,8 @@ class GuardedExecutor:
         self._logs[node] = log
         self._events.add_node(node)
 
-    def turn(self, seconds: float) -> None:
-        """Run callbacks for a time, or until interrupted."""
+    def turn(self, seconds: float = 0.1) -> None:
+        """Run callbacks for a time, which no signal cuts short, or until interrupted."""
         try:
             self._events.spin_until_future_complete(self._interrupted, seconds)
         except Exception as error:  # the executor forgets requests that came with it

@@ -191,17 +191,17 @@ class SimTimePacer:
 
     def find_problem(self) -> str:
         """Return why time has stood for a while, empty if it runs; call it once a second."""
-        standstill_s = 2.0  # time for which the clock must have stood before that is reported
         now, seen, here = self.now(), self._clock.now().nanoseconds, time.monotonic()
         if now != self._ran_to:
             self._ran_to, self._ran_at = now, here
         if seen != self._seen:
             self._seen, self._seen_at = seen, here
-        if here - self._ran_at < standstill_s:
+        standstill = 2.0  # seconds for which the clock must have stood
+        if here - self._ran_at < standstill:
             return ''
         if not seen:
             return 'use_sim_time is set but no /clock has arrived yet: time stands still'
-        if here - self._seen_at >= standstill_s:
+        if here - self._seen_at >= standstill:
             return '/clock does not advance: time stands still'
         return f'the clock advances in steps of more than {self.slack:g} s: time stands still'
 
