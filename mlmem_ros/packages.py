@@ -1,16 +1,14 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Other packages: what they add to this one, how to install one that is missing, and the versions
-of libraries that are tested.
+"""Other packages: what they add to this one, their versions, and how to install one that is
+missing.
 """
 
 from __future__ import annotations
 
 import functools
-import re
 from importlib import metadata
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
-from typing import NamedTuple
 
 
 @functools.cache
@@ -68,31 +66,6 @@ def _is_ros_package(name: str) -> bool:
     return name == 'rclpy' or name.endswith(('_msgs', '_srvs', '_interfaces'))
 
 
-class Library(NamedTuple):
-    """A library of which we use private names, which may move with any release.
-
-    Attributes:
-        packages: Names under which it is installed.
-        oldest: Oldest version tested.
-        newest: Newest, as far as given: 7.1 stands for every 7.1.x.
-    """
-
-    packages: tuple[str, ...]
-    oldest: str
-    newest: str
-
-
-TESTED_LIBRARIES = {
-    'numba': Library(('numba',), '0.58', '0.68'),
-    'rclpy': Library(
-        ('ros-jazzy-rclpy', 'ros-kilted-rclpy', 'rclpy'),
-        '7.1.4',  # Jazzy
-        '9.1',  # Kilted
-    ),
-}
-"""All of them, by the name under which the library is imported; `mlmem doctor` warns of others."""
-
-
 def find_installed_version(*packages: str) -> str:
     """Return the version of the first of some packages that is installed; empty without any."""
     for package in packages:
@@ -101,20 +74,3 @@ def find_installed_version(*packages: str) -> str:
         except metadata.PackageNotFoundError:
             continue
     return ''
-
-
-def is_version_tested(library: str) -> bool:
-    """Return whether the installed version of a library is among those tested."""
-    known = TESTED_LIBRARIES[library]
-    found = find_installed_version(*known.packages)
-    newest = _parse_version(known.newest)
-    return (
-        _parse_version(known.oldest) <= _parse_version(found)
-        and _parse_version(found)[: len(newest)] <= newest
-    )
-
-
-def _parse_version(version: str) -> tuple[int, ...]:
-    """Return a version for comparison, without what is no number."""
-    found = re.match(r'\d+(\.\d+)*', version)
-    return tuple(map(int, found[0].split('.'))) if found else ()

@@ -44,13 +44,6 @@ def test_advice_fits_the_missing_package(name, words):
     assert '\n' not in said
 
 
-@pytest.mark.parametrize('library', packages.TESTED_LIBRARIES)
-def test_installed_library_is_a_tested_version(library):
-    """We use private names of it: every node and client of the tests does."""
-    pytest.importorskip(library)
-    assert packages.is_version_tested(library)
-
-
 @pytest.mark.parametrize(
     'words',
     [

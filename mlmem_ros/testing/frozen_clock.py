@@ -19,9 +19,6 @@ if TYPE_CHECKING:
 
 T = TypeVar('T')
 
-START_TIME_S = 1.0
-"""ROS time in seconds at which a clock begins: rclpy treats 0 as not set."""
-
 
 class FrozenClock:
     """Steps an element tick by tick, and publishes the time for nodes with `use_sim_time`.
@@ -46,7 +43,7 @@ class FrozenClock:
         self._kind = Clock
         self._publisher = memory.node.create_publisher(Clock, '/clock', 10)
         self.ticks = 0
-        self.now = START_TIME_S
+        self._begun = self.now = 1.0  # rclpy treats 0 as not set
         self._publish_clock()
 
     def advance(self, seconds: float) -> None:
@@ -60,7 +57,7 @@ class FrozenClock:
         self._await_messages()
         while self.now < end:
             self.now = min(end, self.now + 0.01)
-            due = round((self.now - START_TIME_S) / self._tick) - self.ticks
+            due = round((self.now - self._begun) / self._tick) - self.ticks
             self.ticks += due
             while due > 0:
                 requested = min(due, 500)

@@ -67,17 +67,14 @@ def examine_machine() -> list[Diagnosis]:
 
 
 def check_library(name: str) -> Diagnosis:
-    """Check whether a Python package can be imported, and whether its version is tested."""
+    """Check whether a Python package can be imported, and find its version."""
     try:
         importlib.import_module(name)
     except Exception as error:  # a broken installation may raise anything
         verdict = 'warn' if name in OPTIONAL_LIBRARIES else 'fail'
         return Diagnosis(name, verdict, str(error), packages.format_install_advice(name))
-    tested = packages.TESTED_LIBRARIES.get(name)
-    version = packages.find_installed_version(*(tested.packages if tested else (name,)))
-    if tested and not packages.is_version_tested(name):
-        return Diagnosis(name, 'warn', version, f'tested with {tested.oldest} to {tested.newest}')
-    return Diagnosis(name, 'pass', version)
+    wheels = ('ros-jazzy-rclpy', 'ros-kilted-rclpy') if name == 'rclpy' else ()
+    return Diagnosis(name, 'pass', packages.find_installed_version(*wheels, name))
 
 
 def check_compile_cache() -> Diagnosis:
