@@ -25,7 +25,6 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..contract.topics import Qos
 
@@ -95,8 +94,3 @@ class Heartbeat:
                         publisher.publish(status())
                     except DESTROYED_ERRORS:
                         del cls._publishers[publisher]
-
-
-def build_override_options() -> QoSOverridingOptions:
-    """Return the option that declares `qos_overrides.*` for a publisher or subscription."""
-    return QoSOverridingOptions.with_default_policies()

@@ -31,7 +31,7 @@ from ..contract.answers import RequestRefused
 from ..host import REFUSALS
 from ..ros.main import parse_node_arguments
 from ..ros.node.node import MemoryNode
-from ..ros.node.run import SINGLE_ELEMENT, NodeOptions, end_nodes, spin_nodes, start_nodes
+from ..ros.node.run import NodeOptions, end_nodes, spin_nodes, start_nodes
 from ..ros.node_process import (
     Parameters,
     build_node_arguments,
@@ -293,7 +293,7 @@ class NodeHere(RunningNode):
         self,
         element: str,
         arguments: Sequence[str],
-        elements: Sequence[NodeOptions] = SINGLE_ELEMENT,
+        elements: Sequence[NodeOptions] = ({},),
     ) -> None:
         """Start the nodes, the first named `element`; raises what keeps them from starting."""
         super().__init__(element)

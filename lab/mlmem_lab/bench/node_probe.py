@@ -22,7 +22,7 @@ import numpy as np
 
 from mlmem.loop.timetable import LoopStatistics
 from mlmem_ros.ros.node.node import MemoryNode
-from mlmem_ros.ros.node.run import SINGLE_ELEMENT, GuardedExecutor, end_nodes, start_nodes
+from mlmem_ros.ros.node.run import GuardedExecutor, end_nodes, start_nodes
 from mlmem_ros.ros.node_process import use_profile
 
 
@@ -54,7 +54,7 @@ def main(begun: float) -> None:
         begun: When the process was started, in seconds since the epoch.
     """
     use_profile(os.environ)
-    nodes, executor = start_nodes([], elements=SINGLE_ELEMENT)
+    nodes, executor = start_nodes([])
     gc.freeze()
     _print_values({'ready': time.time() - begun})
     while True:

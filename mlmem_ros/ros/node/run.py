@@ -43,11 +43,9 @@ with a traceback and exit status 1."""
 NodeOptions = Mapping[str, str]
 """What distinguishes a node from others in its process: its `namespace`, and parameters."""
 
-SINGLE_ELEMENT: Sequence[NodeOptions] = ({},)
-
 
 def run_nodes(
-    arguments: Sequence[str], stop: Sequence[int], elements: Sequence[NodeOptions] = SINGLE_ELEMENT
+    arguments: Sequence[str], stop: Sequence[int], elements: Sequence[NodeOptions] = ({},)
 ) -> int:
     """Run memory nodes until a signal has been received, which its handler adds to `stop`; return
     `ENDED`, `NOT_STARTED` or `NOT_SAVED`.
@@ -80,7 +78,7 @@ def start_nodes(
     arguments: Sequence[str],
     context: Context | None = None,
     kind: type[MemoryNode] = MemoryNode,
-    elements: Sequence[NodeOptions] = SINGLE_ELEMENT,
+    elements: Sequence[NodeOptions] = ({},),
     stop: Sequence[int] = (),
 ) -> tuple[list[MemoryNode], GuardedExecutor]:
     """Return nodes with their executor, active if they autostart and `stop` stays empty.

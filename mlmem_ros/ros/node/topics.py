@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Image
 from visualization_msgs.msg import MarkerArray
@@ -24,7 +25,6 @@ from ...contract.streams import Stream, select_streams
 from ...contract.topics import Qos
 from ...host import Host
 from ...host.settings import COLUMN_PERIOD_TICKS, PublishSettings
-from ..middleware import build_override_options
 from ..views import ChainMarkers, Contour
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class Subscriptions:
             listener = self._create_listener(topic, name, node.resolve_topic_name(name))
             node.create_subscription(
                 topic.kind, name, listener, topic.qos.profile, raw=True,
-                qos_overriding_options=build_override_options(),
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
             )  # fmt: skip
 
     def _create_listener(
@@ -107,7 +107,7 @@ class Publishers:
                 f'~/{stream.name}',
                 stream.qos.profile,
                 callback_group=group,
-                qos_overriding_options=build_override_options(),
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
             )
             for stream in streams
         }
