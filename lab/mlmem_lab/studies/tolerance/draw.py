@@ -44,8 +44,8 @@ def draw_rates(result: Mapping[str, Any], cases: Sequence[str]) -> Any:
                 draw_curve(axes, *list_rates(rows), colour, kind)
     grid[0].set_title('dotted: one in a thousand fails', fontsize=SMALL_FONT_SIZE_PT)
     grid[-1].set_xlabel(
-        'standard deviation: alpha, k_r, s, mass, damping, gain relative; depth over the barrier; '
-        'offset, noise in cells; vibration per time unit$^2$'
+        'standard deviation: alpha, k_r, s, mass, damping, gain relative;\n'
+        'depth over the barrier; offset, noise in cells; vibration per time unit$^2$'
     )
     return figure
 
