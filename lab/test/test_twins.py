@@ -4,10 +4,13 @@
 
 from copy import deepcopy
 from functools import cache
+from types import SimpleNamespace
 
 import pytest
 
+from mlmem.errors import ProcedureFailed
 from mlmem_lab.twins import surveyed, watched
+from mlmem_lab.twins.study import watch_elements
 
 calibrated = cache(watched.WatchedElement)
 
@@ -30,6 +33,25 @@ def test_a_change_is_told_with_its_name_and_amount(change, calibrated_once):
     assert (found['alarm'], found['named']) == (False, True)
     assert found['reads'] == 2
     assert found['off'] < 0.2
+
+
+def test_an_element_that_cannot_be_calibrated_is_not_watched(monkeypatch):
+    failed = SimpleNamespace(success=False, error='no wall')
+    monkeypatch.setattr(watched, 'load_forecast', lambda *_: None)
+    monkeypatch.setattr(watched, 'perform_command', lambda *_: (failed, []))
+    with pytest.raises(ProcedureFailed, match='seed 7: no wall'):
+        watched.WatchedElement('bits_1', 0.01, 7)
+
+
+def test_elements_that_fail_are_counted_beside_those_watched():
+    def watch(seed):
+        if seed == 2:
+            raise ProcedureFailed('seed 2: no wall')
+        return {'seed': seed}
+
+    rows, failed = watch_elements(watch, range(1, 4))
+    assert [row['seed'] for row in rows] == [1, 3]
+    assert failed == ['seed 2: no wall']
 
 
 def test_false_alarms_and_changes_not_told_are_counted():
