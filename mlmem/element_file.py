@@ -33,10 +33,6 @@ from .rejections import ErrorCode, Rejected
 from .schema import describe_field, find_descriptions
 from .settings import Settings
 
-FORMAT_VERSION = 1
-"""Version of this format."""
-
-
 ELEMENT_NAMES = (
     'case_1', 'case_2', 'byte', 'bits_1', 'bits_2', 'bits_4', 'register_4', 'register_5', 'kick_2',
     'kick_4', 'robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction',
@@ -116,7 +112,7 @@ class Element:
         design = _collect_differences(made.design)
         if made.design.phase == made.design.usual_phase:
             del design['phase']
-        values: dict[str, Any] = {'format': FORMAT_VERSION, 'design': design}
+        values: dict[str, Any] = {'format': 1, 'design': design}
         defaults = Settings().list_groups()
         for name, group in self.settings.list_groups().items():
             if changed := _collect_differences(group, defaults[name]):
@@ -193,9 +189,7 @@ def _add_defaults(data: Any) -> Any:
 class _File(Settings):
     """The keys of a file: all groups of settings, and these."""
 
-    format: int = describe_field(
-        MISSING, 'version of the format', low=FORMAT_VERSION, high=FORMAT_VERSION
-    )
+    format: int = describe_field(MISSING, 'version of the format', low=1, high=1)
     design: Design = describe_field(MISSING, 'the intended element')
     alpha: Array | None = describe_field(None, 'amplification of every cell', low=0.0)
     alpha_std: Array | None = describe_field(None, 'its standard deviation', low=0.0, high=1e9)

@@ -20,9 +20,6 @@ from .physics import DesignError
 from .physics.curve import Curve
 from .schema import describe_field
 
-FORMAT_VERSION = 1
-"""Version of the format."""
-
 
 class LawFileError(DecodeError):
     """A file is not a law; the message says why."""
@@ -32,9 +29,7 @@ class LawFileError(DecodeError):
 class _File:
     """The keys of a file."""
 
-    format: int = describe_field(
-        MISSING, 'version of the format', low=FORMAT_VERSION, high=FORMAT_VERSION
-    )
+    format: int = describe_field(MISSING, 'version of the format', low=1, high=1)
     law: Curve = describe_field(MISSING, 'the curve of force')
     unit: str = describe_field('SI', 'SI: m and N', choices=('SI',))
     force_std: tuple[float | None, ...] = ()
@@ -75,6 +70,6 @@ def write_law_file(path: Path, law: Curve, force_std: Sequence[float] = ()) -> N
     if law.d != 1.0:
         curve['d'] = law.d
     values = {
-        'format': FORMAT_VERSION, 'unit': 'SI', 'law': curve, 'force_std': list(force_std),
+        'format': 1, 'unit': 'SI', 'law': curve, 'force_std': list(force_std),
     }  # fmt: skip
     write_atomically(path, yaml.safe_dump(values, sort_keys=False, default_flow_style=None))

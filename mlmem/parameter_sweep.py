@@ -22,9 +22,6 @@ from .progress import track_progress
 Measurement = Callable[[Specimen], 'float | Mapping[str, Any]']
 """What is measured of an element: a number, or several by name."""
 
-SCATTER_AXES = {f'{field.name}_std': field.name for field in fields(Scatter)}
-"""Names of axes that scatter elements, and the fields of `Scatter` that they set."""
-
 
 @dataclass(frozen=True)
 class Table:
@@ -111,9 +108,10 @@ def sweep(
         DesignError: A value is out of range.
     """
     of_design = {field.name for field in fields(Design)}
+    of_scatter = [f'{field.name}_std' for field in fields(Scatter)]
     for name, values in axes.items():
-        if name not in of_design and name not in SCATTER_AXES:
-            known = ', '.join([*sorted(of_design), *SCATTER_AXES])
+        if name not in of_design and name not in of_scatter:
+            known = ', '.join([*sorted(of_design), *of_scatter])
             raise SettingsError.out_of_range('axis', name, f'one of {known}')
         if not len(values):
             raise SettingsError.out_of_range(name, values, 'one value or more')
@@ -133,13 +131,12 @@ def sweep(
 
 def _make_element(design: Design, point: Mapping[str, Any]) -> Specimen:
     """Return the element of a point of the grid."""
+    values = dict(point)
+    seed = values.pop('seed')
     deviations = {
-        SCATTER_AXES[name]: value for name, value in point.items() if name in SCATTER_AXES
+        field.name: values.pop(f'{field.name}_std', field.default) for field in fields(Scatter)
     }
-    changed = {
-        name: value for name, value in point.items() if name not in SCATTER_AXES and name != 'seed'
-    }
-    return draw_specimen(replace(design, **changed), Scatter(**deviations), point['seed'])
+    return draw_specimen(replace(design, **values), Scatter(**deviations), seed)
 
 
 def _name_values(measured: Any) -> dict[str, Any]:

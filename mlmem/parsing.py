@@ -29,9 +29,6 @@ from . import atomic_files
 from .rejections import ErrorCode, Rejected
 from .schema import Description, describe_expected, is_valid_value, make_printable, short_repr
 
-MAX_DEPTH = 50
-"""Most levels of a document: ours have seven, and a parser may overflow the stack."""
-
 MAX_MESSAGE_CHARS = 300
 """Most characters of a message."""
 
@@ -126,10 +123,10 @@ def parse_yaml(text: str, *, texts: bool = False) -> Any:
                 nodes += sizes.get(event.anchor, 1)
                 if event.anchor in (anchor for anchor, _ in inside):
                     raise _malformed('YAML', 'it holds itself')
-            # an element of 100 000 cells has a fifth of these values
-            if len(inside) > MAX_DEPTH or nodes > 2**21:
-                what = 'nested too deeply' if len(inside) > MAX_DEPTH else 'too large'
-                raise _malformed('YAML', f'it is {what}')
+            if len(inside) > 50:  # ours have seven levels, and a parser may overflow the stack
+                raise _malformed('YAML', 'it is nested too deeply')
+            if nodes > 2**21:  # an element of 100 000 cells has a fifth of these values
+                raise _malformed('YAML', 'it is too large')
         single = loader(text)
         try:
             return single.get_single_data()

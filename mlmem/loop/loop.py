@@ -19,7 +19,7 @@ from ..errors import Refused
 from ..procedure_table import Abort
 from .mailbox import Asked, Cancel, Ending, Mailbox, Request, TickRequest
 from .open_requests import OpenRequests, Resolve, Stamped
-from .timetable import MAX_SLEEP_S, LoopStatistics, Pacer, SteadyPacer, Timetable, check_speed
+from .timetable import LoopStatistics, Pacer, SteadyPacer, Timetable, check_speed
 
 Answer = TypeVar('Answer')
 
@@ -326,7 +326,7 @@ class Loop:
                 if not box.calls:
                     box.asleep = times.can_sleep(batch)
                     times.slept |= box.asleep
-                    self.pacer.wait(box.changed, min(wake - now, MAX_SLEEP_S))
+                    self.pacer.wait(box.changed, min(wake - now, times.max_sleep))
                     box.asleep = False
                 made_up = False
 

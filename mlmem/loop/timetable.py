@@ -108,16 +108,6 @@ class LoopStatistics:
 MIN_SPEED, MAX_SPEED = 1e-3, 1e6
 """Multiples of real time, beside 0: a request waits for the end of a tick, which must come."""
 
-MAX_SLEEP_S = 2.0
-"""Longest sleep in seconds, of an element at rest."""
-
-MAX_DEFERRAL_S = 0.04
-"""Longest time to defer ticks that compute something, in seconds: a command waits while they are
-made up for."""
-
-MAX_DEFERRED_TICKS = 1000
-"""Most ticks to defer: at a speed beyond the machine, none of its time would be left otherwise."""
-
 
 def check_speed(speed: float) -> float:
     """Return a multiple of real time at which time may run; 0: as fast as possible.
@@ -142,7 +132,16 @@ class Timetable:
         period: Of a tick at this speed; 0 without a pace.
         slept: Whether the loop has slept longer than ticks are deferred otherwise.
         resting: Whether the element rested when `deferred` was asked for the last time.
+        max_sleep: Longest sleep of an element at rest.
+        max_deferral: Longest time to defer ticks that compute something: a command waits while
+            they are made up for.
+        max_deferred_ticks: Most ticks to defer: at a speed beyond the machine, none of its time
+            would be left otherwise.
     """
+
+    max_sleep = 2.0
+    max_deferral = 0.04
+    max_deferred_ticks = 1000
 
     def __init__(
         self,
@@ -171,10 +170,10 @@ class Timetable:
         tick_seconds = self._element.settings.tick_seconds
         self.period = period = tick_seconds / speed if speed > 0.0 else 0.0
         self._most_deferred, self._most_asleep = (
-            int(min(MAX_DEFERRED_TICKS, longest / period)) if period else 0
-            for longest in (MAX_DEFERRAL_S, MAX_SLEEP_S)
+            int(min(self.max_deferred_ticks, longest / period)) if period else 0
+            for longest in (self.max_deferral, self.max_sleep)
         )
-        longest = MAX_DEFERRAL_S + 1e-9  # tolerates rounding
+        longest = self.max_deferral + 1e-9  # tolerates rounding
         self._at_once = max(
             ticks
             for ticks in range(1, self._batch + 1)
@@ -239,7 +238,7 @@ class Timetable:
         borne = max(self.period, self._pacer.slack)
         if lag > borne and self._element.idle_ticks:  # deferred ticks may be late
             deferred = self._at_once > 1 if self._has_subscribers() else self._most_deferred > 0
-            borne = max(borne, MAX_DEFERRAL_S if deferred else 0.0)
+            borne = max(borne, self.max_deferral if deferred else 0.0)
         skipped = int(lag / self.period) if lag > borne else 0
         self._statistics.overruns += skipped
         return due + (1 + skipped) * self.period
@@ -253,6 +252,6 @@ class Timetable:
     def longest_run(self) -> int:
         """Ticks of a run without a pace: it delays a command no longer than a rest would."""
         if self._element.at_rest and not self._stream_period():
-            return MAX_DEFERRED_TICKS
+            return self.max_deferred_ticks
         busy = self._statistics.busy
-        return max(1, self.limit_run(int(MAX_DEFERRAL_S / busy) if busy > 0.0 else 1))
+        return max(1, self.limit_run(int(self.max_deferral / busy) if busy > 0.0 else 1))

@@ -31,7 +31,7 @@ from mlmem import (
 )
 from mlmem.instrument.end import End, Pulse
 from mlmem.instrument.instrument import MAX_RUN_TICKS, Instrument
-from mlmem.loop.timetable import MAX_DEFERRAL_S
+from mlmem.loop.timetable import Timetable
 from mlmem.physics import StateError
 from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import find_pinned_wall
@@ -357,7 +357,7 @@ def lived(seed):
     loop.stop()
     assert loop.statistics.overruns == 0
     refused = {id(each.asked) for each in answers if each.answer.exception(1.0) is not None}
-    most = MAX_DEFERRAL_S if not streams else 0.0 if every % batch == 0 else batch * PERIOD
+    most = Timetable.max_deferral if not streams else 0.0 if every % batch == 0 else batch * PERIOD
     for tick in range(every, ticks + 1, every) if every else ():
         assert tick in seen, 'somebody waits for it'
         assert abs(seen[tick] - tick * PERIOD) < most + 2 * PERIOD
@@ -389,7 +389,7 @@ def test_any_run_in_loop_equals_computing_every_tick(seeds):
                 continue  # of the accelerations in a tick the newest counts
             tick, at = heard[id(command)]
             assert abs(tick * PERIOD - when) < PERIOD + 1e-9, 'it took effect in another tick'
-            assert at - when < MAX_DEFERRAL_S + 2 * PERIOD, 'it was told too late'
+            assert at - when < Timetable.max_deferral + 2 * PERIOD, 'it was told too late'
         seen = []
         for tick in range(quick.ticks):
             for stamp, command in taken:
