@@ -48,6 +48,7 @@ def first(element):
     ('name', 'near'),
     [
         *(('case_2', near) for near in (25, 60, 65, 80, 90, 110, 200)),  # levels are 25 apart
+        ('bits_1', 10),  # the left end begins to listen when its echo is there: one end alone
         ('bits_1', 14),  # nothing is known between its two levels
         ('case_1', 81),  # its only level is located by the group velocity
         ('bits_4', 100),  # the right end names the level, and a cell is three time units
