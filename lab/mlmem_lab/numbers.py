@@ -12,7 +12,7 @@ A table between two comments is made as a whole:
     <!-- table: reads/elements: reads; right; wrong -->
     <!-- end -->
 
-has a row for each entry and a column for each key (of a list of rows, all keys by default);
+has a row for each entry and a column for each key (of a list of rows, for all keys);
 tables that need more are made by the functions of `tables`, whose names begin with the file.
 
 --check writes nothing: it fails if a number of a page differs from its result file, or if a
@@ -98,13 +98,12 @@ def make_table(marker: str, folder: Path) -> str:
     if (make_rows := getattr(tables, path.replace(' ', '_'), None)) is not None:
         rows = [list(row) for row in make_rows(find_value(path.split()[0], folder))]
     else:
-        entries, names = find_value(path, folder), [name.strip() for name in columns.split(';')]
+        entries = find_value(path, folder)
         if isinstance(entries, list):
-            names = (
-                names if columns else list(dict.fromkeys(key for row in entries for key in row))
-            )
+            names = list(dict.fromkeys(key for row in entries for key in row))
             rows = [names, *([_format_cell(row.get(name)) for name in names] for row in entries)]
         else:
+            names = [name.strip() for name in columns.split(';')]
             rows = [['', *names]]
             for key, row in entries.items():
                 rows.append([key, *(_format_cell(row[name]) for name in names)])

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import BLANK, Calibrate, MemoryElement, Read, load_element
+from mlmem import BLANK, Calibrate, MemoryElement, Outcome, Read, load_element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, Specimen, StateError, draw_specimen
 from mlmem.physics.wall import arrival_tolerance
@@ -43,6 +43,22 @@ def break_cell(made: Specimen, kind: str, site: int) -> Specimen:
     mass[site - 1] *= factors.get('mass', 1.0)
     stuck = () if factors else (site,)
     return replace(made, alpha_factor=alpha, mass=mass, stuck=stuck)
+
+
+def settle_broken(element: MemoryElement, broken: Specimen) -> None:
+    """Exchange an element's cells, and wait until a wall that a bad one moves has come to rest."""
+    element.chain.set_specimen(broken)
+    element.chain.advance_steps(math.ceil(3000.0 / element.chain.dt))
+    element.transducer.assume_equilibrium()
+    element.forget_content('a cell broke')
+
+
+def judge_settled_read(element: MemoryElement, outcome: Outcome) -> str:
+    """Return how a read ended: 'right', 'undecodable', or 'wrong', also of a wall at no level."""
+    if not outcome.success:
+        return 'undecodable'
+    true = true_level(element, arrival_tolerance(element.design))
+    return 'right' if outcome.level == true else 'wrong'
 
 
 def count_case(case: str, seed: int) -> dict[str, Any]:
@@ -76,32 +92,13 @@ def _count_element(kind: str, when: str, seed: int) -> Counter[str]:
         return found + Counter(refused=1)
     for bad in broken:
         for content in range(BLANK, design.levels):
-            if _place(element, good, bad, content):
-                outcome = element.perform(Read())
-                true = true_level(element, arrival_tolerance(design))
-                is_right = element.reading is not None and element.reading.level == true
-                names = 'undecodable', 'wrong', 'right'
-                found += Counter(
-                    ['reads', names[outcome.success + (outcome.success and is_right)]]
-                )
+            try:
+                element.chain.place(pin_walls(good, (content,) if content >= 0 else ()))
+            except StateError:  # the good element does not hold it
+                continue
+            settle_broken(element, bad)
+            found += Counter(['reads', judge_settled_read(element, element.perform(Read()))])
     return found
-
-
-def _place(element: MemoryElement, good: Specimen, bad: Specimen, content: int) -> bool:
-    """Place a content beside the bad cell; return whether the good element holds it."""
-    chain = element.chain
-    try:
-        at = pin_walls(good, (content,) if content >= 0 else ())
-    except StateError:
-        return False
-    chain.place(at)
-    chain.set_specimen(bad)
-    chain.advance_steps(
-        math.ceil(3000.0 / chain.dt)
-    )  # until a wall that a bad cell moves has come to rest
-    element.transducer.assume_equilibrium()
-    element.forget_content('placed')
-    return True
 
 
 one_wire_study = Study(

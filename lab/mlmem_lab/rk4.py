@@ -17,7 +17,6 @@ import numpy as np
 
 from mlmem import Driver, SettingsError
 from mlmem.physics import HeldCell, Specimen, StateError
-from mlmem.physics.energy import end_force
 from mlmem.physics.equilibrium import relax_to_equilibrium
 from mlmem.physics.formulas import on_site_factors
 from mlmem.physics.jit import compile_kernel, inline_function
@@ -105,10 +104,6 @@ class Rk4Element(Driver):
     def end(self, site: int) -> float:
         """Return the displacement of an end."""
         return float(self.v[site - 1])
-
-    def force(self) -> float:
-        """Return the force on the substrate's end."""
-        return float(end_force(self.specimen, self.v, self.V_N * self.specimen.strain_shape))
 
 
 @compile_kernel

@@ -21,10 +21,9 @@ import numpy as np
 from mlmem import Disturb, Faults, MemoryElement, Read, SetFaults, Write, load_element
 from mlmem.instrument.drivers import Simulation, steps_per_tick
 from mlmem.physics import INTEGRATORS, Chain, Scatter, Specimen, StateError, draw_specimen
-from mlmem.physics.wall import arrival_tolerance
 
-from .one_wire import CELL_FACTORS, break_cell
-from .reads.count import READS_PER_MOVE, reads_study, true_level
+from .one_wire import CELL_FACTORS, break_cell, judge_settled_read, settle_broken
+from .reads.count import READS_PER_MOVE, reads_study
 from .study import Study
 
 ROBUST_ELEMENTS = ('robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction')
@@ -55,19 +54,20 @@ class Condition:
     delay: float = 0.0
 
 
-CONDITION_BY_NAME = {
-    'ideal': Condition(scatter=0.0),
-    'scatter 1 %': Condition(scatter=0.01),
-    'scatter 3 %': Condition(),
-    'half steps': Condition(finer=2),
-    'bad cell': Condition(has_bad_cell=True),
-    'noise 1 %': Condition(noise=0.01),
-    'noise 3 %': Condition(noise=0.03),
-    'noise begins': Condition(noise=0.03, starts_late=True),
-    'shaking': Condition(shaking=1.0),
-    'late sensor': Condition(delay=60.0),
-}
-"""All but the first two with the scatter that the elements stand."""
+def define_conditions() -> dict[str, Condition]:
+    """Return conditions by name; all but the first two have the scatter that elements stand."""
+    return {
+        'ideal': Condition(scatter=0.0),
+        'scatter 1 %': Condition(scatter=0.01),
+        'scatter 3 %': Condition(),
+        'half steps': Condition(finer=2),
+        'bad cell': Condition(has_bad_cell=True),
+        'noise 1 %': Condition(noise=0.01),
+        'noise 3 %': Condition(noise=0.03),
+        'noise begins': Condition(noise=0.03, starts_late=True),
+        'shaking': Condition(shaking=1.0),
+        'late sensor': Condition(delay=60.0),
+    }
 
 
 def build_element(name: str, condition: Condition, seed: int) -> MemoryElement:
@@ -82,15 +82,8 @@ def build_element(name: str, condition: Condition, seed: int) -> MemoryElement:
 
 
 def _break_any_cell(element: MemoryElement, random: np.random.Generator) -> None:
-    """Make one cell bad, and wait until a wall that this moves rests."""
-    chain = element.chain
     kind, site = str(random.choice(list(CELL_FACTORS))), int(random.integers(2, element.design.N))
-    chain.set_specimen(break_cell(chain.specimen, kind, site))
-    chain.advance_steps(
-        math.ceil(3000.0 / chain.dt)
-    )  # until a wall that a bad cell moves has come to rest
-    element.transducer.assume_equilibrium()
-    element.forget_content('a cell broke')
+    settle_broken(element, break_cell(element.chain.specimen, kind, site))
 
 
 def _make_faults(
@@ -115,7 +108,7 @@ def count_case(case: str, seed: int, count: int = 1250) -> dict[str, Any]:
     found = Counter[str]()
     first_seed = seed + 10_000 * robust_reads_study.cases.index(case)
     for row in range(math.ceil(count / READS_PER_MOVE)):
-        found += _count_row(name, CONDITION_BY_NAME[what], first_seed + row)
+        found += _count_row(name, define_conditions()[what], first_seed + row)
     names = ('rows', 'written', 'reads', 'right', 'undecodable', 'wrong', 'stopped')
     return {name: found[name] for name in names}
 
@@ -137,11 +130,7 @@ def _count_row(name: str, condition: Condition, seed: int) -> Counter[str]:
             outcome = element.perform(Read(), _make_disturbance(element, condition, limit, random))
             if condition.starts_late:
                 element.apply(SetFaults(Faults(seed=element.faults.seed)))
-            true = true_level(element, arrival_tolerance(element.design))
-            is_right = outcome.success and outcome.level == true
-            found += Counter(
-                ['reads', 'right' if is_right else 'wrong' if outcome.success else 'undecodable']
-            )
+            found += Counter(['reads', judge_settled_read(element, outcome)])
     except StateError:  # a cell left its range: the device stops and says so
         found['stopped'] += 1
     return found
@@ -164,7 +153,7 @@ def _make_disturbance(
 robust_reads_study = Study(
     'robust_reads',
     count_case,
-    tuple(f'{name}, {what}' for name in ROBUST_ELEMENTS for what in CONDITION_BY_NAME),
+    tuple(f'{name}, {what}' for name in ROBUST_ELEMENTS for what in define_conditions()),
     (
         'lab/mlmem_lab/robust_reads.py',
         'lab/mlmem_lab/one_wire.py',

@@ -27,7 +27,6 @@ from mlmem import (
 from mlmem.physics import Design, Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 
-from .studies.tolerance.estimate import Rate
 from .study import Study, sum_counts
 
 IMU_RATE_HZ = 200.0
@@ -129,8 +128,6 @@ def count_block(
     Returns:
         reads: Those that were counted; `undecodable` of them gave no level, `wrong` another one.
         moved: Reads that were not counted because the wall had moved.
-        blocks: Rows of reads, of which those of a row depend on each other, and `wrong blocks`.
-        ticks: Of all reads.
     """
     element = MemoryElement(design, settings)
     element.chain.place(find_pinned_wall(Specimen(design), level))
@@ -141,20 +138,18 @@ def count_block(
     course = shaking.generate_course(seed, settings.time.tick * scale.time)
     for _ in range(20):
         _advance_tick(element, next(course) / scale.acceleration)
-    counts = Counter(reads=reads, blocks=1)
+    counts = Counter(reads=reads)
     for _ in range(reads):
         element.apply(Read(end))
         while element.procedure:
             events = _advance_tick(element, next(course) / scale.acceleration)
         [outcome] = [event for event in events if isinstance(event, Outcome)]
-        counts['ticks'] += outcome.end_tick - outcome.start_tick
         if not outcome.success or outcome.reading is None:
             counts['undecodable'] += 1
         else:
             counts['wrong'] += outcome.reading.level != level
     if find_level(design, element.chain.configuration, 0.5 * design.J) != level:
         return Counter(moved=reads)
-    counts['wrong blocks'] = int(counts['wrong'] > 0)
     return counts
 
 
@@ -164,49 +159,45 @@ def _advance_tick(element: MemoryElement, acceleration: float) -> list[Event]:
     return element.advance()
 
 
-SHAKING_BY_CASE = {f'{end}, {shaking}': (end, shaking) for end, shaking in (
-    *(('left', Shaking('white', g)) for g in (1.0, 1.5, 18.0, 22.0)),
-    *(('left', Shaking('sine', g, hz)) for g, hz in (
-        (30.0, 16.0), (22.0, 95.0), (11.0, 110.0), (2.5, 125.0), (12.0, 125.0), (12.0, 229.0),
-    )),
-    *(('left', Shaking('walk', g)) for g in (3.0, 50.0)),
-    ('left', Shaking('slams', 40.0)),
-    *(('left', Shaking('noise', cells)) for cells in (1.5e-5, 2.1e-5)),
-    *(('right', Shaking('white', g)) for g in (1.5, 14.0)),
-    *(('right', Shaking('sine', g, hz)) for g, hz in (
-        (40.0, 16.0), (28.0, 125.0), (14.0, 190.0), (3.0, 229.0), (4.2, 247.0), (4.0, 250.0),
-    )),
-    *(('right', Shaking('walk', g)) for g in (3.0, 50.0)),
-    ('right', Shaking('slams', 40.0)),
-    *(('right', Shaking('noise', cells)) for cells in (1.5e-4, 2e-4)),
-    ('both', Shaking('white', 10.0)),
-    ('both', Shaking('walk', 20.0)),
-)}  # fmt: skip
-"""End that reads, and disturbance, by the name of the case."""
+def list_disturbances() -> dict[str, tuple[str, Shaking]]:
+    """Return the end that reads, and its disturbance, by the name of the case."""
+    return {f'{end}, {shaking}': (end, shaking) for end, shaking in (
+        *(('left', Shaking('white', g)) for g in (1.0, 1.5, 18.0, 22.0)),
+        *(('left', Shaking('sine', g, hz)) for g, hz in (
+            (30.0, 16.0), (22.0, 95.0), (11.0, 110.0), (2.5, 125.0), (12.0, 125.0), (12.0, 229.0),
+        )),
+        *(('left', Shaking('walk', g)) for g in (3.0, 50.0)),
+        ('left', Shaking('slams', 40.0)),
+        *(('left', Shaking('noise', cells)) for cells in (1.5e-5, 2.1e-5)),
+        *(('right', Shaking('white', g)) for g in (1.5, 14.0)),
+        *(('right', Shaking('sine', g, hz)) for g, hz in (
+            (40.0, 16.0), (28.0, 125.0), (14.0, 190.0), (3.0, 229.0), (4.2, 247.0), (4.0, 250.0),
+        )),
+        *(('right', Shaking('walk', g)) for g in (3.0, 50.0)),
+        ('right', Shaking('slams', 40.0)),
+        *(('right', Shaking('noise', cells)) for cells in (1.5e-4, 2e-4)),
+        ('both', Shaking('white', 10.0)),
+        ('both', Shaking('walk', 20.0)),
+    )}  # fmt: skip
 
 
 def count_reads(case: str, seed: int, count: int = 200) -> dict[str, Any]:
     """Return how reads of `case_2` at random levels ended."""
     design, settings = load_element('case_2').design_and_settings
-    end, shaking = SHAKING_BY_CASE[case]
+    end, shaking = list_disturbances()[case]
     random = np.random.default_rng(seed + 1000 * shaken_study.cases.index(case))
     counts = Counter[str]()
     while counts['reads'] + counts['moved'] < count:
         level, own_seed = int(random.integers(design.levels)), int(random.integers(2**31))
         counts.update(count_block(design, settings, shaking, end, level, 20, own_seed))
-    wrong = Rate(counts['wrong blocks'], counts['blocks']).interval if counts['blocks'] else None
-    names = 'reads', 'moved', 'undecodable', 'wrong', 'blocks'
-    return {name: counts[name] for name in names} | {
-        'wrong blocks, at most (95 %)': wrong and wrong[1],
-        'ticks': counts['ticks'] / counts['reads'] if counts['reads'] else None,
-    }
+    return {name: counts[name] for name in ('reads', 'moved', 'undecodable', 'wrong')}
 
 
 shaken_study = Study(
     'shaken',
     count_reads,
-    tuple(SHAKING_BY_CASE),
-    ('lab/mlmem_lab/shaken.py', 'lab/mlmem_lab/studies/tolerance/estimate.py'),
+    tuple(list_disturbances()),
+    ('lab/mlmem_lab/shaken.py',),
     1,
     lambda presets: {'all': sum_counts(presets.values())},
 )

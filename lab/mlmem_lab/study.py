@@ -122,15 +122,19 @@ class Study:
         options = {'seed': self.seed, 'count': count}
         options = {name: value for name, value in options.items() if value is not None}
         measure = partial(self.measure, **options)
-        left = iter(cases)
+        left, is_whole = iter(cases), set(cases) == set(self.cases)
         map_calls(
             console, jobs or count_cores(), self.name, measure, cases,
-            then=lambda found: self.keep(next(left), found),
+            then=lambda found: self.keep(next(left), found, is_whole),
         )  # fmt: skip
 
-    def keep(self, case: str, found: Any) -> None:
-        """Put what was found of a case into the result file."""
+    def keep(self, case: str, found: Any, is_whole: bool = False) -> None:
+        """Put what was found of a case into the result file; the time of a whole run replaces
+        that of the last one.
+        """
         kept = results.load_kept(self.path)
+        if is_whole:
+            kept.pop('seconds', None)
         known = kept.get('cases', {}) | {case: found}
         cases = {each: known[each] for each in self.cases if each in known}
         command = shlex.join(['mlmem', 'study', self.name, *cases])

@@ -44,9 +44,8 @@ def validity(result: Mapping[str, Any]) -> Rows:
         for name in names:
             some = [one for one in trials if (one['preset'], one['way']) == (name, way)]
             passed = [one['amount'] for one in some if one['read'] == one['writes']]
-            row.append(
-                'writes' if way == 'relative damping' and passed else _greatest_amount(passed)
-            )
+            greatest = f'{max(passed):g}' if passed else 'none'
+            row.append('writes' if way == 'relative damping' and passed else greatest)
         rows.append(row)
     return rows
 
@@ -68,10 +67,6 @@ def validity_friction(result: Mapping[str, Any]) -> Rows:
 
 def _list_trials(result: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return [trial for trials in result['cases'].values() for trial in trials]
-
-
-def _greatest_amount(amounts: Sequence[float]) -> str:
-    return f'{max(amounts):g}' if amounts else 'none'
 
 
 def robust_losses(result: Mapping[str, Any]) -> Rows:

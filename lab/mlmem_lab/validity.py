@@ -7,7 +7,6 @@ The element is `Rk4Element`, changed in one way each; the device does not know.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,25 +17,13 @@ from mlmem.physics import Design, Specimen, find_level
 from .rk4 import Rk4Element
 from .study import Study
 
-TRIED_AMOUNTS: Mapping[str, tuple[float, ...]] = {
-    'relative damping': (1.0,),
-    'friction': (1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5),
-    'end mass': (1.2, 1.5, 2.0, 3.0),
-    'softer': (0.001, 0.003, 0.01, 0.03, 0.1),
-}
-"""Amounts tried in turn, until the first at which a write by strain fails, or all by kicks do.
-
-Damping of v - V; dry friction of a cell, in k_r cells; mass of both end cells, with their
-transducers; loss of alpha in all cells alike, relative, as with a rising temperature.
-"""
-
 
 @dataclass(frozen=True)
 class Trial:
     """What a preset did.
 
     Attributes:
-        way: What was changed, of `TRIED_AMOUNTS`.
+        way: What was changed; see `try_preset`.
         reached: Of the writes, how many put the wall where it belongs.
         read: Of these, how many the device knew to be right by their echo.
         writes: How many were asked for; by strain a failed one is the last.
@@ -96,9 +83,20 @@ def _build_body(design: Design, dt: float, way: str, amount: float) -> Rk4Elemen
 
 
 def try_preset(name: str) -> list[Trial]:
-    """Return how a preset fares in every way, up to the first amount at which it fails."""
+    """Return how a preset fares in every way, up to the first amount at which a write by strain
+    fails, or all by kicks do.
+
+    The ways are damping of v - V; dry friction of a cell, in k_r cells; mass of both end cells,
+    with their transducers; loss of alpha in all cells alike, as with a rising temperature.
+    """
     found = []
-    for way, amounts in TRIED_AMOUNTS.items():
+    tried_amounts: dict[str, tuple[float, ...]] = {
+        'relative damping': (1.0,),
+        'friction': (1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5),
+        'end mass': (1.2, 1.5, 2.0, 3.0),
+        'softer': (0.001, 0.003, 0.01, 0.03, 0.1),
+    }
+    for way, amounts in tried_amounts.items():
         for amount in amounts:
             found.append(try_amount(name, way, amount))
             if not (found[-1].read if is_kicked(name) else found[-1].passed):

@@ -4,10 +4,10 @@
 
 import pytest
 
-from mlmem_lab.validity import TRIED_AMOUNTS, try_amount
+from mlmem_lab.validity import try_amount
 
 
-@pytest.mark.parametrize('way', TRIED_AMOUNTS)
+@pytest.mark.parametrize('way', ['relative damping', 'friction', 'end mass', 'softer'])
 def test_next_to_nothing_of_any_way_is_harmless(way):
     """Damping of v - V is all or nothing, and slow writes do not feel it."""
     amount = 1.0 if way in ('relative damping', 'end mass') else 1e-9

@@ -39,22 +39,6 @@ class Figure(NamedTuple):
     goal: str = ''
 
 
-NODE_FIGURES = {
-    'share': Figure('processor at rest, nobody listens, % of a core', 'at most 1'),
-    'streams': Figure(
-        'processor at rest, somebody listens to the streams, % of a core', 'at most 3'
-    ),
-    'writing': Figure('processor, one write after another, % of a core', 'at most 6'),
-    'busy': Figure('work per tick while writing, us', 'at most 60'),
-    'factor': Figure('speed at rest, as fast as possible, times real time', 'at least 1000'),
-    'p99': Figure('tick lateness p99, ms', 'at most 1'),
-    'overruns': Figure('ticks skipped', 'at most 0'),
-    'latency': Figure('read latency beyond the physics, p50, ms', 'at most 1'),
-    'ready': Figure('start-up time, warm cache, s', 'at most 1'),
-    'memory': Figure('memory, MB'),
-}
-
-
 def run(repeats: int) -> ResultTable:
     """Start nodes one after another, at least three, and return their figures."""
     os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, 100))
@@ -63,16 +47,32 @@ def run(repeats: int) -> ResultTable:
     with NodeProcess():  # fills the cache of compiled loops
         pass
     found = [measure_node() for _ in range(count)]
-    rows = [build_row(key, [each[key] for each in found], load) for key in NODE_FIGURES]
+    figures = {
+        'share': Figure('processor at rest, nobody listens, % of a core', 'at most 1'),
+        'streams': Figure(
+            'processor at rest, somebody listens to the streams, % of a core', 'at most 3'
+        ),
+        'writing': Figure('processor, one write after another, % of a core', 'at most 6'),
+        'busy': Figure('work per tick while writing, us', 'at most 60'),
+        'factor': Figure('speed at rest, as fast as possible, times real time', 'at least 1000'),
+        'p99': Figure('tick lateness p99, ms', 'at most 1'),
+        'overruns': Figure('ticks skipped', 'at most 0'),
+        'latency': Figure('read latency beyond the physics, p50, ms', 'at most 1'),
+        'ready': Figure('start-up time, warm cache, s', 'at most 1'),
+        'memory': Figure('memory, MB'),
+    }
+    rows = [
+        build_row(figure, [each[key] for each in found], load) for key, figure in figures.items()
+    ]
     caption = f'{count} nodes; load average before: {load:.2f}'
     return ResultTable('The node at its defaults', caption, rows)
 
 
-def build_row(key: str, values: Sequence[float], load: float) -> dict[str, str]:
+def build_row(figure: Figure, values: Sequence[float], load: float) -> dict[str, str]:
     """Return the row of a figure from its values, and the load average before."""
     mark = ' (busy)' if load > 0.2 else ''
     value = format_number(median(values)) + mark
-    return {'figure': NODE_FIGURES[key].name, 'goal': NODE_FIGURES[key].goal, 'value': value}
+    return {'figure': figure.name, 'goal': figure.goal, 'value': value}
 
 
 def measure_node() -> dict[str, float]:

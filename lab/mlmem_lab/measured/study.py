@@ -19,11 +19,6 @@ from ..study import Study
 from .posterior import Model
 from .runs import ALL_CASES, SILENT_CASES, Case, load_runs
 
-DATA_ATTRIBUTION = (
-    'Measured: Nadkarni, Arrieta, Chong, Kochmann & Daraio, Phys. Rev. Lett. 116, 244501 (2016), '
-    'Daraio-lab/Neel-PRL, CC BY 4.0'
-)
-
 
 def predict_seen(case: str, seed: int, particles: int = 250) -> dict[str, Any]:
     """Return predictions of every lattice, by name, from the force curves alone, and with all
@@ -36,7 +31,6 @@ def predict_seen(case: str, seed: int, particles: int = 250) -> dict[str, Any]:
     prior = model.draw_prior(particles)
     return {
         str(lattice): {
-            'measured': _list_speeds(lattice),
             'curves': summarise_speeds(prior.speed[:, k]),
             'seen': summarise_speeds(posterior.speed[:, k]),
             'gain': summarise_values(posterior.build_chains(k).compute_gain()),
@@ -61,6 +55,14 @@ def _list_speeds(case: Case) -> list[float] | None:
     return None if case in SILENT_CASES else [run.speed for run in load_runs(case)]
 
 
+def attribute_data(presets: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the attribution that the licence of the measured data requires."""
+    return {
+        'attribution': 'Measured: Nadkarni, Arrieta, Chong, Kochmann & Daraio, Phys. Rev. Lett. '
+        '116, 244501 (2016), Daraio-lab/Neel-PRL, CC BY 4.0'
+    }
+
+
 def compare_speeds(presets: Mapping[str, Any]) -> dict[str, Any]:
     """Return how many measured speeds there are, and how many lie in the unseen interval.
 
@@ -77,7 +79,7 @@ def compare_speeds(presets: Mapping[str, Any]) -> dict[str, Any]:
         'measured': len(speeds), 'inside': len(errors),
         'least': min(errors, default=None), 'largest': max(errors, default=None),
     }  # fmt: skip
-    return {'attribution': DATA_ATTRIBUTION, 'speeds': compared}
+    return attribute_data(presets) | {'speeds': compared}
 
 
 def summarise_values(values: Array) -> dict[str, float]:
@@ -97,9 +99,8 @@ def summarise_speeds(speeds: Array) -> dict[str, float | None]:
 
 
 curves_study = Study(
-    'curves', predict_seen, ('all',), ('lab/mlmem_lab/measured',), 1,
-    lambda presets: {'attribution': DATA_ATTRIBUTION},
-)  # fmt: skip
+    'curves', predict_seen, ('all',), ('lab/mlmem_lab/measured',), 1, attribute_data
+)
 unseen_study = Study(
     'unseen', predict_unseen, tuple(map(str, ALL_CASES)), curves_study.modules, 1,
     compare_speeds,

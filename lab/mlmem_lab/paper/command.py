@@ -30,41 +30,22 @@ from ..results import (
 )
 from ..study import count_cores, map_calls
 from .figure import Claim, Data, Figure, Judgement, Quality, load_data
-from .gallery import (
-    FIGURES_BY_NAME,
-    OUTPUT_FOLDER,
-    list_claims,
-    make_figure,
-    select_figures,
-)
+from .gallery import FIGURES_BY_NAME, list_claims, make_figure, select_figures
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
-def load_all(output: Path, figures: Iterable[Figure] | None = None) -> dict[str, Data]:
-    """Return the data of some or all figures that were made in an output folder, by name."""
-    return {
-        figure.name: load_data(output / OUTPUT_FOLDER / f'{figure.stem}.npz')
-        for figure in figures or FIGURES_BY_NAME.values()
-    }
+def load_all(folder: Path, figures: Iterable[Figure]) -> dict[str, Data]:
+    """Return the data of figures that were made in a folder, by name."""
+    return {figure.name: load_data(folder / f'{figure.stem}.npz') for figure in figures}
 
 
-def save_verdicts(output: Path, quality: Quality, folder: Path) -> Path:
-    """Write the result file of a complete run into a folder; return its path."""
-    command = 'mlmem figures' + quality.pick(' --draft', ' --pages')
-    modules = [
-        *DEVICE_MODULES, 'lab/mlmem_lab/paper', 'lab/mlmem_lab/studies/trace.py',
-        'mlmem_tools/checks/quasistatic.py',
-    ]  # fmt: skip
-    return save_result(folder / 'paper.json', judge_claims(load_all(output)), command, modules)
-
-
-def keep_figure_picture(figure: Figure, output: Path) -> None:
+def keep_figure_picture(figure: Figure, folder: Path) -> None:
     """Put the picture of a figure that was made among those of the pages, if it has one."""
     if figure.ending:
         picture = CHECKOUT_ROOT / PICTURE_FOLDERS[0] / f'{figure.stem}.{figure.ending}'
-        shutil.copyfile(output / OUTPUT_FOLDER / picture.name, picture)
+        shutil.copyfile(folder / picture.name, picture)
         own_file = f'lab/mlmem_lab/paper/figures/{figure.stem}.py'
         keep_picture(picture, f'mlmem figures {figure.name} --pages', [*figure.modules, own_file])
 
@@ -125,7 +106,8 @@ def figures(arguments: argparse.Namespace) -> int:
         jobs = count_cores() if arguments.jobs is None else arguments.jobs
         if jobs < 1:
             raise ValueError(f'--jobs must be at least 1; got {jobs}')
-        arguments.output.mkdir(parents=True, exist_ok=True)
+        folder = arguments.output / 'figures'
+        folder.mkdir(parents=True, exist_ok=True)
     except (KeyError, ValueError) as error:
         return print_failure('figures', error.args[0], 2)
     except OSError as error:
@@ -134,7 +116,7 @@ def figures(arguments: argparse.Namespace) -> int:
     began = time.monotonic()
     made = {figure.name: [Path()] for figure in figures}
     longest_first = sorted(made, key=lambda name: -FIGURES_BY_NAME[name].seconds)
-    one = partial(make_figure, quality=quality, output=arguments.output)
+    one = partial(make_figure, quality=quality, folder=folder)
     try:
         map_calls(console, min(jobs, len(made)), 'figures', one, longest_first, then=made.update)
     except OSError as error:
@@ -142,14 +124,20 @@ def figures(arguments: argparse.Namespace) -> int:
     for name, files in made.items():
         shown = '  '.join(str(file) for file in files if file.suffix != '.npz')
         console.print(f'{name:<10}{shown}', highlight=False, soft_wrap=True)
-    claims = _print_claims(console, load_all(arguments.output, figures))
+    data = load_all(folder, figures)
+    claims = _print_claims(console, data)
     if len(figures) == len(FIGURES_BY_NAME):
-        for folder in (arguments.output, *([RESULT_FOLDER] if arguments.pages else ())):
-            found = save_verdicts(arguments.output, quality, folder)
+        command = 'mlmem figures' + quality.pick(' --draft', ' --pages')
+        modules = [
+            *DEVICE_MODULES, 'lab/mlmem_lab/paper', 'lab/mlmem_lab/studies/trace.py',
+            'mlmem_tools/checks/quasistatic.py',
+        ]  # fmt: skip
+        for place in (arguments.output, *([RESULT_FOLDER] if arguments.pages else ())):
+            found = save_result(place / 'paper.json', judge_claims(data), command, modules)
             console.print(f'claims    {found}', highlight=False, soft_wrap=True)
     if arguments.pages:
         for figure in figures:
-            keep_figure_picture(figure, arguments.output)
+            keep_figure_picture(figure, folder)
     console.print(f'{len(made)} in {time.monotonic() - began:.0f} s', highlight=False)
     if arguments.json:
         print_json({'figures': made, 'claims': claims})

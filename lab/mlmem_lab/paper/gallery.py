@@ -10,9 +10,6 @@ from pathlib import Path
 
 from .figure import Claim, Figure, Quality
 
-OUTPUT_FOLDER = 'figures'
-"""Folder of what they write, below the output folder."""
-
 FIGURES_BY_NAME: dict[str, Figure] = {
     figure.name: figure
     for file in (
@@ -42,9 +39,7 @@ def select_figures(names: Sequence[str]) -> list[Figure]:
     return [each for name, each in FIGURES_BY_NAME.items() if not names or name in names]
 
 
-def make_figure(name: str, quality: Quality, output: Path) -> dict[str, list[Path]]:
-    """Compute, draw and save one figure below a folder, which is made; return files by name."""
-    folder = output / OUTPUT_FOLDER
-    folder.mkdir(parents=True, exist_ok=True)
+def make_figure(name: str, quality: Quality, folder: Path) -> dict[str, list[Path]]:
+    """Compute, draw and save one figure in a folder; return files by name."""
     figure = FIGURES_BY_NAME[name]
     return {name: figure.save(figure.compute(quality), folder)}

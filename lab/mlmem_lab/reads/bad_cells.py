@@ -27,12 +27,6 @@ from mlmem.settings import ElementSettings
 from ..study import Study, sum_counts
 from .count import judge_read, judge_write, reads_study
 
-CELL_FAULTS: dict[str, Callable[[int], tuple[str, Faults]]] = {
-    'stuck': lambda site: (f'{site}', Faults(stuck_cell=site)),
-    'half as stiff': lambda site: (f'{site}:0.5', Faults(weak_cell=site, weak_factor=0.5)),
-}
-"""By name: how an element is told of a cell, and the fault."""
-
 Rng = np.random.Generator
 
 
@@ -98,7 +92,12 @@ def measure_element(name: str, seed: int) -> dict[str, Any]:
     names = ('cells', 'lost', 'levels', 'usable', 'writes', 'written', 'written wrong', 'reads',
              'read', 'read wrong')  # fmt: skip
     wrongly = Counter[str]()
-    for kind, of in CELL_FAULTS.items():
+    # by name: how an element is told of a cell, and the fault
+    cell_faults: dict[str, Callable[[int], tuple[str, Faults]]] = {
+        'stuck': lambda site: (f'{site}', Faults(stuck_cell=site)),
+        'half as stiff': lambda site: (f'{site}:0.5', Faults(weak_cell=site, weak_factor=0.5)),
+    }
+    for kind, of in cell_faults.items():
         found = Counter[str]()
         for number, site in enumerate(range(2, design.N, spacing)):
             told, faults = of(site)
@@ -110,18 +109,17 @@ def measure_element(name: str, seed: int) -> dict[str, Any]:
                 wrongly += misinform_element(name, other, faults)
             wrongly += misinform_element(name, told, Faults())
         result[kind] = {each: found[each] for each in names}
-        result[kind]['usable share'] = found['usable'] / found['levels']
     result['told wrongly'] = {each: wrongly[each] for each in ('reads', 'read', 'read wrong')}
     return result
 
 
 def sum_presets(presets: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the counts of known cells by preset and fault, and the sums of all presets."""
-    known = {
-        f'{preset}, {kind}': each[kind] for preset, each in presets.items() for kind in CELL_FAULTS
+    """Return the sums of all presets: of known cells, and of cells that were told wrongly."""
+    counts = [item for each in presets.values() for item in each.items()]
+    return {
+        'all': sum_counts(found for kind, found in counts if kind != 'told wrongly'),
+        'told wrongly': sum_counts(found for kind, found in counts if kind == 'told wrongly'),
     }
-    wrongly = sum_counts(each['told wrongly'] for each in presets.values())
-    return {'known': known, 'all': sum_counts(known.values()), 'told wrongly': wrongly}
 
 
 bad_cells_study = Study(

@@ -43,10 +43,6 @@ class Answer:
     value: float
     error: float
 
-    def agrees_with(self, value: float) -> bool:
-        """Return whether another answer is off by at most 0.1 %, or ten times our own error."""
-        return abs(value - self.value) <= max(1e-3 * abs(self.value), 10.0 * self.error)
-
 
 def define_problem(
     name: str, step: float

@@ -25,17 +25,15 @@ from ..results import CHECKOUT_ROOT, DEVICE_MODULES, keep_picture
 from . import style
 from .trace import Trace, record_procedure
 
-FILMED_LEVEL = 3
 
-
-def record_element() -> tuple[Trace, dict[str, int], Echo]:
+def record_element(level: int = 3) -> tuple[Trace, dict[str, int], Echo]:
     """Return an element over all ticks, in how many ticks each procedure had ended, and the echo.
 
     Raises:
         ValueError: A procedure failed.
     """
     element, trace, ended = MemoryElement(load_element('case_2')), Trace(), {}
-    for name, command in (('write', Write(FILMED_LEVEL)), ('read', Read()), ('erase', Erase())):
+    for name, command in (('write', Write(level)), ('read', Read()), ('erase', Erase())):
         if not (outcome := record_procedure(element, command, trace)).success:
             raise ValueError(f'{name} failed: {outcome}')
         ended[name] = len(trace.t)
@@ -93,8 +91,9 @@ def draw_frames(
     (pulled,) = lower.plot([], [], color=ink, lw=1.2)
     (wave,) = heard.plot([], [], color=theme['wave'])
     (found,) = heard.plot([], [], 'o', color=ink, ms=6)
-    delay = echo.delay
+    delay, level = echo.delay, trace.outcomes[0].level
     assert delay is not None
+    assert level is not None
     canvas = FigureCanvasAgg(figure)
     figure.set_dpi(100)
     title = cells.set_title(' ', color=ink, loc='left', fontsize=12)
@@ -115,7 +114,8 @@ def draw_frames(
                 wave.set_data(echo.t[upto], v_c[upto])
                 if echo.t[upto][-1] >= delay:
                     found.set_data([delay], [limit])
-            title.set_text(_describe_frame(name, echo, len(found.get_xdata()) > 0, read_gain))
+            echo_delay = delay if len(found.get_xdata()) else None
+            title.set_text(_describe_frame(name, level, echo_delay, read_gain))
             dots.set_offsets(np.column_stack((CASE_II.sites, now)))
             dots.set_array(field[tick])
             for old in over.collections:
@@ -134,14 +134,14 @@ def draw_frames(
         begun = ended[name]
 
 
-def _describe_frame(name: str, echo: Echo, heard: bool, gain: float) -> str:
-    """Return what happens in a frame."""
+def _describe_frame(name: str, level: int, delay: float | None, gain: float) -> str:
+    """Return what happens in a frame; the delay of the echo, if it is already there."""
     if name == 'write':
-        return f'write {FILMED_LEVEL}: strain moves the wall to level {FILMED_LEVEL}'
+        return f'write {level}: strain moves the wall to level {level}'
     if name == 'erase':
         return 'erase: strain drives a kink across, which takes the wall out'
-    if heard:
-        return f'read: an echo after {echo.delay:.0f} time units is level {FILMED_LEVEL}'
+    if delay is not None:
+        return f'read: an echo after {delay:.0f} time units is level {level}'
     return f'read: a small pulse, drawn {gain:.0f} times larger'
 
 

@@ -51,9 +51,6 @@ from ..study import Study
 Values = Mapping[str, Any]
 """Numbers and strings by name: what JSON can hold."""
 
-READS_PER_LEVEL = 10
-"""Reads of a level, one after the other."""
-
 
 @dataclass(frozen=True, eq=False)
 class Proof:
@@ -156,6 +153,7 @@ def evaluate_run(proof: Proof, values: Values) -> dict[str, Any]:
     Returns:
         done: Levels written and read back upward, or right reads; for other runs 1 on success,
             else 0.
+        asked: Procedures of the run.
         passed: Whether all succeeded at the first attempt.
         error: What the device said, or the truth if that differs.
         level_margin: The least of the readings, None without one.
@@ -183,7 +181,7 @@ def evaluate_run(proof: Proof, values: Values) -> dict[str, Any]:
         if not passed and not error:
             error = f'the wall is at level {true}'
     return dict(values) | {
-        'done': done, 'passed': passed, 'error': error,
+        'done': done, 'asked': len(outcomes), 'passed': passed, 'error': error,
         'level_margin': find_least_margin(outcomes),
         'time': element.ticks * element.tick,
     }  # fmt: skip
@@ -217,7 +215,7 @@ def find_least_margin(outcomes: Iterable[Outcome]) -> float | None:
 def _run_commands(kind: str, goal: int) -> list[Erase | Write | Read]:
     """Return what a run does once the walls are in their places."""
     if kind == 'read':
-        return [Read(('left', 'right', 'both')[number % 3]) for number in range(READS_PER_LEVEL)]
+        return [Read(('left', 'right', 'both')[number % 3]) for number in range(10)]
     return [Erase() if kind == 'erase' else Write(goal)]
 
 
@@ -255,7 +253,7 @@ class Tally:
             (done['upward'], of_kind['upward'][0]['goal'] + 1),
             (done['down'], len(of_kind['down'])),
             (done['erase'], len(of_kind['erase'])),
-            (done['read'], READS_PER_LEVEL * len(of_kind['read'])),
+            (done['read'], sum(row['asked'] for row in of_kind['read'])),
             min(margins, default=math.nan),
             of_kind['upward'][0]['time'] / max(1, done['upward']),
             max((row['time'] for row in of_kind['erase']), default=0.0),

@@ -77,22 +77,20 @@ def watch_elements(
     return rows, failed
 
 
-STUDIED_MODULES = (
-    'mlmem_tools/identification', 'mlmem_tools/rig/emulated.py', 'lab/mlmem_lab/rk4.py',
-    'lab/mlmem_lab/twins',
-)  # fmt: skip
-"""Also what stands for the transducers, and for an element that is simulated otherwise."""
-
 twin_fits_study = Study(
     'twin_fits',
     count_fits,
     tuple(
         f'{preset}, {kind}' for preset in ('bits_1', 'bits_4', 'case_2') for kind in HIDDEN_KINDS
     ),
-    STUDIED_MODULES,
+    # also what stands for the transducers, and for an element that is simulated otherwise
+    ('mlmem_tools/identification', 'mlmem_tools/rig/emulated.py', 'lab/mlmem_lab/rk4.py',
+     'lab/mlmem_lab/twins'),
     seed=81_400,  # none of these elements was used to make the fit
+)  # fmt: skip
+twin_alarms_study = Study(
+    'twin_alarms', count_alarms, ('bits_4',), twin_fits_study.modules, seed=0
 )
-twin_alarms_study = Study('twin_alarms', count_alarms, ('bits_4',), STUDIED_MODULES, seed=0)
 twin_changes_study = Study(
-    'twin_changes', count_changes, tuple(CHANGE_KINDS), STUDIED_MODULES, seed=0
+    'twin_changes', count_changes, tuple(CHANGE_KINDS), twin_fits_study.modules, seed=0
 )

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fits of hidden elements: whether their intervals hold the truth, how far off, how long.
+"""Fits of hidden elements: whether their intervals hold the truth, and how far off they are.
 
 A hidden element is integrated by Runge and Kutta's method at a fine step, everything its cells
 share is off, its transducers are noisy and have gains of their own, and it is at the other end of
@@ -9,7 +9,6 @@ a line. All that a fit gets is the shots of a survey.
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -42,7 +41,7 @@ HIDDEN_KINDS: dict[str, dict[str, float]] = {
 """What a hidden element has besides alpha that scatters, with its amount (s.d. of scatter)."""
 
 
-def make_hidden_element(design: Design, scatter: float, seed: int, kind: str = 'alpha') -> Element:
+def make_hidden_element(design: Design, scatter: float, seed: int, kind: str) -> Element:
     """Return an element whose cells scatter and whose shared values are off, and its clock."""
     random = np.random.default_rng([seed, design.N])
 
@@ -61,21 +60,20 @@ def make_hidden_element(design: Design, scatter: float, seed: int, kind: str = '
     return Element(specimen, np.zeros(design.N), time_unit=draw_about(1.0))
 
 
-def survey_element(preset: str, scatter: float, seed: int, kind: str = 'alpha') -> dict[str, Any]:
+def survey_element(preset: str, scatter: float, seed: int, kind: str) -> dict[str, Any]:
     """Return how well a hidden element is found from a survey.
 
     Returns:
-        How many shots there were and the device's time; the fit's misfit, what it added to the
-        model, and processor time in s; the share of cells inside their 95 % intervals; the error
-        of alpha and what the fit states (rms, relative). Or only why there is no fit.
+        How many shots there were; the fit's misfit, and what it added to the model; the share of
+        cells inside their 95 % intervals; the error of alpha and what the fit states (rms,
+        relative). Or only why there is no fit.
     """
     chosen = load_element(preset)
     truth = make_hidden_element(chosen.design, scatter, seed, kind)
     found: dict[str, Any] = {'seed': seed}
     try:
-        shots, spent = survey_shots(preset, truth, seed, kind)
-        found |= {'shots': len(shots), 'time': spent}
-        begun = time.process_time()
+        shots = survey_shots(preset, truth, seed, kind)
+        found['shots'] = len(shots)
         fitted = fit_element(chosen.design, shots)
     except Misfitting as error:
         return found | {'refused': str(error)}
@@ -84,7 +82,6 @@ def survey_element(preset: str, scatter: float, seed: int, kind: str = 'alpha') 
     alpha, deviation = (each[fitted.unknowns.alpha] for each in (fitted.x, fitted.deviations))
     interval_deviations = 1.959964  # standard deviations to either side of a 95 % interval
     return found | {
-        'seconds': time.process_time() - begun,
         'chi2': fitted.chi2,
         'in band': fitted.in_band,
         'added': [term for term in ADDED_TERMS if has_term(fitted.misfit, term)],
@@ -94,10 +91,8 @@ def survey_element(preset: str, scatter: float, seed: int, kind: str = 'alpha') 
     }
 
 
-def survey_shots(
-    preset: str, truth: Element, seed: int, kind: str = 'alpha'
-) -> tuple[list[Shot], float]:
-    """Return the shots of a survey of a hidden element, and how long it took in time units.
+def survey_shots(preset: str, truth: Element, seed: int, kind: str) -> list[Shot]:
+    """Return the shots of a survey of a hidden element.
 
     Raises:
         Misfitting: The survey failed.
@@ -125,8 +120,7 @@ def survey_shots(
     outcome, events = perform_command(device, Survey())
     if not outcome.success:
         raise Misfitting(f'the survey failed: {outcome.error}')
-    shots = [event for event in events if isinstance(event, Shot)]
-    return shots, device.ticks * device.tick
+    return [event for event in events if isinstance(event, Shot)]
 
 
 def summarise_fits(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -148,5 +142,5 @@ def summarise_fits(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         'added': dict(Counter(', '.join(row['added']) or 'nothing' for row in fits)),
         'inside': 100.0 * np.mean(inside), 'least inside': 100.0 * inside.min(),
         'error': 100.0 * np.median(error), 'most error': 100.0 * error.max(),
-        'most chi2': chi2.max(), 'seconds': np.median([row['seconds'] for row in fits]),
+        'most chi2': chi2.max(),
     }  # fmt: skip

@@ -11,7 +11,6 @@ import numpy as np
 
 from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
-from mlmem.readers.echo import blanking_time
 
 from ...studies import style
 from ..echoes import PAPER_PROBE, PRINTED_PROBE, probe_element
@@ -37,14 +36,7 @@ def compute_data(quality: Quality) -> Data:
             data[f'v_c_{name}_{number}'] = echo.v_c
             data[f'delay_{name}_{number}'] = np.nan if echo.delay is None else echo.delay
             data[f'pulse_v_c_{name}_{number}'] = echo.v_c.max()
-            late = echo.t > blanking_time(probe)
-            data[f'echo_v_c_{name}_{number}'] = echo.v_c[late].max()
-    data |= {
-        'v_th_ours': PAPER_PROBE.v_th,
-        'v_th_printed': PRINTED_PROBE.v_th,
-    }
-    data |= {'omega_ours': PAPER_PROBE.omega_c, 'omega_printed': PRINTED_PROBE.omega_c}
-    return data
+    return data | {'v_th_ours': PAPER_PROBE.v_th, 'v_th_printed': PRINTED_PROBE.v_th}
 
 
 @definition.register_drawing
