@@ -90,16 +90,13 @@ def _make_faults(
     element: MemoryElement, condition: Condition, random: np.random.Generator
 ) -> Faults:
     """Return the faults of the sensors during a row."""
+    noise = condition.noise * element.settings.register.A
     return Faults(
-        sensor_noise=0.0 if condition.starts_late else _noise(element, condition),
+        sensor_noise=0.0 if condition.starts_late else noise,
         sensor_delay=condition.delay * random.uniform(),
         sensor_end=str(random.choice(('left', 'right'))) if condition.delay else 'both',
         seed=int(random.integers(2**31)),
     )
-
-
-def _noise(element: MemoryElement, condition: Condition) -> float:
-    return condition.noise * element.settings.register.A
 
 
 def count_case(case: str, seed: int, count: int = 1250) -> dict[str, Any]:
@@ -145,7 +142,8 @@ def _make_disturbance(
     if condition.starts_late:
         ticks = iter(range(10**9))
         begin = int(random.integers(1, 16))
-        noisy = Faults(sensor_noise=_noise(element, condition), seed=element.faults.seed)
+        noise = condition.noise * element.settings.register.A
+        noisy = Faults(sensor_noise=noise, seed=element.faults.seed)
         return lambda: next(ticks) == begin and element.apply(SetFaults(noisy))
     return None
 

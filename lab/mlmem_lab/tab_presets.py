@@ -14,6 +14,7 @@ import gzip
 import json
 import sys
 from collections.abc import Callable, Mapping
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +92,11 @@ def describe_preset(name: str, text: str, content: int) -> dict[str, Any]:
     if many:
         found['register'] = _describe_register(settings)
     else:
-        found['ways'] = _record_transitions(shipped)
+        # from one content to another
+        found['ways'] = {
+            f'{start} {target}': record_transition(shipped, start, target)
+            for start, target in permutations(range(BLANK, design.levels), 2)
+        }
     found['begun'] = content
     element.perform(Write(content))
     found['cells'] = describe_cells(element.chain)
@@ -129,17 +134,6 @@ def _describe_register(settings: Settings) -> dict[str, Any]:
         'settle': kick.settle,
         'cleared': pulse.settle,
     }
-
-
-def _record_transitions(shipped: Element) -> dict[str, Any]:
-    """Return events and duration of every way from one content to another, -1 being blank."""
-    contents = range(BLANK, shipped.design.levels)
-    ways = {}
-    for start in contents:
-        for target in contents:
-            if start != target:
-                ways[f'{start} {target}'] = record_transition(shipped, start, target)
-    return ways
 
 
 def record_transition(shipped: Element, start: int, target: int) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from mlmem.instrument.end import End, Pulse
-from mlmem.physics import PEFRL, Chain, Design, HeldCell, Integrator, substep_times
+from mlmem.physics import Chain, Design, HeldCell, substep_times
 from mlmem.physics.potential import Array
 from mlmem.readers.echo import Echo, EchoDetector
 from mlmem.settings import ProbeSettings
@@ -30,7 +30,6 @@ def record_echo(
     duration: float = 1200.0,
     dt: float | None = 1.0 / 32.0,
     settle: float = 0.0,
-    integrator: Integrator = PEFRL,
 ) -> tuple[Array, float]:
     """Fire one pulse into a resting, unstrained element and listen at the same end.
 
@@ -44,16 +43,16 @@ def record_echo(
     Returns:
         Displacement of the end from its rest after every step, and the step.
     """
-    chain = Chain(design, dt, integrator)
+    chain = Chain(design, dt)
     chain.place(v)
     chain.advance_steps(math.ceil(settle / chain.dt))
     site = end.site(design)
     rest = chain.end(site)
     pulse = Pulse(rest, probe)
     steps = math.ceil(duration / chain.dt)
-    times = substep_times(steps, chain.dt, integrator)
+    times = substep_times(steps, chain.dt, chain.integrator)
     held_cell = HeldCell(site, pulse.evaluate_motion(times[times <= pulse.duration]))
-    ends = chain.advance(np.zeros(integrator.substeps * steps), held_cell)
+    ends = chain.advance(np.zeros(chain.integrator.substeps * steps), held_cell)
     return ends[end.row] - rest, chain.dt
 
 

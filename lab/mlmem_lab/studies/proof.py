@@ -172,7 +172,13 @@ def evaluate_run(proof: Proof, values: Values) -> dict[str, Any]:
             pin_walls(made, reader.list_walls(begin)) if many else find_pinned_wall(made, begin)
         )
         element.transducer.assume_equilibrium()
-        outcomes = [element.perform(command) for command in _run_commands(values['kind'], goal)]
+        ends = 'left', 'right', 'both'
+        commands: dict[str, list[Read | Erase | Write]] = {
+            'read': [Read(ends[number % 3]) for number in range(10)],
+            'erase': [Erase()],
+            'down': [Write(goal)],
+        }
+        outcomes = [element.perform(command) for command in commands[values['kind']]]
         true = proof.find_content(element)
         said = [each.reading.level if each.success and each.reading else None for each in outcomes]
         right = [true == goal == level for level in said]
@@ -180,9 +186,10 @@ def evaluate_run(proof: Proof, values: Values) -> dict[str, Any]:
         error = next((each.error for each in outcomes if each.error), '')
         if not passed and not error:
             error = f'the wall is at level {true}'
+    margins = (outcome.reading.level_margin for outcome in outcomes if outcome.reading)
     return dict(values) | {
         'done': done, 'asked': len(outcomes), 'passed': passed, 'error': error,
-        'level_margin': find_least_margin(outcomes),
+        'level_margin': min(filter(math.isfinite, margins), default=None),
         'time': element.ticks * element.tick,
     }  # fmt: skip
 
@@ -204,19 +211,6 @@ def write_upward(proof: Proof, element: MemoryElement) -> tuple[list[Outcome], s
             failure = 'echo' if there else 'silent' if outcome.success else 'wall'
             return outcomes, f'level {content}: {failure} {outcome.error}'
     return outcomes, ''
-
-
-def find_least_margin(outcomes: Iterable[Outcome]) -> float | None:
-    """Return the least level margin of all readings, None without a finite one."""
-    margins = (outcome.reading.level_margin for outcome in outcomes if outcome.reading)
-    return min(filter(math.isfinite, margins), default=None)
-
-
-def _run_commands(kind: str, goal: int) -> list[Erase | Write | Read]:
-    """Return what a run does once the walls are in their places."""
-    if kind == 'read':
-        return [Read(('left', 'right', 'both')[number % 3]) for number in range(10)]
-    return [Erase() if kind == 'erase' else Write(goal)]
 
 
 @dataclass(frozen=True)

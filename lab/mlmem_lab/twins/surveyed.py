@@ -132,15 +132,10 @@ def summarise_fits(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }  # fmt: skip
     if not fits:
         return told
-    error, stated, inside, chi2 = (
-        np.array([row[name] for row in fits]) for name in ('error', 'stated', 'inside', 'chi2')
-    )
+    error, stated = (np.array([row[name] for row in fits]) for name in ('error', 'stated'))
     min_lie_ratio = 3.0  # error over what a fit states from which it lies
     return told | {
         'lies': int(np.sum(error > min_lie_ratio * stated)),
         'most off': np.max(error / stated),
         'added': dict(Counter(', '.join(row['added']) or 'nothing' for row in fits)),
-        'inside': 100.0 * np.mean(inside), 'least inside': 100.0 * inside.min(),
-        'error': 100.0 * np.median(error), 'most error': 100.0 * error.max(),
-        'most chi2': chi2.max(),
-    }  # fmt: skip
+    }

@@ -129,8 +129,6 @@ def summarise_healthy(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         'reads': sum(row['reads'] for row in rows),
         'alarms': sum(row['alarms'] for row in rows),
         'told': [f'{row["seed"]}: {each}' for row in rows for each in row['told']],
-        'chi2': float(np.median([row['chi2'] for row in rows])),
-        'most chi2': max(row['most chi2'] for row in rows),
     }
 
 

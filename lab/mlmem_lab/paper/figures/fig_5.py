@@ -34,21 +34,20 @@ def compute_data(quality: Quality) -> Data:
     rows = []
     for level in levels:
         element = MemoryElement(design, settings)
-        written = element.perform(Write(level))
+        element.perform(Write(level))
         trace = record_procedures(element, [('', Erase())])
         content = find_level(design, element.chain.configuration)
         strain = np.array(trace.strain)
         cycles = _count_excursions(strain) - 1  # the first strains the element for the launch
         erased = trace.outcomes[0].success
-        rows.append((level, written.success, erased, content, cycles))
+        rows.append((level, erased, content, cycles))
     table, data = np.array(rows), trace.list_frames()
     return data | {
         't': data['t'] - trace.begins[0],
         'levels': table[:, 0],
-        'written': table[:, 1].astype(bool),
-        'erased': table[:, 2].astype(bool),
-        'left': table[:, 3],
-        'cycles': table[:, 4],
+        'erased': table[:, 1].astype(bool),
+        'left': table[:, 2],
+        'cycles': table[:, 3],
     }
 
 
