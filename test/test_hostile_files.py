@@ -35,7 +35,7 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import store
 from mlmem_ros.session import data
 from mlmem_tools.identification import csv_shots
-from mlmem_tools.law.curves import average_runs, load_run, save_law
+from mlmem_tools.law.curves import average_runs, load_run
 
 ROOT = Path(__file__).parents[1]
 CURVE = ROOT / 'examples/law/shell_run1.csv'
@@ -88,7 +88,8 @@ def save_noise_shot(path):
 KINDS = {
     'element': Kind(element_file.read_element_file, save_element),
     'law': Kind(
-        law_file.read_law_file, lambda path: save_law(path, average_runs([load_run(CURVE)], 64))
+        law_file.read_law_file,
+        lambda path: law_file.write_law_file(path, average_runs([load_run(CURVE)], 64).curve),
     ),
     'state': Kind(
         load_state,

@@ -14,11 +14,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mlmem.law_file import read_law_file
+from mlmem.law_file import read_law_file, write_law_file
 from mlmem.parsing import DecodeError
 from mlmem.physics import Design
 from mlmem_tools.cli.law import law
-from mlmem_tools.law.curves import average_runs, load_run, save_law
+from mlmem_tools.law.curves import average_runs, load_run
 
 EXAMPLES = Path(__file__).parents[1] / 'examples/law'
 H, W, TILT = 0.02, 0.015, 0.1
@@ -85,7 +85,7 @@ def test_law_continues_a_curve_to_its_first_well():
 
 def test_law_file_makes_a_design(tmp_path):
     found = average_runs([write(tmp_path / 'one.csv')], 64)
-    save_law(tmp_path / 'law.yaml', found)
+    write_law_file(tmp_path / 'law.yaml', found.curve, found.std)
     curve = read_law_file(tmp_path / 'law.yaml', length=W, stiffness=8.0 * H / W**2)
     design = Design(N=60, gamma=0.0, beta=-0.1, J=20, J_s=40, j_0=17.0, d=0.1, law=curve, phase=0)
     assert (design.D_s1, design.D_s2) == pytest.approx((-1.0, 1.0), rel=5e-3)

@@ -266,5 +266,5 @@ def map_calls(
                 found.append(result)
                 yield then(result)
 
-        show_progress(console, iterate_results(), 0, len(tasks), what)
+        show_progress(console, iterate_results(), len(tasks), what)
     return found

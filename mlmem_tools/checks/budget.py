@@ -87,16 +87,6 @@ class Budget:
         return 0.5 * wall_width(self.design)
 
     @property
-    def barrier(self) -> float:
-        """Energy of the barrier of a cell in k_r a^2."""
-        return barrier_height(self.design)
-
-    @property
-    def wall_energy(self) -> float:
-        """Energy E_0 of a wall at rest in k_r a^2, where alpha is 1."""
-        return wall_energy(self.design)
-
-    @property
     def way(self) -> int:
         """Cells to the last level."""
         return self.design.levels * self.design.J
@@ -104,17 +94,18 @@ class Budget:
     @property
     def kick_energy(self) -> float:
         """Greatest kinetic energy E_max of a wall in k_r a^2; 0 for one as narrow as any."""
-        return self.wall_energy * max(0.0, self.width / MIN_HALF_WIDTH_CELLS - 1.0)
+        return wall_energy(self.design) * max(0.0, self.width / MIN_HALF_WIDTH_CELLS - 1.0)
 
     @property
     def scatter(self) -> float:
         """Largest relative scatter of on-site stiffness, springs and masses, by law 2."""
-        return self.kick_energy / (ENERGY_PER_LEVEL * self.design.levels * self.wall_energy)
+        needed = ENERGY_PER_LEVEL * self.design.levels * wall_energy(self.design)
+        return self.kick_energy / needed
 
     @property
     def pinning_scatter(self) -> float:
         """Relative scatter at which disorder pins a wall as deep as a defect does, by law 1."""
-        return max(0.0, self.pin_depth) / (ENERGY_PER_LEVEL * self.wall_energy)
+        return max(0.0, self.pin_depth) / (ENERGY_PER_LEVEL * wall_energy(self.design))
 
     @property
     def pin_depth(self) -> float:
@@ -127,7 +118,7 @@ class Budget:
 
         def gained_energy(position: float) -> float:
             shares = np.cosh(0.5 * math.pi * (sites - position) / self.width) ** -2.0
-            return float(self.barrier * (missing * shares).sum())
+            return float(barrier_height(self.design) * (missing * shares).sum())
 
         return gained_energy(0.0) - gained_energy(0.5 * J)
 
@@ -148,7 +139,7 @@ class Budget:
         """
         # one of a hundred normal values lies outside 2.58 standard deviations
         deviation = self.kick_energy / (2.0 * 2.58 * self.design.levels)
-        return deviation / (math.sqrt(self.way) * self.barrier)
+        return deviation / (math.sqrt(self.way) * barrier_height(self.design))
 
     def echo_reach(self, omega: float, amplitude: float) -> float:
         """Return how far a wall is whose echo dry friction just lets return, in cells.

@@ -120,11 +120,6 @@ class Subject:
         """Sampled levels from which a wall has to step on."""
         return sample_levels(self.design.levels - 1)
 
-    @cached_property
-    def wall_energy(self) -> float:
-        """Continuum energy of a wall at alpha = 1."""
-        return wall_energy(self.design)
-
     def gradient_force_at(self, site: float) -> float:
         """Return the mean force of the gradient on a wall, positive to the right.
 
@@ -132,7 +127,7 @@ class Subject:
         energy is in the potential, only that is graded, and E grows with the root of alpha.
         """
         gamma = self.design.gamma
-        return -0.5 * gamma * self.wall_energy / math.sqrt(1.0 + gamma * site)
+        return -0.5 * gamma * wall_energy(self.design) / math.sqrt(1.0 + gamma * site)
 
     def release_site(self, level: int) -> float:
         """Return the site from which a wall rolls on to the next level once the strain is zero.

@@ -151,7 +151,7 @@ def check(subject: Subject, max_calibration_cell_steps: float = 1.5e8) -> Iterat
         'echo_blank',
         {'over threshold': empty.threshold_margin},
         '',
-        _judge_echo_ratio(empty.threshold_margin),
+        judge_value(empty.threshold_margin, 1.0, 1.25),
         'a blank element is recognised by the echo of its far end',
         'the far end of a blank element is hardly heard from the right, so an erase cannot be '
         'verified: choose a smaller v_th or another carrier for probe_right',
@@ -224,13 +224,6 @@ def _judge_reverberation(eta: float, read: ReadSettings, loudest: float) -> Find
     )
 
 
-def _judge_echo_ratio(ratio: float) -> Verdict:
-    """Judge an echo over its threshold; a quarter more covers what the forecast neglects (some
-    10 %).
-    """
-    return judge_value(ratio, 1.0, 1.25)
-
-
 def _judge_echoes(
     end: End,
     margins: dict[int, float],
@@ -248,7 +241,8 @@ def _judge_echoes(
         # the end that only confirms needs 90 % of the levels in order
         bool(np.mean(steps > 0.0) >= (1.0 if names_level else 0.9)) if len(steps) else True
     )
-    heard = _judge_echo_ratio(margins[faintest])
+    # a quarter more covers what the forecast neglects (some 10 %)
+    heard = judge_value(margins[faintest], 1.0, 1.25)
     verdict = find_worst_verdict((heard, Verdict.PASS if order else Verdict.FAIL))
     if heard is not Verdict.PASS:
         text = (

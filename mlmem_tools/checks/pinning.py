@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mlmem.physics import StateError
+from mlmem.physics import StateError, wall_energy
 from mlmem_ros.host.design_check import Verdict
 
 from .concern import LAUNCH_LEVEL, Finding, Subject, grade_finding, judge_value
@@ -38,7 +38,7 @@ def _judge_depth(subject: Subject) -> Finding:
     if design.eta > 0.0:  # nor than the gradient moves it against the damping
         alpha = 1.0 + design.gamma * design.defect_site(last)
         speed = min(abs(-design.gamma / (2.0 * design.eta * alpha)), speed)
-    incoming = 0.5 * subject.wall_energy * speed**2
+    incoming = 0.5 * wall_energy(design) * speed**2
     least = float(np.min(list(depths.values())))  # NaN if a level holds no wall
     spare = least / incoming if incoming > 0.0 else math.inf
     return grade_finding(

@@ -50,7 +50,7 @@ def demo(arguments: argparse.Namespace) -> int:
         folder = arguments.output / time.strftime('demo-%Y%m%d-%H%M%S')
     written = _write_directly() if folder is None else _write_through_ros(folder)
     try:
-        show_progress(console, map(rows.append, written), 0, len(DEMO_LEVELS), 'levels')
+        show_progress(console, map(rows.append, written), len(DEMO_LEVELS), 'levels')
     except (RequestError, RuntimeError) as error:
         console.print(f'the demonstration failed: {error}', style='red')
         return 1

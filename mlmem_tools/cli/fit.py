@@ -19,18 +19,12 @@ from mlmem import Element, Shot, as_designed, load_element
 from mlmem.element_file import write_element_file
 from mlmem.parsing import DecodeError
 from mlmem.physics import INTEGRATORS, DesignError, Integrator
-from mlmem.physics.potential import Array
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.session.data import load_session
 
 from ..identification import csv_shots
 from ..identification.fit import Misfitting, fit_element
-from ..identification.fitted import (
-    ADDED_TERMS,
-    TERM_DESCRIPTIONS,
-    Fit,
-    has_term,
-)
+from ..identification.fitted import TERM_DESCRIPTIONS, Fit
 from ..identification.unknowns import CELL_TERMS, SHARED_UNKNOWNS
 from .command import JSON_OPTION, declare_command, declare_option
 from .output import create_console, print_failure, print_json, show_bar
@@ -79,15 +73,12 @@ def build_element(found: Fit) -> Element:
     """Return a fit as the element of a file."""
     unknowns, x = found.unknowns, found.x
     end_unknowns = 'zero', 'gain', 'drive', 'late', 'lag'
+    ends = {name: unknowns.end_values(x, name) for name in end_unknowns}
     return Element(
         found.specimen, found.deviations[unknowns.alpha], float(x[unknowns.shared('time_unit')]),
-        {name: _parse_pair(unknowns.end_values(x, name)) for name in end_unknowns},
+        {name: (float(left), float(right)) for name, (left, right) in ends.items()},
         found.chi2, found.data, found.untold,
     )  # fmt: skip
-
-
-def _parse_pair(ends: Array) -> tuple[float, float]:
-    return float(ends[0]), float(ends[1])
 
 
 def _read_inputs(arguments: argparse.Namespace) -> tuple[Element, list[Shot], Integrator | None]:
@@ -133,7 +124,7 @@ def _as_dict(found: Fit) -> dict[str, Any]:
         'in_band': found.in_band,
         'data': found.data,
         'held_out': list(found.held_out),
-        'added': _added_terms(found),
+        'added': found.added_terms,
         'scatter': {CELL_TERMS[term]: value for term, value in found.misfit.scatter.items()},
         'untold': list(found.untold),
     }
@@ -142,11 +133,6 @@ def _as_dict(found: Fit) -> dict[str, Any]:
             name = CELL_TERMS[term]
             told |= {name: found.x[where], f'{name}_std': deviations[where]}
     return told
-
-
-def _added_terms(found: Fit) -> list[str]:
-    """Return which terms the data asked for, keys of `TERM_DESCRIPTIONS`."""
-    return [term for term in ADDED_TERMS if has_term(found.misfit, term)]
 
 
 def _describe_fit(found: Fit, output: str | None) -> None:
@@ -167,7 +153,7 @@ def _describe_fit(found: Fit, output: str | None) -> None:
         f'each pulse, predicted from the others: misfit per datum {min(found.held_out):.3f} to '
         f'{max(found.held_out):.3f}'
     )
-    for term in _added_terms(found):
+    for term in found.added_terms:
         print(f'fitted, too, as the data ask for it: {TERM_DESCRIPTIONS[term]}')
     for words in found.untold:
         print(f'not told: {words}')

@@ -32,9 +32,10 @@ from .output import create_console, print_failure, print_json, print_rows
 )
 def law(arguments: argparse.Namespace) -> int:
     """Read, average, tell; return the exit status."""
+    from mlmem.law_file import write_law_file
     from mlmem.parsing import DecodeError
 
-    from ..law.curves import average_runs, load_run, save_law
+    from ..law.curves import average_runs, load_run
 
     if not 16 <= arguments.knots <= 1024:
         return print_failure('law', f'--knots must be from 16 to 1024; got {arguments.knots}', 2)
@@ -52,7 +53,7 @@ def law(arguments: argparse.Namespace) -> int:
         return print_failure('law', why if arguments.output is None else f'{why}: not written', 1)
     if arguments.output is not None:
         try:
-            save_law(arguments.output, found)
+            write_law_file(arguments.output, found.curve, found.std)
         except OSError as error:
             return print_failure('law', f'{arguments.output} could not be written; {error}', 1)
     return 0

@@ -113,13 +113,11 @@ def show_bar(console: Console) -> Iterator[Callable[[str, float], None]]:
         yield lambda what, share: bar.update(task, description=what, completed=share)
 
 
-def show_progress(
-    console: Console, rows: Iterator[object], done: int, total: int, what: str
-) -> None:
+def show_progress(console: Console, rows: Iterator[object], total: int, what: str) -> None:
     """Go through the rows, and show their number, the elapsed and the remaining time."""
     with show_bar(console) as report:
-        report(f'{done} of {total} {what}', done / total)
-        for number, _ in enumerate(rows, done + 1):
+        report(f'0 of {total} {what}', 0.0)
+        for number, _ in enumerate(rows, 1):
             report(f'{number} of {total} {what}', number / total)
 
 

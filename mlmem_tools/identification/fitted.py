@@ -93,6 +93,11 @@ class Fit:
         return missing_term(self)
 
     @property
+    def added_terms(self) -> list[str]:
+        """The terms that the data asked for, of `ADDED_TERMS`."""
+        return [term for term in ADDED_TERMS if has_term(self.misfit, term)]
+
+    @property
     def deviations(self) -> Array:
         """Standard deviations of the unknowns, shape (size,)."""
         return np.sqrt(np.diag(self.covariance))

@@ -223,7 +223,8 @@ class Misfit:
             blur: Standard deviation of a sample if it is larger than the noise: residuals of a
                 model that is still far off are smoothed so.
         """
-        predicted, stride = self.predict_shot(x, shot, window), self._clock(shot).stride
+        predicted = self.predict_shot(x, shot, window)
+        stride = Clock.of(shot.dt, self.integrator).stride
         measured = shot.samples[:, stride - 1 :: stride][:, : predicted.shape[1] - 1]
         measured = np.concatenate((shot.rest[:, None], measured), axis=1)
         spread = np.maximum(estimate_noise(shot), blur)[:, None] * np.ones_like(measured)
@@ -235,16 +236,14 @@ class Misfit:
         loosened = 4.0 * math.log(self.drift / MIN_ZERO_DRIFT_CELLS) + loosened
         return ShotResiduals(values, weights, drifts, loosened)
 
-    def _clock(self, shot: Shot) -> Clock:
-        return Clock.of(shot.dt, self.integrator)
-
     def whiten_residuals(self, shot: Shot, waveforms: Array | Single, weights: Array) -> Array:
         """Return what a shot tells of waveforms, (2, m, ...), in standard deviations."""
         return whiten_waveforms(waveforms, weights, self._count_held_samples(shot))
 
     def _count_held_samples(self, shot: Shot) -> int:
         """Return for how many compared samples an end is held."""
-        return math.ceil(shot.pulse.duration / (shot.dt * self._clock(shot).stride))
+        stride = Clock.of(shot.dt, self.integrator).stride
+        return math.ceil(shot.pulse.duration / (shot.dt * stride))
 
     def _drift_changes(self, x: Array, shot: Shot, window: float, weights: Array) -> Array:
         """Return what gains that drift change by a standard deviation each, shape (k, 2, m).

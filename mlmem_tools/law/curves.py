@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import law_file
 from mlmem.parsing import DecodeError
 from mlmem.physics import DesignError
 from mlmem.physics.curve import Curve
@@ -138,13 +137,13 @@ class Measured:
         runs: The runs.
         curve: Their mean, in m, N and J.
         each: The curve of every run.
-        std: Standard deviation of the force between runs at the curve's knots, N; NaN for one run.
+        std: Standard deviation of the force between runs at the curve's knots, N; empty for one.
     """
 
     runs: Sequence[MeasuredCurve]
     curve: Curve
     each: Sequence[Curve]
-    std: Array
+    std: Sequence[float]
 
     @cached_property
     def wells(self) -> list[dict[str, Any]]:
@@ -244,16 +243,5 @@ def average_runs(runs: Sequence[MeasuredCurve], knots: int) -> Measured:
         )
     except DesignError as error:
         raise DecodeError(f'these are no curves of an element: {error}') from error
-    spread = np.full(forces.shape[1], np.nan)
-    if len(runs) > 1:
-        spread = forces.std(axis=0, ddof=1)
+    spread = forces.std(axis=0, ddof=1).tolist() if len(runs) > 1 else ()
     return Measured(runs, mean_curve, each, spread)
-
-
-def save_law(path: Path, found: Measured) -> None:
-    """Write a law to a file, whole or not at all.
-
-    Raises:
-        OSError: It cannot be written.
-    """
-    law_file.write_law_file(path, found.curve, () if len(found.runs) == 1 else found.std.tolist())

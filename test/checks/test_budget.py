@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mlmem import load_element
-from mlmem.physics import CASE_II, Potential
+from mlmem.physics import CASE_II, Potential, wall_energy
 from mlmem.physics.wall import next_wall_costs
 from mlmem.settings import Settings
 from mlmem_tools.checks import Verdict, budget
@@ -37,8 +37,8 @@ def test_budget_of_robust_3_equals_the_laws_by_hand():
 )  # fmt: skip
 def test_pin_depth_agrees_with_simulated_designs(name, low, high):
     """The paper's defects are 0.7 % of E_0 deep, those of robust designs 6 to 9 %."""
-    found = Budget(load_element(name).design)
-    assert low < found.pin_depth / found.wall_energy < high
+    design = load_element(name).design
+    assert low < Budget(design).pin_depth / wall_energy(design) < high
 
 
 def test_well_scatter_agrees_with_simulated_designs():

@@ -99,7 +99,7 @@ def search_element(
     best: list[Array] = []
     with provide_workers(jobs or count_cores()) as pool:
         costs = search_values(request, pool, trials, best.append)
-        show_progress(console, costs, 0, trials, 'trials')
+        show_progress(console, costs, trials, 'trials')
     values = best[0].tolist()
     seeds = range(100, 124)  # of the elements whose kicks choose the speeds
     count = len(seeds)

@@ -20,7 +20,6 @@ from mlmem import MemoryElement, Shot, Survey, factory_calibration, load_element
 from mlmem.element_file import Element
 from mlmem.physics import Design, Scatter, draw_specimen
 from mlmem_tools.identification.fit import Misfitting, fit_element
-from mlmem_tools.identification.fitted import ADDED_TERMS, has_term
 from mlmem_tools.rig.emulated import Sensors
 
 from ..rk4 import Rk4Element
@@ -84,7 +83,7 @@ def survey_element(preset: str, scatter: float, seed: int, kind: str) -> dict[st
     return found | {
         'chi2': fitted.chi2,
         'in band': fitted.in_band,
-        'added': [term for term in ADDED_TERMS if has_term(fitted.misfit, term)],
+        'added': fitted.added_terms,
         'inside': float(np.mean(np.abs(alpha - strength) < interval_deviations * deviation)),
         'error': float(np.sqrt(np.mean((alpha / strength - 1.0) ** 2))),
         'stated': float(np.sqrt(np.mean((deviation / strength) ** 2))),
