@@ -29,19 +29,22 @@ from .element import (
 from .estimate import ENOUGH_FAILURES, RARE_RATE, Rate, pool_failures, rare_scatter
 
 
-def next_rung(rates: Mapping[int, Rate], rungs: int, most: int) -> int | None:
+def next_rung(
+    rates: Mapping[int, Rate], rungs: int, most: int, first_rate: float = 0.1
+) -> int | None:
     """Return the rung to count next; None if the curve is known.
 
     Args:
         rates: What was counted, by rung; the last rung has the largest scatter.
         most: Trials at a rung after which counting stops there.
+        first_rate: Rate to find first, because one batch can show it.
     """
     below, edge = -1, rungs
     while edge - below > 1:
         middle = (below + edge) // 2
         if middle not in rates:
             return middle
-        if rates[middle].value < 0.1:  # which one batch can show
+        if rates[middle].value < first_rate:
             below = middle
         else:
             edge = middle
