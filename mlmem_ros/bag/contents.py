@@ -1,14 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a bag holds: topics, definitions of their types, messages, and what of it was lost; and
-rosbag2's metadata, which say so: written as Jazzy writes them (version 9), read from any.
+"""What a bag holds: topics, messages, and what of it was lost; and rosbag2's metadata, which say
+so: written as Jazzy writes them (version 9), read from any.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path, PurePath
 from typing import Any, NamedTuple
 
@@ -22,40 +21,21 @@ from .errors import BagError, storage_errors
 
 
 @dataclass(frozen=True)
-class Definition:
-    """A message type as a bag holds it.
-
-    Attributes:
-        type: Name of the type, such as ``std_msgs/msg/Float64``.
-        text: Definition of the type and of all it depends on.
-        encoding: Language of the text, such as ``ros2msg`` or ``ros2idl``.
-        hash: The type's RIHS01 hash; empty when unknown.
-    """
-
-    type: str
-    text: str = ''
-    encoding: str = ''
-    hash: str = ''
-
-
-@dataclass(frozen=True)
 class TopicInfo:
     """One topic of a bag.
 
     Attributes:
         type: Name of the message type; empty when the bag does not say.
-        serialization_format: Encoding of the messages.
-        offered_qos: QoS of each of its publishers, as rosbag2's YAML text.
         type_hash: The type's RIHS01 hash; empty when unknown.
         message_count: How many messages it has.
+        offered_qos: QoS of each of its publishers, as of `describe_qos`; not read from a bag.
     """
 
     name: str
     type: str
-    serialization_format: str = 'cdr'
-    offered_qos: str = ''
     type_hash: str = ''
     message_count: int = 0
+    offered_qos: Sequence[Mapping[str, Any]] = ()
 
 
 class Message(NamedTuple):
@@ -100,60 +80,38 @@ class Loss:
         return f'{self.file}, byte {self.offset}: {size}{self.reason}'
 
 
-LIBRARY_NAME = 'mlmem_ros'
-"""Begins the name of the program in our files, and names our record in them."""
-
-OFFERED_QOS, TYPE_HASH = 'offered_qos_profiles', 'topic_type_hash'
-"""Keys in the metadata of every MCAP channel."""
-
 NOT_CLOSED_REASON = 'the file was not closed'
 """Begins the reason of a loss: nothing is damaged, but the end of the recording is missing."""
 
 
-try:  # ten times as fast
-    from yaml import CSafeDumper as SafeDumper
-except ImportError:  # PyYAML was built without libyaml
-    from yaml import SafeDumper
-
-METADATA_FILE = 'metadata.yaml'
-
-LOST_KEY = 'mlmem_ros.lost'
-"""Our key in the custom data of a repaired bag."""
-
-_NEVER_NS = 2**63 - 1  # the starting time of a bag or file that holds no message
-_MAX_METADATA_CHARS = 2**18  # characters: metadata of 400 topics
-
-
-def format_qos(reliability: str = 'reliable', durability: str = 'volatile') -> str:
-    """Return the QoS of one publisher with unlimited durations.
+def describe_qos(reliability: str = 'reliable', durability: str = 'volatile') -> dict[str, Any]:
+    """Return the QoS of one publisher with unlimited durations, by rosbag2's keys.
 
     History and depth are ``unknown`` and 0, as ``ros2 bag record`` writes them: discovery does
     not carry them.
     """
-    return f"""\
-- history: unknown
-  depth: 0
-  reliability: {reliability}
-  durability: {durability}
-  deadline:
-    sec: 9223372036
-    nsec: 854775807
-  lifespan:
-    sec: 9223372036
-    nsec: 854775807
-  liveliness: automatic
-  liveliness_lease_duration:
-    sec: 9223372036
-    nsec: 854775807
-  avoid_ros_namespace_conventions: false"""
+    unlimited = {'sec': 9223372036, 'nsec': 854775807}
+    return {
+        'history': 'unknown',
+        'depth': 0,
+        'reliability': reliability,
+        'durability': durability,
+        'deadline': unlimited,
+        'lifespan': unlimited,
+        'liveliness': 'automatic',
+        'liveliness_lease_duration': unlimited,
+        'avoid_ros_namespace_conventions': False,
+    }
 
 
 @dataclass
 class FileInfo:
-    """One storage file of a bag. Times are in nanoseconds since the epoch, or of the ROS clock."""
+    """One storage file of a bag. Times are in nanoseconds since the epoch, or of the ROS clock;
+    a file without messages begins at the largest.
+    """
 
     path: str
-    starting_time: int = _NEVER_NS
+    starting_time: int = 2**63 - 1
     duration: int = 0
     message_count: int = 0
 
@@ -171,13 +129,11 @@ class BagMetadata:
 
     Attributes:
         files: Names of the storage files, in the order they were written.
-        custom_data: What the recording application stored.
         compressed: Whether the files or messages are compressed as a whole.
     """
 
     files: tuple[str, ...] = ()
     message_counts: Mapping[str, int] = field(default_factory=dict)
-    custom_data: Mapping[str, str] = field(default_factory=dict)
     compressed: bool = False
 
     @property
@@ -186,81 +142,26 @@ class BagMetadata:
         return sum(self.message_counts.values())
 
 
-class _Dumper(SafeDumper):  # type: ignore[misc]
+# ten times as fast, unless PyYAML was built without libyaml
+class _Dumper(getattr(yaml, 'CSafeDumper', yaml.SafeDumper)):  # type: ignore[misc]
     def ignore_aliases(self, data: Any) -> bool:
         return True
 
 
-def format_metadata(
-    topics: Iterable[TopicInfo], files: Sequence[FileInfo], custom_data: Mapping[str, str]
-) -> str:
-    """Return the text of the ``metadata.yaml`` of a bag."""
+def format_yaml(document: Any) -> str:
+    """Return a document as YAML text, without aliases, in lines that are not broken."""
     text: str = yaml.dump(
-        {'rosbag2_bagfile_information': _build_node(topics, files, custom_data)},
-        Dumper=_Dumper,
-        sort_keys=False,
-        allow_unicode=True,
-        width=2**31 - 1,  # no line is broken
+        document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=2**31 - 1
     )
     return text.rstrip('\n')
 
 
-def parse_metadata(text: str) -> BagMetadata:
-    """Read the metadata of any rosbag2 version: YAML text with or without the root key.
-
-    Raises:
-        BagError: The text is not rosbag2 metadata.
-    """
-    try:
-        if len(text) > _MAX_METADATA_CHARS:
-            raise ValueError(f'{len(text)} characters')
-        # Every scalar stays a string: rosbag2 leaves the custom data ``seed: 42`` unquoted.
-        document: Any = parse_yaml(text, texts=True)
-        node = document.get('rosbag2_bagfile_information', document)
-        custom_data = node.get('custom_data')
-        return BagMetadata(
-            # rosbag2 before version 4 wrote the directory's name too.
-            files=tuple(
-                PurePath(_require_text(path)).name for path in node['relative_file_paths'] or ()
-            ),
-            message_counts={
-                _require_text(topic['topic_metadata']['name']): int(topic['message_count'])
-                for topic in node['topics_with_message_count'] or ()
-            },
-            custom_data={
-                _require_text(key): _require_text(value) for key, value in custom_data.items()
-            }
-            if isinstance(custom_data, dict)
-            else {},
-            compressed=_require_text(node.get('compression_mode', '')).lower() not in {'', 'none'},
-        )
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise BagError(f'The text must be rosbag2 metadata; got {short_repr(text)}.') from error
-
-
-def read_metadata_text(directory: Path) -> str | None:
-    """Return the text of ``metadata.yaml``; None when there is none (``ros2 bag record`` writes it
-    last).
-
-    Raises:
-        BagError: The file cannot be read.
-    """
-    path = directory / METADATA_FILE
-    with storage_errors(f'read {path}'):
-        if not atomic_files.path_exists(path):
-            return None
-        require_regular(path)
-        with path.open('rb') as file:
-            return file.read(4 * _MAX_METADATA_CHARS + 1).decode('utf-8', errors='replace')
-
-
-def _build_node(
-    topics: Iterable[TopicInfo], files: Sequence[FileInfo], custom_data: Mapping[str, str]
-) -> dict[str, Any]:
-    filled = [file for file in files if file.message_count]
-    start = min((file.starting_time for file in filled), default=_NEVER_NS)
-    end = max((file.starting_time + file.duration for file in filled), default=start)
-    return {
+def format_metadata(topics: Iterable[TopicInfo], files: Sequence[FileInfo]) -> str:
+    """Return the text of the ``metadata.yaml`` of a bag of at least one file."""
+    filled = [file for file in files if file.message_count] or files
+    start = min(file.starting_time for file in filled)
+    end = max(file.starting_time + file.duration for file in filled)
+    described = {
         'version': 9,
         'storage_identifier': 'mcap',
         'duration': {'nanoseconds': end - start},
@@ -271,8 +172,8 @@ def _build_node(
                 'topic_metadata': {
                     'name': topic.name,
                     'type': topic.type,
-                    'serialization_format': topic.serialization_format,
-                    'offered_qos_profiles': _load_profiles(topic.offered_qos),
+                    'serialization_format': 'cdr',
+                    'offered_qos_profiles': list(topic.offered_qos),
                     'type_description_hash': topic.type_hash,
                 },
                 'message_count': topic.message_count,
@@ -291,18 +192,57 @@ def _build_node(
             }
             for file in files
         ],
-        # rosbag2 leaves an empty map undefined, which yaml-cpp writes as null.
-        'custom_data': dict(custom_data) or None,
+        'custom_data': None,  # as yaml-cpp writes rosbag2's empty map
         'ros_distro': 'jazzy',
     }
+    return format_yaml({'rosbag2_bagfile_information': described})
 
 
-@lru_cache  # most topics offer the same
-def _load_profiles(text: str) -> Any:
+def parse_metadata(text: str, max_chars: int = 2**18) -> BagMetadata:
+    """Read the metadata of any rosbag2 version: YAML text with or without the root key.
+
+    Args:
+        max_chars: Most characters that are read: metadata of 400 topics.
+
+    Raises:
+        BagError: The text is not rosbag2 metadata.
+    """
     try:
-        return yaml.safe_load(text) or []
-    except yaml.YAMLError:  # of a damaged bag; messages do not need it
-        return []
+        if len(text) > max_chars:
+            raise ValueError(f'{len(text)} characters')
+        # Every scalar stays a string, whatever YAML takes it for.
+        document: Any = parse_yaml(text, texts=True)
+        node = document.get('rosbag2_bagfile_information', document)
+        return BagMetadata(
+            # rosbag2 before version 4 wrote the directory's name too.
+            files=tuple(
+                PurePath(_require_text(path)).name for path in node['relative_file_paths'] or ()
+            ),
+            message_counts={
+                _require_text(topic['topic_metadata']['name']): int(topic['message_count'])
+                for topic in node['topics_with_message_count'] or ()
+            },
+            compressed=_require_text(node.get('compression_mode', '')).lower() not in {'', 'none'},
+        )
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise BagError(f'The text must be rosbag2 metadata; got {short_repr(text)}.') from error
+
+
+def read_metadata(directory: Path) -> BagMetadata | None:
+    """Return what ``metadata.yaml`` says; None when there is none (``ros2 bag record`` writes it
+    last).
+
+    Raises:
+        BagError: The file cannot be read, or is not rosbag2 metadata.
+    """
+    path = directory / 'metadata.yaml'
+    with storage_errors(f'read {path}'):
+        if not atomic_files.path_exists(path):
+            return None
+        require_regular(path)
+        with path.open('rb') as file:
+            content = file.read(2**20 + 1)  # more than `parse_metadata` takes
+    return parse_metadata(content.decode('utf-8', errors='replace'))
 
 
 def _require_text(value: object) -> str:

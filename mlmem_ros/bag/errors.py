@@ -12,7 +12,7 @@ from mlmem.schema import make_printable
 
 
 class BagError(Exception):
-    """A bag could not be written, read or repaired; the text, as short as that of a
+    """A bag could not be written or read; the text, as short as that of a
     `DecodeError`, says why and what to do.
 
     Attributes:

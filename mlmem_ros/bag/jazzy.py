@@ -8,7 +8,7 @@ All of it comes from `rosbags`, so bags can be written and read without a ROS in
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
@@ -16,8 +16,14 @@ from rosbags.typesys.store import Typestore
 
 from mlmem.schema import make_printable, short_repr
 
-from .contents import Definition
 from .errors import BagError
+
+
+class Definition(NamedTuple):
+    """A message type: the text of its definition and of all it depends on, and its RIHS01 hash."""
+
+    text: str
+    hash: str
 
 
 @lru_cache(maxsize=1)
@@ -37,7 +43,7 @@ def find_definition(type_name: str) -> Definition:
     """
     _require_type(type_name)
     text, _ = _load_typestore().generate_msgdef(type_name, ros_version=2)
-    return Definition(type_name, text, 'ros2msg', _load_typestore().hash_rihs01(type_name))
+    return Definition(text, _load_typestore().hash_rihs01(type_name))
 
 
 def make_message(type_name: str, **values: Any) -> Any:

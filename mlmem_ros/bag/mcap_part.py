@@ -29,16 +29,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from mlmem.schema import make_printable
 
-from .contents import (
-    LIBRARY_NAME,
-    NOT_CLOSED_REASON,
-    OFFERED_QOS,
-    TYPE_HASH,
-    Definition,
-    Loss,
-    Message,
-    TopicInfo,
-)
+from .contents import NOT_CLOSED_REASON, Loss, Message, TopicInfo
 from .errors import BagError, storage_errors
 
 _RECORD_HEAD = struct.Struct('<BQ')  # opcode and length of a record
@@ -57,7 +48,6 @@ class McapPart:
         schemas: Message types by id.
         channels: Channels by id.
         span: Earliest and latest log time in nanoseconds, or None without messages.
-        library: The program that wrote it.
         number: Its place among the files of its bag, from 0; None if another program wrote it.
         losses: What of it cannot be read.
     """
@@ -72,7 +62,6 @@ class McapPart:
         self.schemas: dict[int, records.Schema] = {}
         self.channels: dict[int, records.Channel] = {}
         self.span: tuple[int, int] | None = None
-        self.library = ''
         self.number: int | None = None
         self.losses: list[Loss] = []
         self._counts: Counter[int] = Counter()  # messages by channel
@@ -91,23 +80,11 @@ class McapPart:
             info = topics.get(channel.topic) or TopicInfo(
                 name=channel.topic,
                 type=self._find_type(channel),
-                serialization_format=channel.message_encoding,
-                offered_qos=channel.metadata.get(OFFERED_QOS, ''),
-                type_hash=channel.metadata.get(TYPE_HASH, ''),
+                type_hash=channel.metadata.get('topic_type_hash', ''),
             )
             count = info.message_count + self._counts[channel.id]
             topics[channel.topic] = replace(info, message_count=count)
         return topics
-
-    @property
-    def definitions(self) -> Mapping[str, Definition]:
-        """The message definitions by the name of the type."""
-        return {
-            schema.name: Definition(
-                schema.name, schema.data.decode(errors='replace'), schema.encoding
-            )
-            for schema in self.schemas.values()
-        }
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         """Yield the messages of some topics in the order in which they were written.
@@ -184,9 +161,7 @@ class McapPart:
             self.schemas[record.id] = record
         elif isinstance(record, records.Channel) and record.id not in self.channels:
             self.channels[record.id] = record
-        elif isinstance(record, records.Header):
-            self.library = record.library
-        elif isinstance(record, records.Metadata) and record.name == LIBRARY_NAME:
+        elif isinstance(record, records.Metadata) and record.name == 'mlmem_ros':
             part = record.metadata.get('part', '')
             self.number = int(part) if part.isdecimal() and len(part) < 5 else None
         elif isinstance(record, records.Message):

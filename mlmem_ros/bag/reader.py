@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -15,16 +15,7 @@ from mlmem.parsing import require_regular
 from mlmem.schema import short_repr
 
 from . import jazzy
-from .contents import (
-    METADATA_FILE,
-    BagMetadata,
-    Definition,
-    Loss,
-    Message,
-    TopicInfo,
-    parse_metadata,
-    read_metadata_text,
-)
+from .contents import BagMetadata, Loss, Message, TopicInfo, read_metadata
 from .errors import BagError, storage_errors
 from .mcap_part import McapPart
 
@@ -86,11 +77,6 @@ class BagReader:
             return None
         return min(start for start, _ in spans), max(end for _, end in spans)
 
-    @property
-    def custom_data(self) -> Mapping[str, str]:
-        """What the recording application stored besides the messages."""
-        return self.metadata.custom_data if self.metadata else {}
-
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
         """Read messages in the order in which they were written, across all files.
 
@@ -109,13 +95,6 @@ class BagReader:
         for part in self._parts[: self._parts_before_gap]:
             yield from part.messages(topics)
 
-    def definition(self, topic: str) -> Definition:
-        """Return the definition of a topic's type as the bag holds it, perhaps without a text."""
-        info = self.topics[topic]
-        found = (part.definitions.get(info.type) for part in self._parts)
-        definition = next(filter(None, found), Definition(info.type))
-        return replace(definition, hash=info.type_hash)
-
     def deserialize(self, message: Message) -> Any:
         """Decode a message of this bag; see `jazzy.deserialize_message`.
 
@@ -133,10 +112,9 @@ class BagReader:
 
     def _read_metadata(self) -> BagMetadata | None:
         try:
-            text = read_metadata_text(self.path)
-            return None if text is None else parse_metadata(text)
+            return read_metadata(self.path)
         except BagError as error:
-            self._losses.append(Loss.of(self.path / METADATA_FILE, error))
+            self._losses.append(Loss.of(self.path / 'metadata.yaml', error))
             return None
 
     def _find_files(self, metadata: BagMetadata | None) -> list[Path]:
@@ -147,7 +125,7 @@ class BagReader:
             files = [file for file in self.path.iterdir() if file.suffix == suffix]
             if files:
                 return sorted(files, key=_natural_order)
-        raise BagError(f'{self.path} must be a bag; it has no {METADATA_FILE} and no .mcap file.')
+        raise BagError(f'{self.path} must be a bag; it has no metadata.yaml and no .mcap file.')
 
     def _open_parts(self, files: list[Path], metadata: BagMetadata | None) -> list[McapPart]:
         """Open the files; raise the first error if none can be read."""

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from operator import index
@@ -17,24 +17,13 @@ from mcap.writer import LIBRARY_IDENTIFIER, IndexType, Writer
 from mlmem import atomic_files
 
 from . import jazzy
-from .contents import (
-    LIBRARY_NAME,
-    METADATA_FILE,
-    OFFERED_QOS,
-    TYPE_HASH,
-    Definition,
-    FileInfo,
-    TopicInfo,
-    format_metadata,
-    format_qos,
-)
+from .contents import FileInfo, TopicInfo, describe_qos, format_metadata, format_yaml
 from .errors import BagError, storage_errors
 
 
 @dataclass
 class _Channel:
     info: TopicInfo
-    definition: Definition
     latch: bool
     id: int = 0  # in the file being written
     message_count: int = 0
@@ -49,40 +38,29 @@ class BagWriter:
     raises that error again. Only one thread may use it at a time; `Recorder` gives it its own.
     """
 
-    def __init__(
-        self,
-        path: str | PathLike[str],
-        *,
-        max_bytes: int = 0,
-        custom_data: Mapping[str, str] | None = None,
-    ) -> None:
+    def __init__(self, path: str | PathLike[str], *, max_bytes: int = 0) -> None:
         """Create the bag.
 
         Args:
             path: Directory of the bag; must not exist. Missing parents are made.
             max_bytes: Begin a new file once the current one has this size; 0 never does. A file
                 exceeds it by at most a chunk (256 KiB) and its summary.
-            custom_data: What ``metadata.yaml`` stores for the application.
 
         Raises:
-            BagError: `max_bytes` is too small, `custom_data` cannot be written as UTF-8, or the
-                path exists or cannot be created.
+            BagError: `max_bytes` is too small, or the path exists or cannot be created.
         """
         if 0 < max_bytes < 1024:  # which rosbag2's MCAP storage refuses, too
             raise BagError(f'max_bytes must be 0 or at least 1024; got {max_bytes}.')
         self.path = Path(path).absolute()
-        self.custom_data = dict(custom_data or {})
-        """Written to ``metadata.yaml`` with the next sync, split or close; may be changed."""
         self._max_bytes = max_bytes
         self._channels: dict[str, _Channel] = {}
         self._files: list[FileInfo] = []
-        self._schemas: dict[Definition, int] = {}  # of the file being written
+        self._schemas: dict[str, int] = {}  # types of the file being written
         self._closed_bytes = 0
         self._error: BagError | None = None
         self._closed = False
         self.unsynced = False
         """Whether some messages are not safe on the disk yet."""
-        self._build_metadata()  # refuses bad custom data before anything is created
         self._create_directory()
         self._open_file()
 
@@ -106,11 +84,10 @@ class BagWriter:
         self,
         name: str,
         type_name: str,
-        qos: str | None = None,
+        reliability: str = 'reliable',
+        durability: str = 'volatile',
         *,
         latch: bool = False,
-        definition: Definition | None = None,
-        serialization_format: str = 'cdr',
     ) -> None:
         """Declare a topic, once, before its first message.
 
@@ -120,10 +97,8 @@ class BagWriter:
         publish time the original one, which tells a reader that it is repeated.
 
         Args:
-            qos: The QoS that its publishers offer, as rosbag2's YAML text; reliable and volatile
-                by default.
+            reliability: That its publishers offer, as `durability`.
             latch: Repeat the last message in every new file.
-            definition: The type's definition; Jazzy's by default.
 
         Raises:
             BagError: The topic is there already, the type is not known, the bag is closed, or the
@@ -132,10 +107,9 @@ class BagWriter:
         self._require_open()
         if name in self._channels:
             raise BagError(f'Topic {name} must be added only once; {self.path} already has it.')
-        offered = format_qos() if qos is None else qos
-        definition = definition or jazzy.find_definition(type_name)
-        info = TopicInfo(name, type_name, serialization_format, offered, definition.hash)
-        channel = _Channel(info, definition, latch)
+        digest = jazzy.find_definition(type_name).hash
+        offered = [describe_qos(reliability, durability)]
+        channel = _Channel(TopicInfo(name, type_name, digest, offered_qos=offered), latch)
         with self._abandon_on_error():
             self._declare_channel(channel)
         self._channels[name] = channel
@@ -231,9 +205,9 @@ class BagWriter:
                 index_types=IndexType.CHUNK | IndexType.MESSAGE | IndexType.METADATA,
                 enable_data_crcs=True,
             )
-            self._mcap.start('ros2', f'{LIBRARY_NAME} {LIBRARY_IDENTIFIER}')
+            self._mcap.start('ros2', f'mlmem_ros {LIBRARY_IDENTIFIER}')
             self._schemas = {}
-            self._mcap.add_metadata(LIBRARY_NAME, {'part': str(len(self._files) - 1)})
+            self._mcap.add_metadata('mlmem_ros', {'part': str(len(self._files) - 1)})
             for channel in self._channels.values():
                 self._declare_channel(channel)
             self._write_metadata()
@@ -251,16 +225,18 @@ class BagWriter:
 
     def _declare_channel(self, channel: _Channel) -> None:
         """Declare a channel in the file, and its type once for all that share it."""
-        info, definition = channel.info, channel.definition
-        if definition not in self._schemas:
-            self._schemas[definition] = self._mcap.register_schema(
-                definition.type, definition.encoding, definition.text.encode()
+        info = channel.info
+        if info.type not in self._schemas:
+            text = jazzy.find_definition(info.type).text
+            self._schemas[info.type] = self._mcap.register_schema(
+                info.type, 'ros2msg', text.encode()
             )
+        offered = {
+            'offered_qos_profiles': format_yaml(info.offered_qos),
+            'topic_type_hash': info.type_hash,
+        }
         channel.id = self._mcap.register_channel(
-            info.name,
-            info.serialization_format,
-            self._schemas[definition],
-            {OFFERED_QOS: info.offered_qos, TYPE_HASH: info.type_hash},
+            info.name, 'cdr', self._schemas[info.type], offered
         )
 
     def _write_message(
@@ -282,18 +258,14 @@ class BagWriter:
                 cdr, publish_time = channel.last
                 self._write_message(channel, cdr, log_time, publish_time)
 
-    def _build_metadata(self) -> str:
+    def _write_metadata(self) -> None:
         topics = (
             replace(channel.info, message_count=channel.message_count)
             for channel in self._channels.values()
         )
-        with storage_errors(f'describe {self.path}'):  # a lone surrogate has no UTF-8
-            return format_metadata(topics, self._files, self.custom_data)
-
-    def _write_metadata(self) -> None:
-        path = self.path / METADATA_FILE
+        path = self.path / 'metadata.yaml'
         with storage_errors(f'write {path}'):
-            atomic_files.write_atomically(path, self._build_metadata())
+            atomic_files.write_atomically(path, format_metadata(topics, self._files))
 
 
 def _check_nanoseconds(time: int) -> int:

@@ -20,7 +20,6 @@ from mlmem import MemoryElement, atomic_files, threads
 from mlmem.loop.open_requests import Stamped
 
 from ..bag import jazzy
-from ..bag.contents import format_qos
 from ..bag.errors import BagError
 from ..bag.queued_writer import COUNT_TYPE, QueuedWriter
 from ..bag.writer import BagWriter
@@ -238,11 +237,9 @@ def open_bag(plan: SessionPlan) -> BagWriter:
     """
     writer = BagWriter(new_path(plan), max_bytes=plan.settings.max_bytes)
     for topic in plan.topics:
-        qos = format_qos(topic.qos.reliability, topic.qos.durability)
-        writer.add_topic(topic.name, topic.type, qos)
+        writer.add_topic(topic.name, topic.type, topic.qos.reliability, topic.qos.durability)
     header = session_topic(plan, records.HEADER_TOPIC)
-    latched = format_qos(durability='transient_local')
-    writer.add_topic(header, records.STRING_TYPE, latched, latch=True)
+    writer.add_topic(header, records.STRING_TYPE, durability='transient_local', latch=True)
     for name in (records.COMMAND_TOPIC, records.STATE_HASH_TOPIC):
         writer.add_topic(session_topic(plan, name), records.STRING_TYPE)
     writer.add_topic(session_topic(plan, records.DROPPED_TOPIC), COUNT_TYPE)

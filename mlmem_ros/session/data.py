@@ -18,7 +18,7 @@ from mlmem import Command, Shot
 from mlmem.procedure_table import CONTENT_NAMES
 from mlmem.schema import short_repr
 
-from ..bag.contents import LOST_KEY, Message
+from ..bag.contents import Message
 from ..bag.errors import BagError
 from ..bag.reader import BagReader
 from ..contract import answers
@@ -224,9 +224,8 @@ def _take_joint_states(session: SessionData, seconds: float, message: Any) -> No
 
 
 def _list_losses(reader: BagReader, node: str) -> Iterator[str]:
-    """Yield what cannot be read of a node, and what an earlier repair could not save."""
+    """Yield what cannot be read of a node."""
     yield from map(str, reader.losses)
-    yield from filter(None, reader.custom_data.get(LOST_KEY, '').splitlines())
     missing = []
     counts = reader.metadata.message_counts if reader.metadata else {}
     for topic, count in counts.items():

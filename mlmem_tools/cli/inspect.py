@@ -21,18 +21,14 @@ from .output import create_console, print_bag_failure, print_json, print_rows
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from mlmem_ros.bag.contents import Loss
     from mlmem_ros.bag.reader import BagReader
 
 
 @declare_command(
-    'list a session bag, plot or repair it',
+    'list a session bag, or plot it',
     declare_option('bag', type=Path, help='bag directory or file'),
     declare_option('--node', default='', help='which node of the bag, if there are several'),
     declare_option('--plot', type=Path, metavar='FILE', help='draw the session (.png, .svg)'),
-    declare_option(
-        '--repair', type=Path, metavar='NEW', help='write an intact bag of everything readable'
-    ),
     JSON_OPTION,
     text=__doc__,
 )
@@ -43,61 +39,13 @@ def inspect(arguments: argparse.Namespace) -> int:
 
     console = create_console(aside=arguments.json)
     try:
-        if arguments.repair:
-            found, whole = _repair_bag(console, arguments.bag, arguments.repair), True
-        else:
-            reader = BagReader(arguments.bag)
-            found = _list_contents(console, reader) | _inspect_session(console, reader, arguments)
-            whole = not found['lost']
+        reader = BagReader(arguments.bag)
+        found = _list_contents(console, reader) | _inspect_session(console, reader, arguments)
     except BagError as error:
         return print_bag_failure('inspect', error, arguments.json)
     if arguments.json:
         print_json(found)
-    return 0 if whole else 1
-
-
-def repair_bag(source: Path, destination: Path) -> tuple[int, tuple[Loss, ...]]:
-    """Copy all that can be read of a bag into a new one, whose directory must not exist; return
-    how many messages were saved, and what could not be read.
-
-    Messages, times, definitions, QoS and custom data are kept; the new bag has one file, and its
-    custom data lists what was lost.
-
-    Raises:
-        BagError: Nothing can be read, or the destination exists or cannot be written.
-    """
-    from mlmem_ros.bag.contents import LOST_KEY
-    from mlmem_ros.bag.errors import BagError
-    from mlmem_ros.bag.reader import BagReader
-    from mlmem_ros.bag.writer import BagWriter
-
-    reader = BagReader(source)
-    if not reader.message_count:
-        reasons = '; '.join(map(str, reader.losses)) or 'the bag is empty'
-        raise BagError(f'{source} must hold at least one readable message; {reasons}.')
-    custom_data = dict(reader.custom_data)
-    if lost := [*custom_data.get(LOST_KEY, '').splitlines(), *map(str, reader.losses)]:
-        custom_data[LOST_KEY] = '\n'.join(lost)
-    with BagWriter(destination, custom_data=custom_data) as writer:
-        for info in reader.topics.values():
-            writer.add_topic(
-                info.name,
-                info.type,
-                info.offered_qos,
-                definition=reader.definition(info.name),
-                serialization_format=info.serialization_format,
-            )
-        for message in reader.messages():
-            writer.write(message.topic, message.cdr, message.log_time, message.publish_time)
-    return writer.message_count, reader.losses
-
-
-def _repair_bag(console: Console, source: Path, destination: Path) -> dict[str, Any]:
-    messages, losses = repair_bag(source, destination)
-    lost, saved = list(map(str, losses)), destination.absolute()
-    _print_lines(console, *(f'lost  {each}' for each in lost))
-    console.print(f'{messages} messages saved in {saved}')
-    return {'saved': messages, 'bag': saved, 'lost': lost}
+    return 1 if found['lost'] else 0
 
 
 def _print_lines(console: Console, *lines: str) -> None:
@@ -116,16 +64,14 @@ def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
     }
     _print_lines(console, f'{reader.path}: {reader.message_count} messages, {duration:.2f} s')
     print_rows(console, 'topics', [{'topic': name, **info} for name, info in topics.items()])
-    _print_lines(console, *(f'{key}: {value}' for key, value in reader.custom_data.items()))
     if lost:
         _print_lines(console, *(f'lost  {each}' for each in lost))
         console.print(
-            'rosbags and other readers that need a summary refuse this bag as it is; mlmem '
-            'inspect BAG --repair NEW writes one that they open'
+            'rosbags and other readers that need a summary refuse a file without its end; '
+            'mcap recover FILE -o NEW writes one that they open'
         )
     return {
-        'bag': reader.path, 'seconds': duration, 'topics': topics,
-        'custom_data': reader.custom_data, 'lost': lost,
+        'bag': reader.path, 'seconds': duration, 'topics': topics, 'lost': lost,
     }  # fmt: skip
 
 

@@ -5,7 +5,7 @@
 import pytest
 
 from mlmem_ros.bag import jazzy
-from mlmem_ros.bag.contents import Message, format_qos
+from mlmem_ros.bag.contents import Message
 from mlmem_ros.bag.writer import BagWriter
 
 LEVEL = '/mlmem/level', 'std_msgs/msg/Int16'
@@ -36,8 +36,8 @@ def record(tmp_path, messages):
 
     def record(name='bag', latch=False, sync_each=False, **options):
         with BagWriter(tmp_path / name, **options) as writer:
-            writer.add_topic(*LEVEL, format_qos(durability='transient_local'), latch=latch)
-            writer.add_topic(*RANGE, format_qos('best_effort'))
+            writer.add_topic(*LEVEL, durability='transient_local', latch=latch)
+            writer.add_topic(*RANGE, 'best_effort')
             writer.add_topic(*PROBE)
             for message in messages:
                 writer.write(message.topic, message.cdr, message.log_time, message.publish_time)

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from unittest.mock import patch
 
 from mlmem import atomic_files
-from mlmem_ros.bag.contents import parse_metadata, read_metadata_text
+from mlmem_ros.bag.contents import read_metadata
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.session.data import load_session
@@ -60,8 +60,7 @@ def _find_errors(bag, whole):
     try:
         reader = BagReader(bag)
     except BagError as error:
-        text = read_metadata_text(bag)
-        promised = count_promised(text and parse_metadata(text))
+        promised = count_promised(read_metadata(bag))
         if promised or whole:
             yield f'{bag.name} has {promised} messages that were synced, and: {error}'
         return

@@ -7,17 +7,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from mlmem_ros.bag.contents import Definition, Message, TopicInfo
+from mlmem_ros.bag.contents import Message, TopicInfo
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
 
 
 @dataclass
 class Tampered:
-    """A session to be written: topics with their definitions, and messages."""
+    """A session to be written."""
 
     topics: dict[str, TopicInfo]
-    definitions: dict[str, Definition]
     messages: list[Message]
 
     @classmethod
@@ -25,19 +24,17 @@ class Tampered:
         """Return a session as it is, less the topics on which nothing was said."""
         reader = BagReader(path)
         topics = {name: info for name, info in reader.topics.items() if info.message_count}
-        definitions = {name: reader.definition(name) for name, info in topics.items()}
-        return cls(topics, definitions, list(reader))
+        return cls(topics, list(reader))
 
     def copy(self) -> Tampered:
         """Return one to change."""
-        return Tampered(dict(self.topics), dict(self.definitions), list(self.messages))
+        return Tampered(dict(self.topics), list(self.messages))
 
     def write(self, path: Path) -> None:
         """Write it, whatever it holds, as a whole bag."""
         with BagWriter(path) as writer:
             for name, info in self.topics.items():
-                definition = self.definitions[name]
-                writer.add_topic(name, info.type, info.offered_qos, definition=definition)
+                writer.add_topic(name, info.type)
             for message in self.messages:
                 writer.write(message.topic, message.cdr, message.log_time)
 

@@ -28,7 +28,6 @@ def renamed(session, node):
             rename(name): type(info)(rename(name), info.type)
             for name, info in session.topics.items()
         },
-        {rename(name): definition for name, definition in session.definitions.items()},
         [each._replace(topic=rename(each.topic)) for each in session.messages],
     )
 
@@ -73,7 +72,6 @@ def test_bag_of_several_nodes_needs_a_name(tmp_path):
     life = Tampered.read(DATA / 'life')
     both, other = renamed(life, '/a'), renamed(life, '/b')
     both.topics |= other.topics
-    both.definitions |= other.definitions
     both.messages += other.messages
     both.write(tmp_path / 'bag')
     with pytest.raises(BagError, match="'/a', '/b'"):
