@@ -75,6 +75,10 @@ def examples():
     )
     element = MemoryElement(CASE_II, Settings(), Calibration(table, table, corrections))
     element.reading = Reading(3, '011', 'left', 1.5, 0.9, 2.0, math.inf, walls=1)
+
+    def decode_string(cdr):
+        return json.loads(jazzy.deserialize_message(cdr, 'std_msgs/msg/String').data)
+
     header = records.build_header(element, '/mlmem', {'record.hash_every': 500})
     hashed = records.build_state_hash(element)
     told = dict.fromkeys(('attempts', 'ticks', 'tick', 'level', 'word'), 1)
@@ -87,8 +91,8 @@ def examples():
         'shots': 3, 'half': 'tension', 'confidence': 0.5, 'kick_factor': 0.9, 'loss_factor': 1.1,
     }  # fmt: skip
     found = {
-        records.Header: json.loads(jazzy.deserialize_message(header, records.STRING_TYPE).data),
-        records.StateHash: json.loads(jazzy.deserialize_message(hashed, records.STRING_TYPE).data),
+        records.Header: decode_string(header),
+        records.StateHash: decode_string(hashed),
         snapshots.Snapshot: snapshots.take_snapshot(element),
         Calibration: encode_value(element.calibration),
         Specimen: encode_value(Specimen(CASE_II, mass=np.linspace(1.0, 2.0, CASE_II.N))),

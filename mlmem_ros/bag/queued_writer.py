@@ -16,9 +16,6 @@ from . import jazzy
 from .errors import BagError
 from .writer import BagWriter
 
-COUNT_TYPE = 'std_msgs/msg/UInt64'
-"""Type of the topic that counts dropped messages."""
-
 MAX_QUEUED_MESSAGES, MAX_QUEUED_BYTES = 10_000, 64 * 2**20
 """Most messages and bytes that may wait; a larger message still fits alone."""
 
@@ -79,7 +76,7 @@ class QueuedWriter:
 
         Args:
             writer: An open bag with its topics added. It belongs to the recorder from now on.
-            dropped_topic: Topic of the count of dropped messages, one of the bag's.
+            dropped_topic: Topic of the count of dropped messages, a UInt64 of the bag's.
             before: Messages to write first: topic, CDR and log time.
             sync_interval: Time in seconds within which a message should be safe on the disk.
             on_error: Called once, from the recorder's thread, if the recording fails.
@@ -213,7 +210,7 @@ class QueuedWriter:
         if dropped == self._recorded_dropped:
             return
         self._recorded_dropped = dropped
-        count = jazzy.make_message(COUNT_TYPE, data=dropped)
+        count = jazzy.make_message('std_msgs/msg/UInt64', data=dropped)
         self._writer.write(self._dropped_topic, jazzy.serialize_message(count), log_time)
 
     def _update_counts(self) -> None:

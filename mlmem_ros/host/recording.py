@@ -21,9 +21,10 @@ from mlmem.loop.open_requests import Stamped
 
 from ..bag import jazzy
 from ..bag.errors import BagError
-from ..bag.queued_writer import COUNT_TYPE, QueuedWriter
+from ..bag.queued_writer import QueuedWriter
 from ..bag.writer import BagWriter
 from ..session import records
+from ..session.records import SessionTopic
 from .settings import SessionPlan
 from .worker import ThrottledLog
 
@@ -166,7 +167,7 @@ class Recording:
         """
         if not self.full:
             for tick, command in commands:
-                self._put_record(records.COMMAND_TOPIC, records.build_command(tick, command))
+                self._put_record(SessionTopic.COMMAND, records.build_command(tick, command))
 
     def record_tick(self, element: MemoryElement) -> None:
         """Take the state's hash if due, after the events of a tick."""
@@ -188,7 +189,7 @@ class Recording:
 
     def _put_hash(self, element: MemoryElement) -> None:
         if element.is_simulated:  # the state of a real element is unknown
-            self._put_record(records.STATE_HASH_TOPIC, records.build_state_hash(element))
+            self._put_record(SessionTopic.STATE_HASH, records.build_state_hash(element))
 
     def _put_record(self, topic: str, cdr: bytes) -> None:
         self.sink.put(session_topic(self.plan, topic), cdr, self._now())
@@ -211,7 +212,7 @@ def session_topic(plan: SessionPlan, topic: str) -> str:
 def build_header(plan: SessionPlan, element: MemoryElement, now: Callable[[], int]) -> Message:
     """Return the state of an idle device, with which a session may begin."""
     header = records.build_header(element, plan.node, plan.parameters or {})
-    return session_topic(plan, records.HEADER_TOPIC), header, now()
+    return session_topic(plan, SessionTopic.HEADER), header, now()
 
 
 def start_buffer(
@@ -238,11 +239,11 @@ def open_bag(plan: SessionPlan) -> BagWriter:
     writer = BagWriter(new_path(plan), max_bytes=plan.settings.max_bytes)
     for topic in plan.topics:
         writer.add_topic(topic.name, topic.type, topic.qos.reliability, topic.qos.durability)
-    header = session_topic(plan, records.HEADER_TOPIC)
-    writer.add_topic(header, records.STRING_TYPE, durability='transient_local', latch=True)
-    for name in (records.COMMAND_TOPIC, records.STATE_HASH_TOPIC):
-        writer.add_topic(session_topic(plan, name), records.STRING_TYPE)
-    writer.add_topic(session_topic(plan, records.DROPPED_TOPIC), COUNT_TYPE)
+    for own in SessionTopic:
+        latch = own is SessionTopic.HEADER
+        durability = 'transient_local' if latch else 'volatile'
+        name = session_topic(plan, own)
+        writer.add_topic(name, own.type, durability=durability, latch=latch)
     return writer
 
 
@@ -256,7 +257,7 @@ def start_recording(
     """Return a recording into an open bag, which begins with these messages."""
     queue = QueuedWriter(
         writer,
-        dropped_topic=session_topic(plan, records.DROPPED_TOPIC),
+        dropped_topic=session_topic(plan, SessionTopic.DROPPED),
         before=before,
         sync_interval=plan.settings.sync_interval,
         on_error=lambda error: log.error(f'recording stopped: {error}'),

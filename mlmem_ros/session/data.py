@@ -1,13 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recorded session of a memory node as values: to replay, list and draw."""
+"""A recorded session of a memory node as values: to replay and list."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from os import PathLike
 from typing import Any
 
@@ -22,15 +20,11 @@ from ..bag.contents import Message
 from ..bag.errors import BagError
 from ..bag.reader import BagReader
 from ..contract import answers
-from ..contract.streams import SHOT_HEAD_SIZE, STREAMS, Stream, decode_shot, parse_message
+from ..contract.streams import SHOT_HEAD_SIZE, STREAMS, decode_shot, parse_message
 from ..contract.topics import Status
 from .records import (
-    COMMAND_TOPIC,
-    DROPPED_TOPIC,
-    HEADER_TOPIC,
-    STATE_HASH_TOPIC,
-    STRING_TYPE,
     Header,
+    SessionTopic,
     StateHash,
     name_errors,
     read_command,
@@ -50,8 +44,7 @@ class SessionData:
         header: Where a replay starts.
         stamped: Commands with the tick at which they took effect.
         events: The values of all event streams, by name, with their times: what a replay compares.
-        configurations: Delta_j over time, one array of shape (N,) each.
-        displacements: Displacement of the substrate's end in metres over time.
+        dropped: Messages that were dropped from the recording.
         lost: What cannot be read, or was dropped from the recording: one line each.
         missing_parts: Numbers, from 0, of the missing files of a split recording. What follows the
             first gap is not read.
@@ -62,8 +55,7 @@ class SessionData:
     stamped: list[tuple[int, Command]] = field(default_factory=list)
     hashes: list[StateHash] = field(default_factory=list)
     events: dict[str, list[tuple[float, Any]]] = field(default_factory=dict)
-    configurations: list[tuple[float, NDArray[np.float32]]] = field(default_factory=list)
-    displacements: list[tuple[float, float]] = field(default_factory=list)
+    dropped: int = 0
     lost: list[str] = field(default_factory=list)
     missing_parts: tuple[int, ...] = ()
 
@@ -96,70 +88,47 @@ class SessionData:
         """What the content was, in words, as `~/content` said."""
         return self.events.get('content', [])
 
-    def reads(
-        self, end: str = 'left', procedures: Collection[str] = ('read',)
-    ) -> list[tuple[Array, Mapping[str, str]]]:
-        """Return the last echo of every successful procedure at an end, and its outcome, with a
-        delay; a write ends with the echo that verifies it.
-        """
-        found, echoes = [], self.echoes
-        for time, values in self.outcomes:
-            if values.get('procedure') in procedures and values.get('end') == end:
-                before = [rows for heard, rows in echoes if heard <= time]
-                if before and _has_content_and_delay(values):
-                    found.append((before[-1], values))
-        return found
-
-
-def _has_content_and_delay(values: Mapping[str, str]) -> bool:
-    try:
-        answers.parse_content(values)
-        return 'error' not in values and math.isfinite(float(values['delay']))
-    except (KeyError, ValueError):  # words have no delay
-        return False
-
-
-MAX_SESSION_BYTES = 2**29
-"""Most bytes of messages that a loaded session holds."""
-
 
 def load_session(
-    path: str | PathLike[str] | BagReader, node: str = '', motion: bool = True
+    path: str | PathLike[str] | BagReader, node: str = '', max_bytes: int = 2**29
 ) -> SessionData:
     """Read what a bag, or a reader that opened it, holds of a memory node, by default the only
     one.
 
     Args:
-        motion: Whether to read configurations and displacements, which only a picture needs.
+        max_bytes: Most bytes of messages that the session may hold in memory.
 
     Raises:
-        BagError: The bag cannot be read, holds no session or several, takes more than
-            `MAX_SESSION_BYTES`, or a message is not what its topic requires; the error names the
-            message and the fault.
+        BagError: The bag cannot be read, holds no session or several or too large a one, or a
+            message is not what its topic requires; the error names the message and the fault.
     """
     reader = path if isinstance(path, BagReader) else BagReader(path)
     node = node or find_only_node(reader)
     session = SessionData(node, read_first_header(reader, node))
-    dropped: list[int] = []
-    handlers = _list_handlers(session, dropped, motion)
+    types = {topic.value: topic.type for topic in SessionTopic if topic != SessionTopic.HEADER}
+    types |= {
+        stream.name: stream.type
+        for stream in STREAMS.values()
+        if stream.is_recorded and not stream.is_periodic
+    }
     held = 0
-    for seconds, message in iterate_timed(reader, handlers):
+    for seconds, message in iterate_timed(reader, [f'{node}/{name}' for name in types]):
         held += len(message.cdr)
-        if held > MAX_SESSION_BYTES:
+        if held > max_bytes:
             raise BagError(
-                f'a session must have at most {MAX_SESSION_BYTES} bytes of messages; '
-                f'{reader.path} has more at {seconds:.3f} s',
+                f'a session must have at most {max_bytes} bytes of messages; {reader.path} has '
+                f'more at {seconds:.3f} s',
                 'too_large',
             )
-        kind, handler = handlers[message.topic]
+        name = message.topic.removeprefix(f'{node}/')
         with name_errors(f'{message.topic} at {seconds:.3f} s'):
-            if message.type != kind:
-                raise BagError(f'the type must be {kind}; got {short_repr(message.type)}')
-            handler(seconds, reader.deserialize(message))
+            if message.type != types[name]:
+                raise BagError(f'the type must be {types[name]}; got {short_repr(message.type)}')
+            _add_message(session, name, seconds, reader.deserialize(message))
     session.missing_parts = reader.missing_parts
     session.lost = list(_list_losses(reader, node))
-    if dropped:
-        session.lost.append(f'{max(dropped)} messages were dropped from the recording')
+    if session.dropped:
+        session.lost.append(f'{session.dropped} messages were dropped from the recording')
     return session
 
 
@@ -169,58 +138,29 @@ def read_first_header(reader: BagReader, node: str) -> Header:
     Raises:
         BagError: The bag has none, or it is invalid.
     """
-    topic = f'{node}/{HEADER_TOPIC}'
+    topic = f'{node}/{SessionTopic.HEADER}'
     for message in reader.session_messages([topic]):
         with name_errors(topic):
             return read_header(reader.deserialize(message).data)
     raise _describe_missing_session(reader)
 
 
-Handler = Callable[[float, Any], object]
-"""Takes the seconds since the bag began, and a message."""
-
-
-def _list_handlers(
-    session: SessionData, dropped: list[int], motion: bool
-) -> dict[str, tuple[str, Handler]]:
-    """Return what takes the messages of every topic into a session, with its type."""
-    commands, hashes = session.stamped, session.hashes
-    handlers: dict[str, tuple[str, Handler]] = {
-        COMMAND_TOPIC: (STRING_TYPE, lambda _, each: commands.append(read_command(each.data))),
-        STATE_HASH_TOPIC: (STRING_TYPE, lambda _, each: hashes.append(read_state_hash(each.data))),
-        DROPPED_TOPIC: ('std_msgs/msg/UInt64', lambda _, each: dropped.append(int(each.data))),
-    }
-    handlers |= {
-        stream.name: (stream.type, partial(_take_event, session, stream))
-        for stream in STREAMS.values()
-        if stream.is_recorded and not stream.is_periodic
-    }
-    if motion:
-        handlers |= {
-            name: (STREAMS[name].type, partial(take, session))
-            for name, take in (('field', _take_field), ('joint_states', _take_joint_states))
-        }
-    return {f'{session.node}/{name}': each for name, each in handlers.items()}
-
-
-def _take_event(session: SessionData, stream: Stream, seconds: float, message: Any) -> None:
-    values = parse_message(stream, message)
-    if stream.name == 'echo':
-        answers.parse_echo(message)  # which refuses what is none
-    elif stream.name == 'waveform':
-        decode_shot(values, message.layout.data_offset)
-    session.events.setdefault(stream.name, []).append((seconds, values))
-
-
-def _take_field(session: SessionData, seconds: float, message: Any) -> None:
-    configuration = np.asarray(message.data, dtype=np.float32)
-    if len(configuration) != session.header.design.N:
-        raise BagError(f'data must have {session.header.design.N} cells; got {len(configuration)}')
-    session.configurations.append((seconds, configuration))
-
-
-def _take_joint_states(session: SessionData, seconds: float, message: Any) -> None:
-    session.displacements.append((seconds, answers.parse_displacement(message)))
+def _add_message(session: SessionData, name: str, seconds: float, message: Any) -> None:
+    """Add a decoded message to a session, by the name of its topic below the node's."""
+    match name:
+        case SessionTopic.COMMAND:
+            session.stamped.append(read_command(message.data))
+        case SessionTopic.STATE_HASH:
+            session.hashes.append(read_state_hash(message.data))
+        case SessionTopic.DROPPED:
+            session.dropped = max(session.dropped, int(message.data))
+        case _:
+            values = parse_message(STREAMS[name], message)
+            if name == 'echo':
+                answers.parse_echo(message)  # which refuses what is none
+            elif name == 'waveform':
+                decode_shot(values, message.layout.data_offset)
+            session.events.setdefault(name, []).append((seconds, values))
 
 
 def _list_losses(reader: BagReader, node: str) -> Iterator[str]:
@@ -239,9 +179,9 @@ def _list_losses(reader: BagReader, node: str) -> Iterator[str]:
 def find_only_node(reader: BagReader) -> str:
     """Return the full name of the one memory node of a bag; raise BagError otherwise."""
     found = [
-        name.removesuffix(f'/{HEADER_TOPIC}')
+        name.removesuffix(f'/{SessionTopic.HEADER}')
         for name, info in reader.topics.items()
-        if name.endswith(f'/{HEADER_TOPIC}') and info.type == STRING_TYPE
+        if name.endswith(f'/{SessionTopic.HEADER}') and info.type == SessionTopic.HEADER.type
     ]
     if len(found) > 1:
         raise BagError(

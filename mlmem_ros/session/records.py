@@ -16,6 +16,7 @@ import platform
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, field
+from enum import Enum
 from typing import Any
 
 from mlmem import Calibration, Command, MemoryElement, Refused, Settings, snapshot
@@ -33,13 +34,22 @@ from ..bag.errors import BagError
 SESSION_FORMAT = 1
 """Version of this format; a session of another one is rejected."""
 
-HEADER_TOPIC = 'session'
-COMMAND_TOPIC = 'session/command'
-STATE_HASH_TOPIC = 'session/state_hash'
-DROPPED_TOPIC = 'session/dropped'
-"""Topics of a session below the node's name, besides those that the node publishes."""
 
-STRING_TYPE = 'std_msgs/msg/String'
+class SessionTopic(str, Enum):
+    """A topic of a session below the node's name, besides those that the node publishes."""
+
+    HEADER = 'session'
+    COMMAND = 'session/command'
+    STATE_HASH = 'session/state_hash'
+    DROPPED = 'session/dropped'
+
+    def __str__(self) -> str:
+        return self.value
+
+    @property
+    def type(self) -> str:
+        """Name of its message type: JSON, or the running count of messages that were dropped."""
+        return 'std_msgs/msg/UInt64' if self is SessionTopic.DROPPED else 'std_msgs/msg/String'
 
 
 def build_header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> bytes:
@@ -102,7 +112,8 @@ def _find_version(package: str) -> str:
 
 
 def _serialize_json(values: dict[str, Any]) -> bytes:
-    return jazzy.serialize_message(jazzy.make_message(STRING_TYPE, data=json.dumps(values)))
+    message = jazzy.make_message(SessionTopic.HEADER.type, data=json.dumps(values))
+    return jazzy.serialize_message(message)
 
 
 MAX_TICKS = 2**53

@@ -50,7 +50,7 @@ def assert_replays(bag: str | PathLike[str], incomplete: bool = False) -> Replay
     Returns:
         The session and its replay, for further checks.
     """
-    session = load_session(bag, motion=False)
+    session = load_session(bag)
     report = run_replay(session)
     assert report.levels_agree, (
         f'{report.verdict}: procedures {report.endings}, recorded {report.recorded_endings}'

@@ -59,10 +59,8 @@ def demo(arguments: argparse.Namespace) -> int:
     if folder is not None:
         found['session'] = folder / 'session'
         if 'session_figure' in laboratory.find_parts():
-            from mlmem_ros.session.data import load_session
-
             draw = laboratory.load_part('session_figure')
-            found['picture'] = draw(load_session(found['session']), folder / 'session.png')
+            found['picture'] = draw(found['session'], folder / 'session.png')
         for name in list(found)[1:]:
             console.print(f'{name:8} {found[name]}')
     if arguments.json:

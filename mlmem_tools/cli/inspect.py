@@ -85,7 +85,7 @@ def _inspect_session(
 
     from ..describe_command import describe_command
 
-    session = load_session(reader, arguments.node, motion=bool(arguments.plot))
+    session = load_session(reader, arguments.node)
     design = session.header.design
     versions = ', '.join(f'{k} {v}' for k, v in session.header.versions.items())
     _print_lines(console, f'{session.node}: {design.levels} levels, {design.N} cells; {versions}')
@@ -114,7 +114,8 @@ def _inspect_session(
     print_rows(console, 'procedures', found['procedures'], columns)
     print_rows(console, 'no longer known', found['unknown'])
     if arguments.plot:
-        picture = laboratory.load_part('session_figure')(session, arguments.plot)
+        draw = laboratory.load_part('session_figure')
+        picture = draw(reader, arguments.plot, session.node)
         found['picture'] = picture
         console.print(f'picture  {picture}')
     return found

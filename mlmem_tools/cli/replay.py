@@ -43,7 +43,7 @@ def replay(arguments: argparse.Namespace) -> int:
     from mlmem_ros.session.replay import run_replay
 
     try:
-        session = load_session(arguments.bag, arguments.node, motion=False)
+        session = load_session(arguments.bag, arguments.node)
         with show_bar(create_console(aside=True)) as bar:
             report = run_replay(
                 session, lambda done, total: bar('replaying', done / max(1, total))

@@ -13,7 +13,7 @@ from mlmem import Disturb, End, Write
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.contract.topics import OK, parse_status
 from mlmem_ros.session.data import find_only_node, iterate_timed, read_first_header
-from mlmem_ros.session.records import COMMAND_TOPIC, name_errors, read_command
+from mlmem_ros.session.records import SessionTopic, name_errors, read_command
 
 from ..describe_command import describe_command
 from .about import About
@@ -58,7 +58,7 @@ def load_frame(path: str | Path) -> bytes:
     names = {
         f'{node}/{name}': name
         for name in (
-            *PICTURED_STREAMS, 'level', 'word', 'echo', 'content', 'outcome', COMMAND_TOPIC,
+            *PICTURED_STREAMS, 'level', 'word', 'echo', 'content', 'outcome', SessionTopic.COMMAND,
         )
     }  # fmt: skip
     max_events = 5000  # most commands, outcomes and levels shown, of each kind
@@ -102,7 +102,7 @@ def load_frame(path: str | Path) -> bytes:
 
 def _describe_event(name: str, message: Any, about: About) -> dict[str, Any] | None:
     """Return a command, an outcome, or a content that is no longer known, in words."""
-    if name == COMMAND_TOPIC:
+    if name == SessionTopic.COMMAND:
         _, command = read_command(message.data)
         if isinstance(command, Disturb):  # there are too many
             return None

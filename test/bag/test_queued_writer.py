@@ -29,7 +29,7 @@ def make(tmp_path):
     def make(sync_interval=0.0, **options):
         writer = BagWriter(tmp_path / 'bag')
         writer.add_topic('/level', 'std_msgs/msg/Int16')
-        writer.add_topic(TOPIC, queued_writer.COUNT_TYPE)
+        writer.add_topic(TOPIC, 'std_msgs/msg/UInt64')
         recorders.append(
             QueuedWriter(writer, dropped_topic=TOPIC, sync_interval=sync_interval, **options)
         )

@@ -18,7 +18,7 @@ PAGE = Path(__file__).parents[2] / 'docs' / 'reference' / 'files.md'
 
 
 def decode(cdr):
-    return json.loads(jazzy.deserialize_message(cdr, records.STRING_TYPE).data)
+    return json.loads(jazzy.deserialize_message(cdr, 'std_msgs/msg/String').data)
 
 
 def write_every_format(folder):
@@ -53,5 +53,4 @@ def test_page_lists_the_keys_that_are_written(tmp_path):
 
 def test_page_lists_the_topics_of_a_session():
     text = PAGE.read_text(encoding='utf-8')
-    names = 'HEADER_TOPIC', 'COMMAND_TOPIC', 'STATE_HASH_TOPIC', 'DROPPED_TOPIC'
-    assert all(f'- `~/{getattr(records, name)}`: ' in text for name in names)
+    assert all(f'- `~/{topic}`: ' in text for topic in records.SessionTopic)

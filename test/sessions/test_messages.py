@@ -19,6 +19,7 @@ from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.session import records
 from mlmem_ros.session.data import load_session
+from mlmem_ros.session.records import SessionTopic
 from mlmem_ros.session.replay import build_element, run_replay
 
 NODE = '/robot/mlmem'
@@ -29,13 +30,10 @@ COMMANDS = {3: SetFaults(Faults(actuator_lag=100.0)), 10: SetStrain(0.004), 40: 
 def recorded(tmp_path):
     """Drive a device by hand for a hundred ticks; return its bag and what was recorded."""
     element = MemoryElement(CASE_II)
-    header, command, state_hash = (
-        f'{NODE}/{topic}'
-        for topic in (records.HEADER_TOPIC, records.COMMAND_TOPIC, records.STATE_HASH_TOPIC)
-    )
+    header, command, state_hash, _ = topics = [f'{NODE}/{topic}' for topic in SessionTopic]
     with BagWriter(tmp_path / 'bag') as writer:
-        for topic in (header, command, state_hash):
-            writer.add_topic(topic, records.STRING_TYPE)
+        for name, topic in zip(topics, SessionTopic, strict=True):
+            writer.add_topic(name, topic.type)
         writer.write(header, records.build_header(element, NODE, {'autostart': True}), 0)
         for tick in range(100):
             if tick in COMMANDS:

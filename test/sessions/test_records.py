@@ -13,7 +13,6 @@ from mlmem.physics import CASE_II
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.contract.streams import SHOT_HEAD_SIZE, decode_shot, encode_shot
-from mlmem_ros.contract.topics import OK, Status
 from mlmem_ros.session import records
 from mlmem_ros.session.data import SessionData
 from mlmem_ros.session.records import name_errors, read_command, read_header, read_state_hash
@@ -21,7 +20,7 @@ from mlmem_ros.session.replay import build_element, find_last_tick, run_replay
 
 
 def text(cdr):
-    return jazzy.deserialize_message(cdr, records.STRING_TYPE).data
+    return jazzy.deserialize_message(cdr, 'std_msgs/msg/String').data
 
 
 @pytest.fixture(scope='module')
@@ -154,17 +153,6 @@ def test_record_from_before_the_session_is_rejected(header):
     late = session_of(json.dumps(header), [(5, SetStrain(0.0))])
     with pytest.raises(BagError, match=r'must have ticks from 100 to .*; got 5'):
         find_last_tick(late, first=100)
-
-
-@pytest.mark.parametrize('values', [{}, {'level': 'x', 'delay': '1'}, {'level': '2', 'delay': ''}])
-def test_outcome_without_a_level_is_not_a_read(header, values):
-    session = session_of(json.dumps(header))
-    session.events['echo'] = [(0.5, np.zeros(6, np.float32))]
-    outcome = {'procedure': 'read', 'end': 'left', **values}
-    session.events['outcome'] = [(1.0, Status(OK, '', outcome))]
-    assert session.reads('left') == []
-    outcome.update(level='2', delay='1.5')
-    assert len(session.reads('left')) == 1
 
 
 # --- the shots of a survey -------------------------------------------------------------------

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.session import data
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 from mlmem_tools.cli.main import main
@@ -32,10 +31,9 @@ def renamed(session, node):
     )
 
 
-def test_session_that_takes_too_much_memory_is_rejected(monkeypatch):
-    monkeypatch.setattr(data, 'MAX_SESSION_BYTES', 10_000)
+def test_session_that_takes_too_much_memory_is_rejected():
     with pytest.raises(BagError) as caught:
-        load_session(DATA / 'life')
+        load_session(DATA / 'life', max_bytes=10_000)
     assert caught.value.code == 'too_large'
 
 

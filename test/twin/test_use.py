@@ -133,7 +133,7 @@ def test_twin_that_cannot_hold_every_word_is_rejected():
 
 def header_of(element):
     return jazzy.deserialize_message(
-        records.build_header(element, '/mlmem', {}), records.STRING_TYPE
+        records.build_header(element, '/mlmem', {}), 'std_msgs/msg/String'
     ).data
 
 

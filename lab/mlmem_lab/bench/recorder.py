@@ -20,7 +20,7 @@ import numpy as np
 
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.contents import Message
-from mlmem_ros.bag.queued_writer import COUNT_TYPE, QueuedWriter
+from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
 
@@ -86,7 +86,7 @@ def _write_bag(messages: Sequence[Message], opened: Opened, bag: Path) -> None:
 @contextmanager
 def _open_recorder(path: Path, types: Types) -> Iterator[Put]:
     writer, dropped = _open_bag(path, types), '/mlmem/session/dropped'
-    writer.add_topic(dropped, COUNT_TYPE)
+    writer.add_topic(dropped, 'std_msgs/msg/UInt64')
     recorder = QueuedWriter(writer, dropped_topic=dropped)
     yield lambda message: recorder.put(message.topic, message.cdr, message.log_time)
     status = recorder.close()

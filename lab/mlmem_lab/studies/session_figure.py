@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +16,19 @@ from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Units
 from mlmem.physics.potential import Array
 from mlmem.readers.echo import detection_threshold
-from mlmem_ros.session.data import SessionData
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.contract import answers
+from mlmem_ros.session.data import SessionData, iterate_timed, load_session
+from mlmem_ros.session.records import SessionTopic, name_errors
+from mlmem_tools.view.session_frame import Columns
 
 from ..results import keep_picture
 from . import style
 
 
-def draw(session: SessionData, path: str | Path) -> Path:
-    """Draw a session and save it.
+def draw(bag: str | PathLike[str] | BagReader, path: str | Path, node: str = '') -> Path:
+    """Draw the session of a node in a bag, by default its only one, and save it.
 
     Above, as Fig. 4a, the x-t contour of the configuration over the strain; below, as Figs. 3b
     and 4b, the last echo of every level that was read, or verified after a write, with its
@@ -31,17 +39,19 @@ def draw(session: SessionData, path: str | Path) -> Path:
     Returns:
         The path.
     """
+    reader = bag if isinstance(bag, BagReader) else BagReader(bag)
+    session = load_session(reader, node)
     with style.style_context():
-        build_figure(session).savefig(path)
+        build_figure(session, *read_motion(reader, session)).savefig(path)
     modules = ['lab/mlmem_lab/studies/session_figure.py']
     keep_picture(Path(path), f'mlmem inspect SESSION --plot {path}', modules)
     return Path(path)
 
 
-def build_figure(session: SessionData) -> Any:
-    """Return the picture of a session; see `draw`."""
+def build_figure(session: SessionData, configurations: Columns, displacements: Columns) -> Any:
+    """Return the picture of a session and its motion; see `draw` and `read_motion`."""
     end = End.RIGHT if session.header.settings.read.end == End.RIGHT else End.LEFT
-    heard = session.reads(end, ('read', 'write'))
+    heard = find_last_echoes(session, end)
     last = {int(values['level']): (echo, float(values['delay'])) for echo, values in heard}
     reads = {level: last[level] for level in sorted(last) if level >= 0}
     max_echo_rows = 8  # most echoes that are shown; of more levels every second, third ..
@@ -49,7 +59,7 @@ def build_figure(session: SessionData) -> Any:
     height = 0.8 + 0.45 * max(3, len(chosen))
     figure = style.new_figure(4.2 + height)
     upper, lower = figure.subfigures(2, 1, height_ratios=(4.2, height))
-    _draw_history(upper, session)
+    _draw_history(upper, session, configurations, displacements)
     left, right = lower.subfigures(1, 2, width_ratios=(1.5, 1.0))
     axes = style.axes_grid(left)[0, 0]
     style.label_panel(
@@ -68,24 +78,70 @@ def build_figure(session: SessionData) -> Any:
     return figure
 
 
-def _draw_history(figure: Any, session: SessionData) -> None:
+def find_last_echoes(session: SessionData, end: End) -> list[tuple[Array, Mapping[str, str]]]:
+    """Return the last echo of every successful read at an end, and the values of its outcome; and
+    of every write, which ends with the echo that verifies it.
+    """
+    found, echoes = [], session.echoes
+    for time, values in session.outcomes:
+        if values.get('procedure') in ('read', 'write') and values.get('end') == end:
+            before = [rows for received, rows in echoes if received <= time]
+            if before and _has_content_and_delay(values):
+                found.append((before[-1], values))
+    return found
+
+
+def _has_content_and_delay(values: Mapping[str, str]) -> bool:
+    try:
+        answers.parse_content(values)
+        return 'error' not in values and math.isfinite(float(values['delay']))
+    except (KeyError, ValueError):  # words have no delay
+        return False
+
+
+def read_motion(reader: BagReader, session: SessionData) -> tuple[Columns, Columns]:
+    """Return the configurations, shape (N,), and the displacements of the substrate's end in
+    metres, by their seconds in the session; of a long one every second, fourth ...
+
+    Raises:
+        BagError: A message is not what its topic requires.
+    """
+    configurations, displacements = Columns(), Columns()
+    names = ('field', 'joint_states', SessionTopic.HEADER)  # with which the session begins
+    for seconds, message in iterate_timed(reader, [f'{session.node}/{name}' for name in names]):
+        with name_errors(f'{message.topic} at {seconds:.3f} s'):
+            if message.topic.endswith('/field'):
+                field = np.asarray(reader.deserialize(message).data, dtype=np.float32)
+                if len(field) != (cells := session.header.design.N):
+                    raise BagError(f'data must have {cells} cells; got {len(field)}')
+                configurations.add(seconds, field)
+            elif message.topic.endswith('/joint_states'):
+                joints = reader.deserialize(message)
+                displacements.add(seconds, answers.parse_displacement(joints))
+    return configurations, displacements
+
+
+def _draw_history(
+    figure: Any, session: SessionData, configurations: Columns, displacements: Columns
+) -> None:
     design = session.header.design
     upper, lower = style.stacked_axes(figure)[:, 0]
-    if session.configurations:
-        time, field = map(np.array, zip(*session.configurations, strict=True))
-        mesh = style.draw_contour(upper, time, design.sites, field)
+    if configurations.t:
+        mesh = style.draw_contour(
+            upper, np.array(configurations.t), design.sites, np.array(configurations.rows)
+        )
         style.mark_defects(upper, design)
         upper.set_ylabel('site $j$, level')
         style.phase_bar(figure, mesh, upper, (design.D_s1, design.D_s2))
     else:  # of a real element
         upper.set_axis_off()
-    what = 'configuration' if session.configurations else 'configuration not recorded'
+    what = 'configuration' if configurations.t else 'configuration not recorded'
     style.label_panel(
         upper, 'a', f'{session.node}, {design.levels} levels, {design.N} cells: {what}'
     )
     length = Units(design, session.header.settings.scale).elongation
-    time, displacement = np.array(session.displacements).reshape(-1, 2).T
-    style.draw_schedule(lower, time, displacement / length)
+    strains = np.array(displacements.rows) / length
+    style.draw_schedule(lower, np.array(displacements.t), strains)
     lower.set_xlabel('time (s)')
 
 

@@ -2,23 +2,31 @@
 # SPDX-License-Identifier: Apache-2.0
 """The picture of a session: what it shows, and what it says is missing."""
 
+import dataclasses
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from mlmem_lab.studies.session_figure import build_figure
+from mlmem import End
+from mlmem_lab.studies.session_figure import build_figure, find_last_echoes, read_motion
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.contract.topics import OK, Status
 from mlmem_ros.session.data import load_session
 
 DATA = Path(__file__).parents[3] / 'test' / 'data'
 
 
 def test_the_picture_of_one_write_shows_its_verifying_echo():
-    session = load_session(DATA / 'life')
+    reader = BagReader(DATA / 'life')
+    session = load_session(reader)
     del session.events['outcome'][1:]
-    (((t, *_), written),) = session.reads('left', ('read', 'write'))
-    assert session.reads('left') == []
-    titled = [(axes.get_title(loc='left'), axes) for axes in build_figure(session).get_axes()]
+    (((t, *_), written),) = find_last_echoes(session, End.LEFT)
+    assert find_last_echoes(session, End.RIGHT) == []
+    drawn = build_figure(session, *read_motion(reader, session)).get_axes()
+    titled = [(axes.get_title(loc='left'), axes) for axes in drawn]
     panels = {letter: axes for letter in 'bc' for title, axes in titled if f'({letter})' in title}
     (shown,) = [line for line in panels['b'].lines if len(line.get_xdata()) == len(t)]
     heard = shown.get_ydata() > 0.0  # above the threshold, which is the row's line
@@ -26,4 +34,24 @@ def test_the_picture_of_one_write_shows_its_verifying_echo():
     measured = panels['c'].lines[1]
     assert measured.get_xydata().tolist() == [[2.0, float(written['delay'])]]
     assert 'left end' in panels['b'].get_title(loc='left')
-    assert r'$\Delta_j$' in [axes.get_title() for axes in build_figure(session).get_axes()]
+    assert r'$\Delta_j$' in [axes.get_title() for axes in drawn]
+
+
+@pytest.mark.parametrize('values', [{}, {'level': 'x', 'delay': '1'}, {'level': '2', 'delay': ''}])
+def test_outcome_without_a_level_has_no_echo(values):
+    session = load_session(DATA / 'life')
+    session.events['echo'] = [(0.5, np.zeros(6, np.float32))]
+    outcome = {'procedure': 'read', 'end': 'left', **values}
+    session.events['outcome'] = [(1.0, Status(OK, '', outcome))]
+    assert find_last_echoes(session, End.LEFT) == []
+    outcome.update(level='2', delay='1.5')
+    assert len(find_last_echoes(session, End.LEFT)) == 1
+
+
+def test_configuration_of_another_element_is_rejected():
+    reader = BagReader(DATA / 'life')
+    session = load_session(reader)
+    header = dataclasses.replace(session.header.design, N=224)
+    session.header = SimpleNamespace(design=header)
+    with pytest.raises(BagError, match=r'/mlmem/field at .* data must have 224 cells; got 225'):
+        read_motion(reader, session)
