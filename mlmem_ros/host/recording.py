@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recording: the topics of an element, and what a replay needs, into one sink: a bag, or before
-that the pre-trigger buffer.
+"""A recording: the topics of an element, and what a replay needs, into a bag, or before that into
+the pre-trigger buffer.
 
 A replay begins with the state of an idle device. So the buffer keeps messages in segments, each
 beginning with such a state, and drops the oldest once the others reach back far enough.
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import itertools
 import time
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -31,8 +32,63 @@ from .worker import ThrottledLog
 Message = tuple[str, bytes, int]
 """Topic, CDR, and log time in nanoseconds."""
 
-MAX_BUFFER_BYTES = 64 * 2**20
-"""Most bytes kept, whatever is requested."""
+
+class Recording(ABC):
+    """What takes all messages of an element.
+
+    Attributes:
+        full: Whether the session has ended at its maximum size.
+    """
+
+    def __init__(self, plan: SessionPlan, log: ThrottledLog, now: Callable[[], int]) -> None:
+        """Create it; `now` returns the time of messages in nanoseconds."""
+        self.plan, self.full = plan, False
+        self._log = log
+        self._now = now
+        self._types = {topic.name: topic.type for topic in plan.topics}
+
+    @abstractmethod
+    def keep_message(self, message: Message) -> object:
+        """Keep a message: cheap, never blocks, from any thread."""
+
+    def takes_topic(self, topic: str) -> bool:
+        """Return whether messages of a topic are recorded."""
+        return topic in self._types and not self.full
+
+    def put(self, topic: str, cdr: bytes) -> None:
+        """Take a serialized message, if its topic is recorded; never blocks, from any thread.
+
+        A message of another type would spoil the bag for readers: it is left out and logged.
+        """
+        if self.takes_topic(topic):
+            try:
+                trimmed = jazzy.trim_message(cdr, self._types[topic])
+            except BagError as error:
+                self._log.refused(f'recording {topic}', error)
+            else:
+                self.keep_message((topic, trimmed, self._now()))
+
+    def put_commands(self, commands: Sequence[Stamped]) -> None:
+        """Take the commands of a tick, before its events.
+
+        A recording that is cut anywhere then has the command of every event that it has.
+        """
+        if not self.full:
+            for tick, command in commands:
+                self._put_record(SessionTopic.COMMAND, records.build_command(tick, command))
+
+    def record_tick(self, element: MemoryElement) -> None:
+        """Take the state's hash if due, after the events of a tick."""
+        if element.ticks % self.plan.settings.hash_every == 0:
+            self.record_hash(element)
+
+    def record_hash(self, element: MemoryElement) -> None:
+        """Take the hash of the present state, between ticks; a real element has none."""
+        if element.is_simulated and not self.full:
+            self._put_record(SessionTopic.STATE_HASH, records.build_state_hash(element))
+
+    def _put_record(self, topic: SessionTopic, cdr: bytes) -> None:
+        self.keep_message((f'{self.plan.node}/{topic}', cdr, self._now()))
 
 
 @dataclass
@@ -43,46 +99,49 @@ class _Segment:
     size: int = 0
 
 
-class PreTriggerBuffer:
-    """A ring of segments, as in rosbag2's snapshot mode.
+class PreTriggerBuffer(Recording):
+    """Keeps the last seconds in memory: a ring of segments, as in rosbag2's snapshot mode.
 
     Time is the element's own, counted in ticks: pace and pauses do not matter. No segment can
     begin while a procedure runs, so a long procedure is kept from its beginning; if it does not
-    fit into `MAX_BUFFER_BYTES`, the ring starts again after it.
+    fit into `max_bytes`, whatever is requested, the ring starts again after it.
     """
 
-    def __init__(self, seconds: float, tick_seconds: float) -> None:
-        """Create it empty."""
-        self._tick_seconds = tick_seconds
-        self._ticks = round(seconds / tick_seconds)
+    max_bytes = 64 * 2**20
+
+    def __init__(
+        self,
+        plan: SessionPlan,
+        log: ThrottledLog,
+        now: Callable[[], int],
+        element: MemoryElement,
+    ) -> None:
+        """Begin with the present state of an idle device."""
+        super().__init__(plan, log, now)
+        self._tick_seconds = element.settings.tick_seconds
+        self._ticks = round(plan.settings.last_seconds / self._tick_seconds)
         self._lock = threads.Lock()  # held for only a few instructions
         self._segments: deque[_Segment] = deque()
         self._tick = 0
         self._size = 0
+        self._begin_segment(element)
 
-    def is_due(self, tick: int) -> bool:
-        """Return whether a segment should begin after a tick, if the device is idle."""
-        self._tick = tick
+    def record_tick(self, element: MemoryElement) -> None:
+        """Take the state's hash if due; begin a segment if it is time and the device is idle."""
+        super().record_tick(element)
+        self._tick = element.ticks
         newest = self._segments[-1].tick if self._segments else -self._ticks
-        return tick - newest >= self._ticks / 4  # four cover the time, one more is being filled
+        # four segments cover the time, one more is being filled
+        if element.ticks - newest >= self._ticks / 4 and not element.procedure:
+            self._begin_segment(element)
 
-    def begin_segment(self, tick: int, header: Message) -> None:
-        """Begin a segment, and drop those older than requested."""
-        with self._lock:
-            self._tick = tick
-            self._segments.append(_Segment(tick, header))
-            self._add_size(header)
-            while len(self._segments) > 1 and tick - self._segments[1].tick >= self._ticks:
-                self._drop_segment()
-
-    def put(self, topic: str, cdr: bytes, log_time: int) -> None:
-        """Keep a message: cheap, from any thread."""
+    def keep_message(self, message: Message) -> None:
+        """Keep a message in the newest segment, and drop the oldest ones if they take too much."""
         with self._lock:
             if self._segments:
-                message = topic, cdr, log_time
                 self._segments[-1].messages.append(message)
                 self._add_size(message)
-                while self._size > MAX_BUFFER_BYTES:
+                while self._size > self.max_bytes:
                     self._drop_segment()
 
     def list_messages(self) -> list[Message]:
@@ -114,6 +173,16 @@ class PreTriggerBuffer:
                 'last_bytes': self._size,
             }
 
+    def _begin_segment(self, element: MemoryElement) -> None:
+        """Begin a segment, and drop those older than requested."""
+        header = build_header(self.plan, element, self._now)
+        with self._lock:
+            self._tick = element.ticks
+            self._segments.append(_Segment(self._tick, header))
+            self._add_size(header)
+            while len(self._segments) > 1 and self._tick - self._segments[1].tick >= self._ticks:
+                self._drop_segment()
+
     def _add_size(self, message: Message) -> None:
         size = len(message[1]) + 200  # memory in addition to the CDR
         self._segments[-1].size += size
@@ -123,11 +192,11 @@ class PreTriggerBuffer:
         self._size -= self._segments.popleft().size
 
 
-class Recording:
-    """Hands messages to a sink: the pre-trigger buffer before a session, or the queue of its bag.
+class BagRecording(Recording):
+    """Hands messages to the queue of a session's bag.
 
     Attributes:
-        full: Whether the session has ended at its maximum size.
+        bag: The queue, with its status.
     """
 
     def __init__(
@@ -135,98 +204,40 @@ class Recording:
         plan: SessionPlan,
         log: ThrottledLog,
         now: Callable[[], int],
-        sink: PreTriggerBuffer | QueuedWriter,
+        writer: BagWriter,
+        before: Sequence[Message],
     ) -> None:
-        """Record into a sink; `now` returns the time of messages in nanoseconds."""
-        self.plan, self.sink, self.full = plan, sink, False
-        self._log = log
-        self._now = now
-        self._types = {topic.name: topic.type for topic in plan.topics}
+        """Record into an open bag, which begins with some messages."""
+        super().__init__(plan, log, now)
+        self.bag = QueuedWriter(
+            writer,
+            dropped_topic=f'{plan.node}/{SessionTopic.DROPPED}',
+            before=before,
+            sync_interval=plan.settings.sync_interval,
+            on_error=lambda error: log.error(f'recording stopped: {error}'),
+        )
+        since = f', with the previous {len(before) - 1} messages' if before[1:] else ''
+        log.info(f'recording a session into {writer.path}{since}')
 
-    def takes_topic(self, topic: str) -> bool:
-        """Return whether messages of a topic are recorded."""
-        return topic in self._types and not self.full
+    def keep_message(self, message: Message) -> None:
+        """Queue a message."""
+        self.bag.put(*message)
 
-    def put(self, topic: str, cdr: bytes) -> None:
-        """Take a serialized message, if its topic is recorded; never blocks, from any thread.
-
-        A message of another type would spoil the bag for readers: it is left out and logged.
-        """
-        if self.takes_topic(topic):
-            try:
-                trimmed = jazzy.trim_message(cdr, self._types[topic])
-            except BagError as error:
-                self._log.refused(f'recording {topic}', error)
-            else:
-                self.sink.put(topic, trimmed, self._now())
-
-    def put_commands(self, commands: Sequence[Stamped]) -> None:
-        """Take the commands of a tick, before its events.
-
-        A recording that is cut anywhere then has the command of every event that it has.
-        """
-        if not self.full:
-            for tick, command in commands:
-                self._put_record(SessionTopic.COMMAND, records.build_command(tick, command))
-
-    def record_tick(self, element: MemoryElement) -> None:
-        """Take the state's hash if due, after the events of a tick."""
-        if self.full:
-            return
-        hashed = element.ticks % self.plan.settings.hash_every == 0
-        if hashed:
-            self._put_hash(element)
-        if isinstance(self.sink, PreTriggerBuffer):
-            if self.sink.is_due(element.ticks) and not element.procedure:
-                self.sink.begin_segment(element.ticks, build_header(self.plan, element, self._now))
-        elif hashed:
-            self._end_if_full(self.sink)
-
-    def record_end(self, element: MemoryElement) -> None:
-        """Record the hash of the last state; call it between ticks."""
-        if not self.full:
-            self._put_hash(element)
-
-    def _put_hash(self, element: MemoryElement) -> None:
-        if element.is_simulated:  # the state of a real element is unknown
-            self._put_record(SessionTopic.STATE_HASH, records.build_state_hash(element))
-
-    def _put_record(self, topic: str, cdr: bytes) -> None:
-        self.sink.put(session_topic(self.plan, topic), cdr, self._now())
-
-    def _end_if_full(self, bag: QueuedWriter) -> None:
-        """End a session at its maximum size; the hash just recorded is the last."""
+    def record_hash(self, element: MemoryElement) -> None:
+        """Take the hash of the present state; it is the last at the session's maximum size."""
+        super().record_hash(element)
         most = self.plan.settings.most_megabytes
-        if most and (status := bag.status).size >= 1e6 * most:
+        if most and not self.full and (status := self.bag.status).size >= 1e6 * most:
             self.full = True
             self._log.warning(
                 f'the session in {status.path} ends at {most:g} MB (record.most_megabytes)'
             )
 
 
-def session_topic(plan: SessionPlan, topic: str) -> str:
-    """Return the full name of one of a session's own topics."""
-    return f'{plan.node}/{topic}'
-
-
 def build_header(plan: SessionPlan, element: MemoryElement, now: Callable[[], int]) -> Message:
     """Return the state of an idle device, with which a session may begin."""
     header = records.build_header(element, plan.node, plan.parameters or {})
-    return session_topic(plan, SessionTopic.HEADER), header, now()
-
-
-def start_buffer(
-    plan: SessionPlan,
-    log: ThrottledLog,
-    now: Callable[[], int],
-    element: MemoryElement,
-    seconds: float,
-) -> Recording:
-    """Record the last seconds, from the present state of an idle device on, in memory."""
-    buffer = PreTriggerBuffer(seconds, element.settings.tick_seconds)
-    recording = Recording(plan, log, now, buffer)
-    buffer.begin_segment(element.ticks, build_header(plan, element, now))
-    return recording
+    return f'{plan.node}/{SessionTopic.HEADER}', header, now()
 
 
 def open_bag(plan: SessionPlan) -> BagWriter:
@@ -242,29 +253,8 @@ def open_bag(plan: SessionPlan) -> BagWriter:
     for own in SessionTopic:
         latch = own is SessionTopic.HEADER
         durability = 'transient_local' if latch else 'volatile'
-        name = session_topic(plan, own)
-        writer.add_topic(name, own.type, durability=durability, latch=latch)
+        writer.add_topic(f'{plan.node}/{own}', own.type, durability=durability, latch=latch)
     return writer
-
-
-def start_recording(
-    plan: SessionPlan,
-    writer: BagWriter,
-    log: ThrottledLog,
-    now: Callable[[], int],
-    before: Sequence[Message],
-) -> tuple[Recording, QueuedWriter]:
-    """Return a recording into an open bag, which begins with these messages."""
-    queue = QueuedWriter(
-        writer,
-        dropped_topic=session_topic(plan, SessionTopic.DROPPED),
-        before=before,
-        sync_interval=plan.settings.sync_interval,
-        on_error=lambda error: log.error(f'recording stopped: {error}'),
-    )
-    since = f', with the previous {len(before) - 1} messages' if before[1:] else ''
-    log.info(f'recording a session into {writer.path}{since}')
-    return Recording(plan, log, now, queue), queue
 
 
 def new_path(plan: SessionPlan) -> Path:

@@ -18,9 +18,8 @@ from .settings import SessionPlan
 from .worker import Overdue, ThrottledLog, Worker
 
 if TYPE_CHECKING:
-    from ..bag.queued_writer import QueuedWriter, WriterStatus
-    from ..bag.writer import BagWriter
-    from .recording import Message, PreTriggerBuffer, Recording
+    from ..bag.queued_writer import WriterStatus
+    from .recording import BagRecording, Message, PreTriggerBuffer, Recording
 
 T = TypeVar('T')
 
@@ -37,15 +36,14 @@ class Sessions:
     the state that the device has, idle, once the bag is open.
 
     Attributes:
+        current: The recording into a bag, or None.
         buffer: The pre-trigger buffer, or None without one; empty during a recording.
     """
 
     def __init__(self, log: ThrottledLog, now: Callable[[], int]) -> None:
         """Create it idle; `now` is in nanoseconds."""
-        self.current: Recording | None = None
+        self.current: BagRecording | None = None
         self.buffer: PreTriggerBuffer | None = None
-        self._bag: QueuedWriter | None = None  # of the recording
-        self._buffered: Recording | None = None  # into the buffer
         self._log = log
         self._now = now
         self._worker = Worker('mlmem-sessions', log)
@@ -53,14 +51,14 @@ class Sessions:
 
     @property
     def recording(self) -> Recording | None:
-        """What takes all messages: the recording, or that into the pre-trigger buffer, or None."""
-        return self.current or self._buffered
+        """What takes all messages: the recording, or the pre-trigger buffer, or None."""
+        return self.current or self.buffer
 
     @property
     def status(self) -> WriterStatus | None:
         """The status of the recording's bag; None without one."""
-        bag = self._bag
-        return None if bag is None else bag.status
+        current = self.current
+        return None if current is None else current.bag.status
 
     def keep(self, plan: SessionPlan, element: MemoryElement) -> None:
         """Keep the last seconds of a device from now on; call it before time runs.
@@ -68,13 +66,10 @@ class Sessions:
         Raises:
             BagError: Packages that are needed to record are missing.
         """
-        seconds = plan.settings.last_seconds
-        self._buffered = _import_recorder().start_buffer(
-            plan, self._log, self._now, element, seconds
-        )
-        self.buffer = buffer = cast('PreTriggerBuffer', self._buffered.sink)
+        buffer = _import_recorder().PreTriggerBuffer(plan, self._log, self._now, element)
         if self.current is not None:
             buffer.clear()
+        self.buffer = buffer
 
     def begin(self, plan: SessionPlan, element: MemoryElement) -> None:
         """Begin a recording before time runs, in `record.path`; otherwise like `start`.
@@ -153,12 +148,17 @@ class Sessions:
         _call_between_ticks(loop, require_start)  # before a file is made
         writer = recorder.open_bag(plan)
 
+        def attach_recording(before: list[Message]) -> None:
+            self.current = recorder.BagRecording(plan, self._log, self._now, writer, before)
+            if self.buffer is not None:
+                self.buffer.clear()
+
         def begin_session() -> None:
             require_start()
             before = [] if self.buffer is None else self.buffer.list_messages()
             if not before and element is not None:
                 before = [recorder.build_header(plan, element, self._now)]
-            self._worker.unless_given_up(lambda: self._attach_recording(plan, writer, before))
+            self._worker.unless_given_up(lambda: attach_recording(before))
 
         try:
             _call_between_ticks(loop, begin_session)
@@ -168,38 +168,20 @@ class Sessions:
             raise
         return cast('Path', writer.path)
 
-    def _attach_recording(
-        self, plan: SessionPlan, writer: BagWriter, before: list[Message]
-    ) -> None:
-        """Record into an open bag from now on."""
-        recorder = _import_recorder()
-        self.current, self._bag = recorder.start_recording(
-            plan, writer, self._log, self._now, before
-        )
-        if self.buffer is not None:
-            self.buffer.clear()
-
     def _stop(self, element: MemoryElement | None, loop: Loop | None) -> Path:
-        recording, bag = self.current, self._bag
-        if recording is None or bag is None:
+        recording = self.current
+        if recording is None:
             raise Refused('nothing is being recorded')
 
         def end_session() -> None:
-            self.current = self._bag = None
+            self.current = None
             if element is not None:
-                recording.record_end(element)
+                recording.record_hash(element)
 
         _call_between_ticks(loop, end_session)
-        try:
-            return self._close_bag(bag)
-        except BagError:
-            self._lost = True
-            raise
-
-    def _close_bag(self, bag: QueuedWriter) -> Path:
-        """Write what is queued, finish the bag, and return its path; waits for the disk."""
-        status = bag.close()
+        status = recording.bag.close()  # writes what is queued; waits for the disk
         if status.error is not None:
+            self._lost = True
             raise status.error
         self._log.info(
             f'session closed: {status.messages} messages, {status.size / 1e6:.2f} MB, '
@@ -209,11 +191,11 @@ class Sessions:
 
     def _close_session(self, element: MemoryElement | None) -> Path:
         try:
-            if element is None and self._buffered is not None and self.current is None:
-                self._save_last_seconds(self._buffered.plan)
+            if element is None and self.buffer is not None and self.current is None:
+                self._save_last_seconds(self.buffer.plan)
             return self._stop(element, None)
         finally:
-            self.buffer = self._buffered = None
+            self.buffer = None
 
     def _save_last_seconds(self, plan: SessionPlan) -> None:
         """Save the last seconds of a failed device as a session."""

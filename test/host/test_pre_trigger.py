@@ -110,7 +110,7 @@ def test_old_seconds_are_dropped_and_a_write_kept_whole(serve, tmp_path):
 
 def test_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch):
     """A write fills more than the limit: what is kept begins after it."""
-    monkeypatch.setattr(recording, 'MAX_BUFFER_BYTES', 20_000)
+    monkeypatch.setattr(recording.PreTriggerBuffer, 'max_bytes', 20_000)
     service = serve(record=RecordSettings(last_seconds=3600.0, hash_every=50))
     host = service.activate()
     ended = host.submit(Write(1)).answer.result(SOON).end_tick
