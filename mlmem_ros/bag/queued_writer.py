@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,9 +15,6 @@ from mlmem import threads
 from . import jazzy
 from .errors import BagError
 from .writer import BagWriter
-
-MAX_QUEUED_MESSAGES, MAX_QUEUED_BYTES = 10_000, 64 * 2**20
-"""Most messages and bytes that may wait; a larger message still fits alone."""
 
 
 class _Item(NamedTuple):
@@ -61,16 +58,23 @@ class QueuedWriter:
     When the disk cannot follow and the queue is full, messages are dropped and counted. The
     running count is recorded, as a message on `dropped_topic` whenever it grows, so every gap is
     known.
+
+    Attributes:
+        max_messages: Most messages that may wait.
+        max_bytes: Most bytes that may wait; a larger message still fits alone.
     """
+
+    max_messages = 10_000
+    max_bytes = 64 * 2**20
 
     def __init__(
         self,
         writer: BagWriter,
         *,
         dropped_topic: str,
-        before: Sequence[tuple[str, bytes, int]] = (),
+        before: Iterable[tuple[str, bytes, int]] = (),
         sync_interval: float = 1.0,
-        on_error: Callable[[BagError], None] | None = None,
+        on_error: Callable[[BagError], object] = lambda error: None,
     ) -> None:
         """Start recording.
 
@@ -83,7 +87,6 @@ class QueuedWriter:
         """
         self._writer = writer
         self._dropped_topic = dropped_topic
-        self._before = before
         self._sync_after = 0.5 * sync_interval  # the other half of the interval is for the disk
         self._last_sync = threads.monotonic()
         self._on_error = on_error
@@ -93,14 +96,15 @@ class QueuedWriter:
         self._dropped = 0
         self._last_dropped_time = 0
         self._accepting = True
-        self._recorded_dropped = 0
-        # when the oldest unsynced message was put
-        self._oldest = threads.monotonic() if before else None
+        self._oldest: float | None = None  # when the oldest unsynced message was put
         self._longest_wait = 0.0
         self._messages = 0
         self._size = 0
         self._error: BagError | None = None
-        self._thread = threads.Thread(target=self._run, name='mlmem-recorder', daemon=True)
+        first = [_Item(self._last_sync, *message) for message in before]
+        self._thread = threads.Thread(
+            target=lambda: self._run(first), name='mlmem-recorder', daemon=True
+        )
         self._thread.start()
 
     def put(self, topic: str, cdr: bytes, log_time: int) -> bool:
@@ -115,8 +119,8 @@ class QueuedWriter:
         with self._changed:
             if not self._accepting:
                 return False
-            full = self._queued_bytes + size > MAX_QUEUED_BYTES and self._queue
-            if full or len(self._queue) >= MAX_QUEUED_MESSAGES:
+            full = self._queued_bytes + size > self.max_bytes and self._queue
+            if full or len(self._queue) >= self.max_messages:
                 self._dropped += 1
                 self._last_dropped_time = log_time
                 return False
@@ -152,23 +156,23 @@ class QueuedWriter:
         self._thread.join()
         return self.status
 
-    def _run(self) -> None:
+    def _run(self, before: list[_Item]) -> None:
+        """Write what comes before, then what is queued until the recording is closed or fails."""
+        stopping, recorded_dropped = False, 0
         try:
-            for message in self._before:
-                self._writer.write(*message)
-            self._before, stopping = (), False
+            self._write_items(before)
             while not stopping:
                 with self._changed:
                     # polled, because a signal would cost the loop time
                     stopping = self._changed.wait_for(lambda: not self._accepting, 0.05)
-                items, dropped, dropped_time = self._take_queue()
-                for item in items:
-                    if self._oldest is None:
-                        self._oldest = item.put
-                    self._writer.write(*item[1:])
-                    self._sync_if_due()
-                # The dropped messages came after all that fitted into the queue.
-                self._record_dropped(dropped, dropped_time)
+                    items, self._queue, self._queued_bytes = self._queue, [], 0
+                    dropped, dropped_time = self._dropped, self._last_dropped_time
+                self._write_items(items)
+                if dropped > recorded_dropped:  # after all that fitted into the queue
+                    recorded_dropped = dropped
+                    count = jazzy.make_message('std_msgs/msg/UInt64', data=dropped)
+                    cdr = jazzy.serialize_message(count)
+                    self._writer.write(self._dropped_topic, cdr, dropped_time)
                 self._sync_if_due()
                 self._update_counts()
             self._writer.close()
@@ -179,13 +183,12 @@ class QueuedWriter:
         except Exception as error:  # a bug here must end the recording, not the robot
             self._fail_recording(BagError(f'Cannot record into {self._writer.path}: {error!r}.'))
 
-    def _take_queue(self) -> tuple[list[_Item], int, int]:
-        with self._changed:
-            items, self._queue = self._queue, []
-            self._queued_bytes = 0
-            if self._oldest is None and items:
-                self._oldest = items[0].put
-            return items, self._dropped, self._last_dropped_time
+    def _write_items(self, items: list[_Item]) -> None:
+        for item in items:
+            if self._oldest is None:
+                self._oldest = item.put
+            self._writer.write(*item[1:])
+            self._sync_if_due()
 
     def _sync_if_due(self) -> None:
         if self._writer.unsynced:
@@ -206,13 +209,6 @@ class QueuedWriter:
         """Return how long the oldest unsynced message has waited, in seconds."""
         return 0.0 if (oldest := self._oldest) is None else threads.monotonic() - oldest
 
-    def _record_dropped(self, dropped: int, log_time: int) -> None:
-        if dropped == self._recorded_dropped:
-            return
-        self._recorded_dropped = dropped
-        count = jazzy.make_message('std_msgs/msg/UInt64', data=dropped)
-        self._writer.write(self._dropped_topic, jazzy.serialize_message(count), log_time)
-
     def _update_counts(self) -> None:
         self._messages = self._writer.message_count
         self._size = self._writer.size
@@ -226,5 +222,4 @@ class QueuedWriter:
         with suppress(BagError):
             # Finish the bag after a bad message; this does nothing if the storage failed.
             self._writer.close()
-        if self._on_error is not None:
-            self._on_error(error)
+        self._on_error(error)

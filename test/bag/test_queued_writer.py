@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from mlmem_ros.bag import jazzy, queued_writer
+from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.reader import BagReader
@@ -93,7 +93,7 @@ def test_longest_wait_shows_a_disk_that_hangs(make, monkeypatch):
 
 
 def test_overflow_is_counted_and_recorded(make, monkeypatch):
-    monkeypatch.setattr(queued_writer, 'MAX_QUEUED_MESSAGES', 10)
+    monkeypatch.setattr(QueuedWriter, 'max_messages', 10)
     recorder = make()
     released = hold(recorder, monkeypatch)
     taken = [recorder.put('/level', level(i), i) for i in range(1, 16)]
@@ -110,7 +110,7 @@ def test_overflow_is_counted_and_recorded(make, monkeypatch):
 
 
 def test_queue_is_bounded_in_bytes_too(make, monkeypatch):
-    monkeypatch.setattr(queued_writer, 'MAX_QUEUED_BYTES', 100)
+    monkeypatch.setattr(QueuedWriter, 'max_bytes', 100)
     recorder = make()
     released = hold(recorder, monkeypatch)
     # 6 bytes each: sixteen fit into 100.
