@@ -10,7 +10,6 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
@@ -90,21 +89,17 @@ def deserialize_message(cdr: bytes, type_name: str) -> Any:
 
 
 def trim_message(cdr: bytes, type_name: str) -> bytes:
-    """Cut off the unwritten memory that ``rclpy.serialization.serialize_message`` appends.
+    """Return a message without the bytes that ``rclpy.serialization.serialize_message`` appends.
 
     Fast DDS reserves padding for every sequence of 8-byte numbers, which an empty one does not
     use: a JointState without effort ends in 4 stray bytes, a JointTrajectory in dozens. ROS does
     not mind, but `rosbags` refuses such a message. (Padding between fields is unwritten memory
     too, so messages are to be compared decoded, never as bytes.)
 
-    Returns:
-        The message alone; the very same bytes if its type has no such sequence.
-
     Raises:
         BagError: Jazzy has no such type, or the bytes are not a message of it.
     """
-    _require_type(type_name)
-    return cdr[: _decode_message(cdr, type_name)[1]] if _has_wide_sequence(type_name) else cdr
+    return cdr[: _decode_message(cdr, type_name)[1]]
 
 
 def _decode_message(cdr: bytes, type_name: str) -> tuple[Any, int]:
@@ -131,16 +126,3 @@ def _decode_message(cdr: bytes, type_name: str) -> tuple[Any, int]:
 def _require_type(type_name: str) -> None:
     if type_name not in _load_typestore().fielddefs:
         raise BagError(f'The type must be one of ROS 2 Jazzy; got {short_repr(type_name)}.')
-
-
-@lru_cache
-def _has_wide_sequence(type_name: str) -> bool:
-    for _, (kind, detail) in _load_typestore().fielddefs[type_name][1]:
-        # A nested type appears by name, alone or as the item of an array.
-        item = detail[0][1] if isinstance(detail[0], tuple) else detail
-        if isinstance(item, str):
-            if _has_wide_sequence(item):
-                return True
-        elif kind == Nodetype.SEQUENCE and item[0] in {'float64', 'int64', 'uint64'}:
-            return True
-    return False

@@ -43,9 +43,6 @@ def test_bytes_after_the_message_are_ignored_and_cut_off():
     stray = b'\xde\xad\xbe\xef'
     assert jazzy.deserialize_message(cdr + stray, 'std_msgs/msg/Float64MultiArray').data.size == 0
     assert jazzy.trim_message(cdr + stray, 'std_msgs/msg/Float64MultiArray') == cdr
-    # A type without a sequence of 8-byte numbers has no stray bytes to look for.
-    image = bytes(10_000)
-    assert jazzy.trim_message(image, 'sensor_msgs/msg/Image') is image
 
 
 @pytest.mark.parametrize('cdr', [b'', b'\0\1\0', b'\1\1\0\0' + bytes(8), b'\0\2\0\0' + bytes(8)])
