@@ -32,10 +32,6 @@ from mlmem.schema import make_printable
 from .contents import NOT_CLOSED_REASON, Loss, Message, TopicInfo
 from .errors import BagError, storage_errors
 
-_RECORD_HEAD = struct.Struct('<BQ')  # opcode and length of a record
-MAX_HELD_BYTES = 2**27
-"""Most bytes that a chunk may take in memory, however small the file is."""
-
 
 class DamageError(Exception):
     """A record is damaged; the text says how."""
@@ -176,11 +172,11 @@ def _find_spans(stream: BinaryIO, offset: int) -> Iterator[tuple[int, int, int]]
     opcode = 0
     while opcode != Opcode.FOOTER:
         stream.seek(offset)
-        head = stream.read(_RECORD_HEAD.size)
-        if len(head) < _RECORD_HEAD.size:
+        head = stream.read(9)  # bytes of the opcode, and of the length that follows
+        if len(head) < 9:
             return
-        opcode, length = _RECORD_HEAD.unpack(head)
-        end = offset + _RECORD_HEAD.size + length
+        opcode, length = struct.unpack('<BQ', head)
+        end = offset + 9 + length
         if not opcode or end > size:  # some file systems leave zeros after a power cut
             return
         yield opcode, offset, end
@@ -207,8 +203,8 @@ def _check_crc(stream: BinaryIO, record: records.McapRecord, offset: int) -> Non
         begin, end, crc = 0, offset, record.data_section_crc
     elif isinstance(record, records.Footer):
         begin = record.summary_start or offset
-        # the CRC covers the first 16 bytes of the footer
-        end, crc = offset + _RECORD_HEAD.size + 16, record.summary_crc
+        # the CRC covers opcode and length of the footer and its first 16 bytes
+        end, crc = offset + 9 + 16, record.summary_crc
     else:
         return
     found = 0
@@ -219,14 +215,16 @@ def _check_crc(stream: BinaryIO, record: records.McapRecord, offset: int) -> Non
         raise DamageError('what precedes it has changed, by its CRC')
 
 
-def _decompress_chunk(chunk: records.Chunk) -> bytes:
-    """Return the content of a chunk; raise `DamageError` if it takes more than may be held."""
+def _decompress_chunk(chunk: records.Chunk, max_bytes: int = 2**27) -> bytes:
+    """Return the content of a chunk; raise `DamageError` if it takes more than may be held in
+    memory, however small the file is.
+    """
     claimed = chunk.uncompressed_size  # the decompressor allocates it, or what the content claims
     if chunk.compression == 'zstd':
         size = zstandard.get_frame_parameters(chunk.data).content_size
         claimed = max(claimed, 0 if size == zstandard.CONTENTSIZE_UNKNOWN else size)
-    if claimed > MAX_HELD_BYTES:
-        raise DamageError(f'the chunk claims {claimed} bytes; at most {MAX_HELD_BYTES} are read')
+    if claimed > max_bytes:
+        raise DamageError(f'the chunk claims {claimed} bytes; at most {max_bytes} are read')
     if chunk.compression == 'zstd':
         return zstandard.decompress(chunk.data, chunk.uncompressed_size)
     if chunk.compression == 'lz4':

@@ -43,23 +43,17 @@ def find_worst_verdict(verdicts: Iterable[Verdict]) -> Verdict:
     return max(verdicts, key=gravity.index, default=Verdict.PASS)
 
 
-CHECK_MODES = ('refuse', 'warn', 'skip')
-"""Whether to refuse to configure a design that fails, to warn, or to skip the check."""
-
 Found = tuple[str, str, str, dict[str, float]]
 """A finding: its name, verdict, text and values."""
-
-DISTURB_FINDING = 'read_disturb'
-"""The finding on the loudest pulses that move nothing, which are kept whatever they are."""
-
-CHECK_TOOL = 'design_check'
-"""The tool that checks; a finding depends on its package and on the library."""
 
 
 def check_design(
     design: Design, settings: Settings, mode: str, log: ThrottledLog
 ) -> dict[End, float]:
-    """Check a design in a mode of `CHECK_MODES`, and log every finding that is not a pass.
+    """Check a design, and log every finding that is not a pass.
+
+    Args:
+        mode: Whether to `refuse` a design that fails, to `warn`, or to `skip` the check.
 
     Returns:
         The loudest pulse that moves nothing, in cells, by end; nothing if that is not known.
@@ -86,7 +80,7 @@ def check_design(
     return {
         End(end): amplitude
         for name, *_, values in found
-        if name == DISTURB_FINDING
+        if name == 'read_disturb'
         for end, amplitude in values.items()
     }
 
@@ -99,12 +93,12 @@ def load_findings(design: Design, settings: Settings) -> list[Found]:
     if key not in cached:
         from mlmem.atomic_files import write_atomically  # a design that is known needs none of it
 
-        check = find_tool(CHECK_TOOL).load()
+        check = find_tool('design_check').load()
 
         cached[key] = [
             (each.name, each.verdict.value, each.text, dict(each.values))
             for each in check(design, settings).findings
-            if each.verdict is not Verdict.PASS or each.name == DISTURB_FINDING
+            if each.verdict is not Verdict.PASS or each.name == 'read_disturb'
         ]
         if path is not None:
             with contextlib.suppress(OSError):
@@ -133,7 +127,7 @@ def _cache_key(design: Design, settings: Settings) -> str:
 @cache
 def _hash_source() -> str:
     files: list[Path] = []
-    for module in ('mlmem', find_tool(CHECK_TOOL).module):
+    for module in ('mlmem', find_tool('design_check').module):
         found = find_spec(module)
         if found is not None and found.origin is not None:
             files += Path(found.origin).parent.rglob('*.py')

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 T = TypeVar('T')
 
-STARTING, CLOSING = 'starting the recording', 'closing the recording'
-
 
 class Sessions:
     """Holds the one recording of an element.
@@ -79,7 +77,9 @@ class Sessions:
             SettingsError: The path leads out of `files.root`.
             Overdue: The disk does not answer.
         """
-        self._worker.do_and_wait(STARTING, lambda: self._start_session(plan, element, None))
+        self._worker.do_and_wait(
+            'starting the recording', lambda: self._start_session(plan, element, None)
+        )
 
     def start(self, plan: SessionPlan, loop: Loop) -> Future[Path]:
         """Begin a recording while time runs.
@@ -89,7 +89,9 @@ class Sessions:
             if a session is being recorded, or a procedure runs and no last seconds are kept; else
             what `begin` raises. If the path exists, the time is added to it.
         """
-        return self._worker.do(STARTING, lambda: self._start_session(plan, loop.element, loop))
+        return self._worker.do(
+            'starting the recording', lambda: self._start_session(plan, loop.element, loop)
+        )
 
     def stop(self, loop: Loop) -> Future[Path]:
         """End the recording while time runs.
@@ -98,7 +100,7 @@ class Sessions:
             The path of the bag, once it is closed; `Refused` if nothing is being recorded,
             `BagError` if not all could be written.
         """
-        return self._worker.do(CLOSING, lambda: self._stop(loop.element, loop))
+        return self._worker.do('closing the recording', lambda: self._stop(loop.element, loop))
 
     def on_timer(self) -> None:
         """Answer requests that have waited too long for the disk; call it once a second."""
@@ -115,7 +117,7 @@ class Sessions:
             Whether all that was recorded is written.
         """
         try:
-            self._worker.do_and_wait(CLOSING, lambda: self._close_session(element))
+            self._worker.do_and_wait('closing the recording', lambda: self._close_session(element))
         except Refused:  # nothing is being recorded
             return not self._lost
         except BagError:  # logged when it occurred

@@ -29,7 +29,6 @@ from mlmem.schema import (
 )
 
 from ..contract.topics import Topic
-from .design_check import CHECK_MODES
 
 _seconds = make_field_factory('s', 0.0, 3600.0)
 _ticks = make_field_factory('ticks', 1, 10**6)
@@ -300,7 +299,8 @@ NODE_PARAMETERS = {
         unit='s', low=0.0, high=3600.0,
     )),
     'design.check': ('refuse', Description(
-        'what configure does with a design that fails its check', choices=CHECK_MODES
+        'what configure does with a design that fails its check',
+        choices=('refuse', 'warn', 'skip'),
     )),
 }  # fmt: skip
 """Parameters that are not fields of settings; but for `write.method` they may be set only while

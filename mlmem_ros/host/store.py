@@ -37,9 +37,6 @@ from mlmem.schema import make_printable
 from .settings import FileSettings, StateSettings
 from .worker import ThrottledLog, Worker
 
-FILE_FORMAT = 1
-"""Version of the file."""
-
 
 class Store:
     """Keeps the state of an element in a file, or without a path nowhere.
@@ -215,7 +212,7 @@ def save_snapshot(path: Path, taken: Mapping[str, Any]) -> None:
     Raises:
         StateError: The file cannot be written; the message says why.
     """
-    content = json.dumps({'format': FILE_FORMAT, 'snapshot': dict(taken)})
+    content = json.dumps({'format': 1, 'snapshot': dict(taken)})
     try:
         atomic_files.make_directory(path.parent, exist_ok=True)
         atomic_files.write_atomically(path, content)
@@ -240,8 +237,8 @@ def load_snapshot(path: Path) -> dict[str, Any] | None:
     except ValueError as error:
         raise _build_damage_error(path, str(error)) from error
     found = content.get('snapshot') if isinstance(content, dict) else None
-    if not isinstance(found, dict) or content.get('format') != FILE_FORMAT:
-        raise _build_damage_error(path, f'it must have format {FILE_FORMAT} and a snapshot')
+    if not isinstance(found, dict) or content.get('format') != 1:
+        raise _build_damage_error(path, 'it must have format 1 and a snapshot')
     return found
 
 

@@ -25,7 +25,6 @@ from mlmem.schema import make_printable
 
 from .frames import (
     PROTOCOL_VERSION,
-    STRAIN_CAPABILITY,
     Frame,
     FrameKind,
     Hello,
@@ -34,23 +33,22 @@ from .frames import (
 )
 from .link import FrameLink, Transport, open_line, read_option
 
-LEAD_TIME_S = 0.05
-"""Seconds by which set-points are sent ahead, unless the address has the option `lead`."""
-
-LINE_TIMEOUT_S = 1.0
-"""Seconds of silence after which the driver gives up, unless the address has `patience`."""
-
-HEARTBEAT_PERIOD_S = 0.25
-"""Seconds without a call after which the driver says that it is still there."""
-
 
 class Rig(Driver):
     """An element behind a line.
 
     Between calls a thread keeps the line alive, for `patience` seconds: the device may compile or
     plan meanwhile, or wait for a core, and a rig that hears nothing lets its element go.
+
+    Attributes:
+        default_lead: Seconds by which set-points are sent ahead, without `lead` in the address.
+        default_patience: Seconds of silence after which the driver gives up, without `patience`.
+        heartbeat_period: Seconds without a call after which it says that it is still there.
     """
 
+    default_lead = 0.05
+    default_patience = 1.0
+    heartbeat_period = 0.25
     own_clock = True
 
     def __init__(
@@ -66,10 +64,8 @@ class Rig(Driver):
             SettingsError: The address is invalid, or the rig does not fit these settings.
             DriverError: There is no rig at the address.
         """
-        lead, self._patience = (
-            read_option(address, 'lead', LEAD_TIME_S),
-            read_option(address, 'patience', LINE_TIMEOUT_S),
-        )
+        lead = read_option(address, 'lead', self.default_lead)
+        self._patience = read_option(address, 'patience', self.default_patience)
         self._address = address
         self._failure = ''
         self._transport = transport or open_line(address, self._patience)
@@ -106,7 +102,7 @@ class Rig(Driver):
                 f'lead in device.address must be at most {0.5 * said.buffer * said.seconds:.3g} '
                 f's, for the rig holds {said.buffer} samples; got {self.lag} ticks'
             )
-        self.dt, self.nodes, self.strains = said.dt, said.nodes, STRAIN_CAPABILITY in said.can
+        self.dt, self.nodes, self.strains = said.dt, said.nodes, said.has_actuator
         self._poke = 0.5 * self.lag * said.samples * said.seconds
         self._unit = said.length / settings.scale.length
         self._force_unit = said.force / (settings.scale.stiffness * settings.scale.length)
@@ -193,7 +189,7 @@ class Rig(Driver):
         """Send a sign of life if no call came since the last beat; return whether to go on."""
         if self._failure:
             return False
-        if 0 < self._beats < self._patience / HEARTBEAT_PERIOD_S:
+        if 0 < self._beats < self._patience / self.heartbeat_period:
             try:
                 self._link.show(1 + self._sent // self._said.samples)
             except (OSError, EOFError):  # the next call finds out, and tells
@@ -286,7 +282,7 @@ def _keep_alive(rig: weakref.ref[Rig], turn: Condition) -> None:
     """Let a rig's driver send a sign of life between calls, until it is closed or forgotten."""
     with turn:
         while True:
-            turn.wait(HEARTBEAT_PERIOD_S)
+            turn.wait(Rig.heartbeat_period)
             driver = rig()
             if driver is None or not driver._send_heartbeat():
                 return

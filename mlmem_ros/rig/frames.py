@@ -29,9 +29,6 @@ PROTOCOL_VERSION = 1
 
 FRAME_MAGIC = b'mR'
 
-MAX_PAYLOAD_BYTES = 1 << 22
-"""Bytes: a longer payload is invalid."""
-
 Field = tuple[str, str]
 """Of a layout: code of `struct`, meaning."""
 
@@ -124,7 +121,10 @@ class Parser:
     Attributes:
         skipped: Bytes outside any frame.
         wrong: What was wrong with the last of these; empty without any.
+        max_payload_bytes: A longer payload is invalid.
     """
+
+    max_payload_bytes = 1 << 22
 
     def __init__(self) -> None:
         self.skipped = 0
@@ -159,8 +159,8 @@ class Parser:
                 begin = bytes(self._buffer[start : start + 16])
                 self.wrong = f'no frame begins with {short_repr(begin)}'
             return 0
-        if length > MAX_PAYLOAD_BYTES:
-            self.wrong = f'a payload may have at most {MAX_PAYLOAD_BYTES} bytes; got {length}'
+        if length > (most := self.max_payload_bytes):
+            self.wrong = f'a payload may have at most {most} bytes; got {length}'
             return 0
         expected = zlib.crc32(self._buffer[start : start + Layout.HEADER.size - 2]) & 0xFFFF
         if check != expected:
@@ -226,15 +226,6 @@ def decode_samples(payload: bytes, kind: str) -> Played:
     return Played(first, ends.reshape(2, samples), missed, force)
 
 
-MAX_NODES = 16
-"""Set-points of a sample at most."""
-
-STRAIN_CAPABILITY = 'strain'
-"""What a rig with an actuator can do. Without one its element is written by kicks."""
-
-REQUIRED_CAPABILITIES = ('left', 'right')
-"""What a rig must be able to do: drive and sense either end."""
-
 _number = partial(describe_field, MISSING, low=1e-15, high=1e15)
 _count = partial(describe_field, MISSING, low=1)
 
@@ -259,24 +250,28 @@ class Hello:
     )
     nodes: tuple[float, ...] = describe_field(
         (1.0,),
-        f'when in a sample it takes set-points: a list of at most {MAX_NODES} rising numbers '
-        'above 0, the last one 1',
+        'when in a sample it takes set-points: a list of at most 16 rising numbers above 0, the '
+        'last one 1',
     )
     numbers: str = describe_field('<f8', 'type of set-points and samples', choices=('<f4', '<f8'))
     can: tuple[str, ...] = describe_field(
-        (STRAIN_CAPABILITY, *REQUIRED_CAPABILITIES),
-        f'a list of texts with {", ".join(REQUIRED_CAPABILITIES)}, and {STRAIN_CAPABILITY} if '
-        f'there is an actuator',
+        ('strain', 'left', 'right'),
+        'a list of texts with left, right, and strain if there is an actuator',
     )
 
     def __post_init__(self) -> None:
         nodes = self.nodes
-        if len(nodes) > MAX_NODES:
-            raise ValueError(f'nodes must be at most {MAX_NODES} numbers; got {len(nodes)}')
+        if len(nodes) > 16:
+            raise ValueError(f'nodes must be at most 16 numbers; got {len(nodes)}')
         if not nodes or list(nodes) != sorted(set(nodes)) or nodes[0] <= 0.0 or nodes[-1] != 1.0:
             raise ValueError(
                 f'nodes must be rising numbers above 0, the last one 1; got {short_repr(nodes)}'
             )
+
+    @property
+    def has_actuator(self) -> bool:
+        """Whether it can strain its element, which is written by kicks otherwise."""
+        return 'strain' in self.can
 
     def payload(self) -> bytes:
         """Return the payload of its frame."""
@@ -307,11 +302,10 @@ class Hello:
     def check(self, settings: Settings) -> None:
         """Raise `SettingsError` if settings do not fit this rig."""
         time, scale = settings.time, settings.scale
-        if missing := [name for name in REQUIRED_CAPABILITIES if name not in self.can]:
+        if missing := [end for end in ('left', 'right') if end not in self.can]:
             raise SettingsError(
-                f'can in the hello of the rig must have {", ".join(REQUIRED_CAPABILITIES)}; it '
-                f'lacks '
-                f'{", ".join(missing)}'
+                'can in the hello of the rig must have left and right, so that either end is '
+                f'driven and sensed; it lacks {", ".join(missing)}'
             )
         if not math.isclose(self.samples * self.dt, time.tick, rel_tol=1e-9):
             raise SettingsError(

@@ -117,10 +117,6 @@ class FrameLink:
         return False
 
 
-MAX_READ_BYTES = 1 << 16
-"""Most bytes read in one call."""
-
-
 class Tcp:
     """A TCP connection. Calls raise `OSError` if it is broken.
 
@@ -147,7 +143,7 @@ class Tcp:
         """
         if not select.select([self._connection], [], [], max(0.0, seconds))[0]:
             return b''
-        if data := self._connection.recv(MAX_READ_BYTES):
+        if data := self._connection.recv(1 << 16):
             return data
         raise EOFError('the rig has closed the connection')
 
@@ -206,7 +202,7 @@ class Serial:
         return come
 
     def _read_port(self) -> bytes:
-        if data := os.read(self._port, MAX_READ_BYTES):
+        if data := os.read(self._port, 1 << 16):
             return data
         raise EOFError('the port has gone')
 

@@ -116,10 +116,6 @@ def _serialize_json(values: dict[str, Any]) -> bytes:
     return jazzy.serialize_message(message)
 
 
-MAX_TICKS = 2**53
-"""Ticks of a device's clock: 500 000 years at the default pace."""
-
-
 @dataclass(frozen=True)
 class Header:
     """The start of a session, by the keys in its file."""
@@ -183,7 +179,7 @@ class Header:
 class StateHash:
     """The hash of the material's state after a tick, and its displacements of shape (N,)."""
 
-    tick: int = describe_field(MISSING, 'ticks done', low=0, high=MAX_TICKS)
+    tick: int = describe_field(MISSING, 'ticks done', low=0, high=2**53)
     hash: str = describe_field(MISSING, '32 hexadecimal digits')
     v: Array = describe_field(MISSING, 'a list of hexadecimal numbers')
 
@@ -229,7 +225,7 @@ def read_command(text: str) -> tuple[int, Command]:
     """Parse a tick and its command from JSON; raises `BagError`."""
     values = _decode_json(dict[str, Any], text)
     tick = _decode_json(
-        int, values.pop('tick', None), 'tick', Description('ticks done', low=0, high=MAX_TICKS)
+        int, values.pop('tick', None), 'tick', Description('ticks done', low=0, high=2**53)
     )
     try:
         return tick, parse_command(values)

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, TypeVar
 from mlmem import element_file
 
 from ..host.settings import DESCRIPTION
-from .running import NODE_START_TIMEOUT_S as NODE_START
 from .running import RunningNode
 
 if TYPE_CHECKING:
@@ -37,7 +36,7 @@ class FrozenClock:
 
         self._node = node
         memory = node.memory
-        text = memory.parameters(DESCRIPTION, timeout=NODE_START).wait()[DESCRIPTION]
+        text = memory.parameters(DESCRIPTION, timeout=60.0).wait()[DESCRIPTION]
         self._tick = element_file.parse(text, DESCRIPTION).settings.tick_seconds
         memory.pause().wait()
         self._kind = Clock

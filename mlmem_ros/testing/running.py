@@ -100,10 +100,6 @@ def is_domain_used(domain: int) -> bool:
     return False
 
 
-NODE_START_TIMEOUT_S = 60.0
-"""Seconds that a node may take to start on a busy machine."""
-
-
 class RunningNode(ABC):
     """A memory node that runs, until the end of its context.
 
@@ -120,7 +116,8 @@ class RunningNode(ABC):
         """A client of it, created on first use."""
         from ..ros.client.client import standalone
 
-        return self.ends.enter_context(standalone(self.element, NODE_START_TIMEOUT_S))
+        start_timeout = 60.0  # seconds, on a busy machine
+        return self.ends.enter_context(standalone(self.element, start_timeout))
 
     @abstractmethod
     def step(self, ticks: int) -> int:

@@ -26,15 +26,13 @@ from mlmem.physics.potential import Array
 from mlmem.schema import Description
 from mlmem_ros.rig.frames import (
     PROTOCOL_VERSION,
-    REQUIRED_CAPABILITIES,
-    STRAIN_CAPABILITY,
     FrameKind,
     Hello,
     Layout,
     Parser,
     encode_frame,
 )
-from mlmem_ros.rig.link import MAX_READ_BYTES, FrameLink
+from mlmem_ros.rig.link import FrameLink
 
 
 @dataclass
@@ -136,7 +134,7 @@ class EmulatedRig:
             self.sensors.zero,
             self.element.nodes,
             numbers,
-            (STRAIN_CAPABILITY, *REQUIRED_CAPABILITIES) if actuator else REQUIRED_CAPABILITIES,
+            ('strain', 'left', 'right') if actuator else ('left', 'right'),
         )
         self.begin(lambda data: None)
 
@@ -396,7 +394,7 @@ class Server:
                 min(inward.due, outward.due) - last,
             )
             if select.select([connection], [], [], max(0.0, wait))[0]:
-                if not (data := connection.recv(MAX_READ_BYTES)):
+                if not (data := connection.recv(1 << 16)):
                     return
                 for frame in parser.feed(data):
                     inward.push(encode_frame(*frame))

@@ -63,9 +63,9 @@ def generate_rig() -> dict[str, str]:
         for field in dataclasses.fields(frames.Hello)
     ]
     limits = [
-        ['`lead` of the address', f'{driver.LEAD_TIME_S:g} s'],
-        ['`patience` of the address', f'{driver.LINE_TIMEOUT_S:g} s'],
-        ['longest payload', f'{frames.MAX_PAYLOAD_BYTES} bytes'],
+        ['`lead` of the address', f'{driver.Rig.default_lead:g} s'],
+        ['`patience` of the address', f'{driver.Rig.default_patience:g} s'],
+        ['longest payload', f'{frames.Parser.max_payload_bytes} bytes'],
     ]
     return {
         'limits': make_table(['quantity', 'value'], limits),
