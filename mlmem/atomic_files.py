@@ -77,13 +77,19 @@ def create_file(path: Path) -> DurableFile:
         OSError: It exists, its directory is gone, the disk is full or fails.
         ValueError: The path has a NUL character.
     """
-    file = DurableFile(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666))
+    file = _open_to_write(path, os.O_EXCL)
     try:
         sync_directory(path.parent)
     except BaseException:
         close_quietly(file)
         raise
     return file
+
+
+def _open_to_write(path: Path, flag: int) -> DurableFile:
+    """Open a file that need not be there, without the translation of newlines of Windows."""
+    flags = os.O_WRONLY | os.O_CREAT | flag | getattr(os, 'O_BINARY', 0)
+    return DurableFile(os.open(path, flags, 0o666))
 
 
 def close_quietly(file: DurableFile) -> None:
@@ -123,12 +129,14 @@ def _try_sync_directory(path: Path) -> None:
 
 
 def sync_directory(path: Path) -> None:
-    """Make the entries of a directory (files created, renamed) durable.
+    """Make the entries of a directory (files created, renamed) durable; Windows cannot.
 
     Raises:
         OSError: The directory is gone or the disk fails.
     """
-    descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    if not hasattr(os, 'O_DIRECTORY'):
+        return
+    descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(descriptor)
     finally:
@@ -148,8 +156,7 @@ def write_atomically(path: Path, text: str) -> None:
     # The temporary file lies beside its target because a rename is atomic only within one
     # file system. It is hidden so that no tool mistakes it for part of the bag.
     temporary = path.with_name(f'.{path.name}.new')
-    flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC
-    file = DurableFile(os.open(temporary, flags, 0o666))
+    file = _open_to_write(temporary, os.O_TRUNC)
     try:
         try:
             file.write(content)
@@ -173,9 +180,8 @@ def read_text(path: Path, most: int = 2**25) -> str:
         ValueError: It is not UTF-8, larger than `most`, or a device, a pipe or the like, which
             may never end; or the path has a NUL character.
     """
-    # Do not wait for the writer of a pipe. Windows has neither flag, but text files.
-    optional = ('O_CLOEXEC', 'O_NONBLOCK', 'O_BINARY')
-    flags = sum(getattr(os, name, 0) for name in optional)  # each is a bit of its own
+    # Do not wait for the writer of a pipe. Windows has no such flag, but text files.
+    flags = getattr(os, 'O_NONBLOCK', 0) | getattr(os, 'O_BINARY', 0)
     descriptor = os.open(path, os.O_RDONLY | flags)
     content = bytearray()
     try:
@@ -211,7 +217,7 @@ class Claim:
         from fcntl import LOCK_EX, LOCK_NB, flock  # POSIX only, as is a claim
 
         lock = path.with_name(f'.{path.name}.lock')
-        self._descriptor = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        self._descriptor = os.open(lock, os.O_RDWR | os.O_CREAT, 0o666)
         try:
             flock(self._descriptor, LOCK_EX | LOCK_NB)
             os.write(self._descriptor, f'{owner}\n'.encode())

@@ -307,7 +307,10 @@ def parse(text: str, source: str, name: str = '') -> Element:
         rejected = error if isinstance(error, Rejected) else DecodeError(str(error))
         line = find_line(text, rejected.field) if rejected.field else 0
         place = f'{source}, line {line}' if line else source
-        raise ElementFileError(f'{place}: {error}', rejected.field, rejected.code) from error
+        raise ElementFileError(
+            f'{place}: {error}', rejected.field, rejected.code,
+            value=rejected.value, expected=rejected.expected,
+        ) from error  # fmt: skip
     deviations = np.zeros(given.design.N) if given.alpha_std is None else given.alpha_std
     settings = Settings(**{each.name: getattr(given, each.name) for each in fields(Settings)})
     return Element(

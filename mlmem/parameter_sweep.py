@@ -121,7 +121,7 @@ def sweep(
     ]
     if not points:
         raise SettingsError.out_of_range('seeds', seeds, 'one seed or more')
-    elements = (_make_element(design, point) for point in points)
+    elements = [_make_element(design, point) for point in points]  # Dask maps no iterator
     found = (map if executor is None else executor.map)(measure, elements)
     if progress:
         found = track_progress(found, len(points), 'sweeping')

@@ -140,13 +140,26 @@ def parse_yaml(text: str, *, texts: bool = False) -> Any:
 
 @functools.cache
 def _value_loader() -> Any:
-    """Return a YAML loader to which 1e-5 is a number, as to ROS; YAML 1.1 demands a point."""
+    """Return a YAML loader to which 1e-5 and 1.0e6 are numbers, as to ROS; YAML 1.1 demands a
+    point and a sign. A key that stands twice is an error to it.
+    """
     import yaml
 
-    safe = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
-    loader: Any = type('_ValueLoader', (safe,), {})
-    number = re.compile(r'[-+]?[0-9]+[eE][-+]?[0-9]+')
-    loader.add_implicit_resolver('tag:yaml.org,2002:float', number, list('-+0123456789'))
+    class ValueLoader(getattr(yaml, 'CSafeLoader', yaml.SafeLoader)):  # type: ignore[misc]
+        def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+            lines: dict[str, int] = {}
+            for key in (key for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
+                line = key.start_mark.line + 1
+                if key.value in lines:
+                    short = make_printable(key.value, 40)
+                    why = f'{short} stands twice, in line {lines[key.value]} and in line {line}'
+                    raise DecodeError(why, short, ErrorCode.MALFORMED)
+                lines[key.value] = line
+            return super().construct_mapping(node, deep)
+
+    loader: Any = ValueLoader
+    number = re.compile(r'[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+')
+    loader.add_implicit_resolver('tag:yaml.org,2002:float', number, list('-+.0123456789'))
     return loader
 
 
@@ -170,10 +183,10 @@ def _locate_yaml_error(error: Exception) -> str:
     """Return what is wrong with a YAML text and where, without quoting it."""
     mark, problem = (getattr(error, f'problem{suffix}', None) for suffix in ('_mark', ''))
     if mark is None:
-        return 'a value is none'
+        return 'a value is not'
     quotes = type(error).__name__ in ('ComposerError', 'ConstructorError')  # an anchor or a tag
     what = '' if quotes or not problem else f': {problem}'
-    return f'line {mark.line + 1}, column {mark.column + 1} is none{what}'
+    return f'line {mark.line + 1}, column {mark.column + 1} is not{what}'
 
 
 # --- values -----------------------------------------------------------------------------------

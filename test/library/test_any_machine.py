@@ -20,6 +20,14 @@ run = mlmem.simulate(element.design, initial=mlmem.wall_at(level=3), duration=2,
 print(json.dumps(run.wall_positions.tolist()))
 """
 
+REWRITE = """
+from pathlib import Path
+from mlmem.element_file import load_element, write_element_file
+
+for source in 'case_2', 'own.yaml':
+    write_element_file(Path('own.yaml'), load_element(source))
+"""
+
 WITHOUT_POSIX = """
 import os
 import sys
@@ -45,10 +53,11 @@ sys.exit(main(['demo', '--json']))
 """
 
 
-def run_program(text, **environment):
+def run_program(text, folder=None, **environment):
     """Return what a Python program prints, in a process of its own."""
     return subprocess.run(
         [sys.executable, '-c', text],
+        cwd=folder,
         env={**os.environ, **environment},
         capture_output=True, text=True, check=True, timeout=300,
     ).stdout  # fmt: skip
@@ -57,6 +66,12 @@ def run_program(text, **environment):
 def test_simulate_without_posix_functions_runs():
     (position,) = json.loads(run_program(WITHOUT_POSIX + SIMULATE))[-1]
     assert position == pytest.approx(100.0, abs=0.01)
+
+
+def test_element_without_posix_functions_is_written(tmp_path):
+    run_program(WITHOUT_POSIX + REWRITE, folder=tmp_path)
+    written = mlmem.load_element(tmp_path / 'own.yaml')
+    assert written.design_and_settings == mlmem.load_element('case_2').design_and_settings
 
 
 def test_simulate_without_compiler_gives_compiled_positions():

@@ -119,6 +119,8 @@ def test_element_file_keeps_fitted_element_with_settings(tmp_path):
         (('format: 1', 'alpha: [1.0, 2.0]\nformat: 1'), 1, 'alpha', 'alpha must be 81 numbers'),
         (('kick:', 'write: {tension: 0.2}\nkick:'), 3, 'write.tension', 'actuator.max_strain'),
         (('late: 0.5', 'late: ]'), 4, '', 'must be YAML; line 4'),
+        (('kick:', 'format: 1\nkick:'), 3, 'format', 'format stands twice, in line 1 and in'),
+        (('d: 0.038', 'd: 0.038, d: 0.04'), 2, 'd', 'd stands twice'),
     ],
 )  # fmt: skip
 def test_wrong_element_file_names_line_and_key(tmp_path, change, line, field, reason):
@@ -129,6 +131,19 @@ def test_wrong_element_file_names_line_and_key(tmp_path, change, line, field, re
     assert reason in said
     assert f'line {line}' in said
     assert 'mine.yaml' in said
+
+
+def test_wrong_element_file_tells_value_and_what_is_expected(tmp_path):
+    with pytest.raises(ElementFileError) as refused:
+        load_text(tmp_path, SMALL.replace('late: 0.5', 'late: 2'))
+    assert refused.value.value == 2
+    assert refused.value.expected.startswith('a finite number from 0')
+
+
+@pytest.mark.parametrize('number', ['1e6', '1.0e6', '.1E7', '+10.e+5'])
+def test_element_file_number_has_any_exponent(tmp_path, number):
+    element = load_text(tmp_path, f'{SMALL}\nscale: {{stiffness: {number}}}\n')
+    assert element.settings.scale.stiffness == 1e6
 
 
 def test_unknown_element_lists_those_shipped():

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sweeps over parameters and scattered elements."""
 
+from collections.abc import Sized
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -34,9 +35,18 @@ def test_sweep_scatter_axis_makes_elements_of_its_seeds():
         assert row['std'] == made.alpha_factor.std()
 
 
-def test_sweep_executor_gives_same_table():
+class SizedExecutor(ThreadPoolExecutor):
+    """An executor that maps no iterators, as Dask's."""
+
+    def map(self, call, *arguments):
+        assert all(isinstance(each, Sized) for each in arguments)
+        return super().map(call, *arguments)
+
+
+@pytest.mark.parametrize('make_executor', [ThreadPoolExecutor, SizedExecutor])
+def test_sweep_executor_gives_same_table(make_executor):
     alone = sweep(CASE_II, measure=measure_alpha, alpha_std=[0.0, 0.01], seeds=range(4))
-    with ThreadPoolExecutor(2) as executor:
+    with make_executor(2) as executor:
         table = sweep(
             CASE_II,
             measure=measure_alpha,
