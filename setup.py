@@ -22,6 +22,8 @@ EXTRAS = {
         'ros-kilted-rmw-fastrtps-cpp==9.3.*',
     ],
     'view': ['aiohttp>=3.9'],
+    # pictures and data sets of `mlmem.simulate` and `mlmem.sweep`
+    'research': ['matplotlib>=3.7', 'xarray>=2024.1', 'pandas>=2.0'],
     'test': [
         'coverage[toml]>=7.10',
         'pytest>=7.4',

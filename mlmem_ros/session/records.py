@@ -24,6 +24,7 @@ from mlmem.commands import COMMANDS_BY_NAME
 from mlmem.instrument.drivers import steps_per_tick
 from mlmem.parsing import ANY_VALUE, DecodeError, decode_value, encode_value, parse_json
 from mlmem.physics import ARITHMETIC_VERSION, Design, Specimen
+from mlmem.physics.jit import DISABLED
 from mlmem.physics.potential import Array
 from mlmem.schema import Description, describe_field, make_printable, short_repr
 
@@ -99,7 +100,7 @@ def collect_versions() -> dict[str, str]:
     """Return what the results may depend on: package, arithmetic, libraries, processor."""
     return {
         'mlmem_ros': __version__,
-        'arithmetic': ARITHMETIC_VERSION,
+        'arithmetic': ARITHMETIC_VERSION + (' interpreted' if DISABLED else ''),
         'python': platform.python_version(),
         **{name: _find_version(name) for name in ('numpy', 'numba', 'llvmlite')},
         'machine': platform.machine(),
