@@ -44,13 +44,6 @@ class Answer:
     error: float
 
 
-def define_problem(
-    name: str, step: float
-) -> Callable[[Callable[[Integrator, float], Answers]], Problem]:
-    """Return a decorator that makes a function a problem; arguments as for `Problem`."""
-    return lambda solve: Problem(name, step, solve)
-
-
 def crossing_site(field: Array, level: float) -> float:
     """Return the site, counted from 1, where a field last falls below a level; NaN for none."""
     above = np.flatnonzero(field >= level)

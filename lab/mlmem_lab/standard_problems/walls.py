@@ -4,6 +4,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import make_blank
 from mlmem.physics.potential import Array
 
-from .problem import Answers, crossing_site, define_problem
+from .problem import Answers, Problem, crossing_site
 
 
 def _start_chain(design: Design, site: float, width: float, dt: float, by: Integrator) -> Chain:
@@ -81,7 +82,7 @@ def _kick_wall(chain: Chain, moving: float, power: int, mark: float) -> tuple[fl
     return put_in, chain.time - 1.0 + share
 
 
-@define_problem('pinning', 0.1)
+@partial(Problem, 'pinning', 0.1)
 def pinning(integrator: Integrator, dt: float) -> Answers:
     """A soft defect stops a wall.
 
@@ -95,7 +96,7 @@ def pinning(integrator: Integrator, dt: float) -> Answers:
     return {'farthest': max(places), 'rest': places[-1]}
 
 
-@define_problem('echo', 0.05)
+@partial(Problem, 'echo', 0.05)
 def echo(integrator: Integrator, dt: float) -> Answers:
     """An echo of a wall.
 
@@ -115,7 +116,7 @@ def echo(integrator: Integrator, dt: float) -> Answers:
     return {'delay': (loudest + 1) * dt - 6.0 * sigma, 'loudness': float(smooth[loudest])}
 
 
-@define_problem('kick', 0.05)
+@partial(Problem, 'kick', 0.05)
 def kick(integrator: Integrator, dt: float) -> Answers:
     """A wall is kicked from an end, without strain, and stops at a defect.
 
@@ -137,7 +138,7 @@ def kick(integrator: Integrator, dt: float) -> Answers:
     }
 
 
-@define_problem('byte', 0.025)
+@partial(Problem, 'byte', 0.025)
 def byte(integrator: Integrator, dt: float) -> Answers:
     """Five kicks write a byte, and one pulse hears it.
 
@@ -164,7 +165,7 @@ def byte(integrator: Integrator, dt: float) -> Answers:
     return {**{f'wall {level}': place for level, place in found.items()}, 'echo': loud}
 
 
-@define_problem('robust kick', 0.05)
+@partial(Problem, 'robust kick', 0.05)
 def robust_kick(integrator: Integrator, dt: float) -> Answers:
     """A kick brings a wall to the same level of an ideal element and of one of uneven parts.
 
