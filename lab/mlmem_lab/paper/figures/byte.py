@@ -25,8 +25,8 @@ def compute_data(quality: Quality) -> Data:
     """Write a word into a blank byte, listen in three words, and try other carriers.
 
     Returns:
-        `t`, `field` (m x N) and `v_1` of the write of the last of some `words`: no wall, the
-        farthest alone, five; `heard_t` and `heard` (v_c of each word);
+        `t` and `field` (m x N) of the write of the last of some `words`: no wall, the farthest
+        alone, five; `heard_t` and `heard` (v_c of each word);
         `carrier` and `apart`: least difference between two words, over the pulse.
     """
     byte, words = load_element('byte'), (0x00, 0x80, 0xA7)
@@ -48,7 +48,6 @@ def compute_data(quality: Quality) -> Data:
     return {
         't': np.array(t),
         'field': np.array(field),
-        'v_1': np.array(field)[:, 0],
         'words': np.array(words),
         'heard_t': echo.t,
         'heard': np.array(heard),
@@ -67,7 +66,8 @@ def _word_separation(byte: Any, omega: float) -> float:
 @definition.register_drawing
 def draw_figure(data: Data) -> Any:
     """Draw the write over the motion of the left end, the echoes, and the carriers."""
-    design = load_element('byte').design
+    byte = load_element('byte')
+    design = byte.design
     figure = style.new_figure(6.4)
     upper, lower = figure.subfigures(2, 1, height_ratios=(1.5, 1.0))
     (above,), (below,) = style.stacked_axes(upper)
@@ -82,7 +82,7 @@ def draw_figure(data: Data) -> Any:
         'a',
         f'{data["words"][-1]:#04x} is written: five kicks, the farthest first, and a pulse',
     )
-    below.plot(t, data['v_1'], color=style.Colour.INK, lw=1.0)
+    below.plot(t, data['field'][:, 0], color=style.Colour.INK, lw=1.0)
     below.set(ylabel='$v_1$', xlabel=style.Label.TIME, xlim=(t[0], t[-1]))
     echo, carriers = style.axes_grid(lower, 1, 2)[0]
     colors = (style.Colour.FAINT, style.Colour.INACTIVE, style.Colour.ACTIVE)
@@ -92,9 +92,7 @@ def draw_figure(data: Data) -> Any:
     echo.legend(loc='upper right')
     style.label_panel(echo, 'b', 'an echo of every wall')
     carriers.plot(data['carrier'], 100.0 * data['apart'], 'o-', color=style.Colour.INK, ms=4)
-    carriers.axvline(
-        load_element('byte').settings.register.omega_c, color=style.Colour.MARK, ls='--'
-    )
+    carriers.axvline(byte.settings.register.omega_c, color=style.Colour.MARK, ls='--')
     carriers.set(xlabel=r'carrier $\omega_c$', ylabel='least difference, %', ylim=(0.0, None))
     style.label_panel(carriers, 'c', 'which carrier tells all words apart')
     return figure

@@ -37,7 +37,7 @@ def compute_data(quality: Quality) -> Data:
     walls = [find_pinned_wall(Specimen(CASE_II), level) for level in levels]
     duration = quality.pick(1100.0, 1400.0)
     thresholds = np.geomspace(1e-6, 2e-2, 431)
-    data: Data = {'levels': np.array(levels), 'thresholds': thresholds}
+    data: Data = {'levels': levels}
     for end in End:
         low, high = (1.0, 2.5) if end is End.LEFT else (0.4, 1.2)
         ours = quality.pick((0.7,), (0.62, 0.7))

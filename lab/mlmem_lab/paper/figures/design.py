@@ -39,11 +39,9 @@ def compute_data(quality: Quality) -> Data:
         for gamma in gammas
     ]
     data |= {'gammas': gammas, 'way': ways[0].X, 'pull': np.array([-way.slope for way in ways])}
-    data['bands'] = np.array([pass_band(CASE_II.k_s1), pass_band(CASE_II.k_s2)])
-    data['carriers'] = np.array(
-        [Settings().probe_right.omega_c, Settings().probe.omega_c, PRINTED_PROBE.omega_c]
-    )
-    return data
+    data['bands'] = [pass_band(CASE_II.k_s1), pass_band(CASE_II.k_s2)]
+    probes = Settings().probe_right, Settings().probe, PRINTED_PROBE
+    return data | {'carriers': [probe.omega_c for probe in probes]}
 
 
 @definition.register_drawing

@@ -164,11 +164,8 @@ def _ansatz_against_held(data: Data) -> Judged:
 )
 def _dip(data: Data) -> Judged:
     (zero,) = np.flatnonzero(data['strain'] == 0.0)
-    depths, places = [], []
-    for name in ('held', 'ansatz'):
-        depth, place = find_well(data, data[name][zero])
-        depths.append(depth)
-        places.append(place)
+    wells = [find_well(data, data[name][zero]) for name in ('held', 'ansatz')]
+    depths, places = zip(*wells, strict=True)
     holds = min(depths) > 1e-3 and all(abs(place - data['defect']) <= 2.0 for place in places)
     return judge_numbers(
         holds,

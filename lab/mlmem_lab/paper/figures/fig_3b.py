@@ -34,8 +34,7 @@ def compute_data(quality: Quality) -> Data:
             echo = probe_element(SHORT_DESIGN, v, probe, duration=900.0)
             data |= {f't_{name}': echo.t, f'v_m_{name}_{number}': echo.v_m}
             data[f'v_c_{name}_{number}'] = echo.v_c
-            data[f'delay_{name}_{number}'] = np.nan if echo.delay is None else echo.delay
-            data[f'pulse_v_c_{name}_{number}'] = echo.v_c.max()
+            data[f'delay_{name}_{number}'] = np.array(echo.delay, dtype=float)  # NaN for none
     return data | {'v_th_ours': PAPER_PROBE.v_th, 'v_th_printed': PRINTED_PROBE.v_th}
 
 
@@ -95,7 +94,7 @@ def draw_figure(data: Data) -> Any:
     printed='threshold 7.5e-3',
 )
 def _printed_threshold(data: Data) -> Judged:
-    pulse = max(float(data[f'pulse_v_c_{name}_1']) for name in ('ours', 'printed'))
+    pulse = max(float(data[f'v_c_{name}_1'].max()) for name in ('ours', 'printed'))
     printed = float(data['v_th_printed'])
     return judge_numbers(
         pulse > printed and not np.isnan(data['delay_printed_1']),

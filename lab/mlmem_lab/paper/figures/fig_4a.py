@@ -28,17 +28,16 @@ def compute_data(quality: Quality) -> Data:
         Data with t, strain, field (one row per tick), wall, and per write its level, success,
         attempts and the ticks it took.
     """
-    design = CASE_II
-    levels = quality.pick(range(4), range(design.levels))
+    levels = quality.pick(range(4), range(CASE_II.levels))
     tick = quality.pick(20.0, 10.0)
     settings = dataclasses.replace(Settings(), time=TimeSettings(tick=tick))
-    element = MemoryElement(design, settings)
+    element = MemoryElement(CASE_II, settings)
     element.perform(Write(0))  # the paper's figure begins with the wall at level 0
     trace = record_procedures(element, (('', Write(level)) for level in levels[1:]))
     data, begun = trace.list_frames(), np.array(trace.begins)
     return data | {
         't': data['t'] - begun[0],
-        'wall': wall_path(design, trace.configuration),
+        'wall': wall_path(CASE_II, trace.configuration),
         'begun': begun - begun[0],
         'levels': levels[1:],
         'attempts': [outcome.attempts for outcome in trace.outcomes],
@@ -105,7 +104,10 @@ def _find_events(t: np.ndarray, wall: np.ndarray, home: float) -> list[tuple[flo
     'to the peak of a write comes to rest',
 )
 def _extrema_at_s_max(data: Data) -> Judged:
-    at_peak = _positions_under_strain(data, -1.0)
+    compression = -data['strain']
+    peak = compression > 0.999 * compression.max()
+    # at the end of every hold at the peak
+    at_peak = data['wall'][:-1][peak[:-1] & ~peak[1:]]
     s_max = CASE_II.j_0 + CASE_II.J_s * (0.5 + np.arange(CASE_II.N // CASE_II.J_s))
     apart = np.array([np.abs(s_max - place).min() for place in at_peak])
     return judge_numbers(
@@ -154,11 +156,3 @@ def _four_events(data: Data) -> Judged:
         f'at the peak the wall is held {min(held):.1f} to {max(held):.1f} cells on (the extrema '
         f'of s are 17 on), and ends within {worst:.2f} cells of the next defect',
     )
-
-
-def _positions_under_strain(data: Data, sign: float) -> np.ndarray:
-    """Return where the wall is at the end of every hold at the peak of one sign."""
-    strain = sign * data['strain']
-    peak = strain > 0.999 * strain.max()
-    ends = np.flatnonzero(peak[:-1] & ~peak[1:])
-    return np.asarray(data['wall'][ends])

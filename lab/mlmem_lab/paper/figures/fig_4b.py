@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -25,38 +26,32 @@ definition = Figure('4b', 'Fig. 4b: echo delay by level', seconds=1)
 
 @definition.register_data
 def compute_data(quality: Quality) -> Data:
-    """Return the echo delays of all levels by three readers, and of the same with no wall."""
-    design = CASE_II
-    levels = range(0, design.levels, quality.pick(3, 1))
-    data: Data = {'levels': np.array(levels)}
-    data['codes'] = np.array([design.code(level) for level in levels])
+    """Return the echo delays of all levels by three readers, and of the same with no wall; NaN
+    without an echo.
+    """
+    levels = range(0, CASE_II.levels, quality.pick(3, 1))
+    walls = [find_pinned_wall(Specimen(CASE_II), level) for level in levels]
+    data: Data = {'levels': levels, 'codes': [CASE_II.code(level) for level in levels]}
     # the paper's plain threshold (our reading of it), and the device's two ends
     for name, end, probe in (
         ('paper', End.LEFT, PAPER_PROBE),
         ('left', End.LEFT, Settings().probe),
         ('right', End.RIGHT, Settings().probe_right),
     ):
-        delays, peaks = [], []
-        for level in levels:
-            echo = probe_element(
-                design, find_pinned_wall(Specimen(design), level), probe, end, duration=1300.0
-            )
-            delays.append(np.nan if echo.delay is None else echo.delay)
-            peaks.append(echo.threshold_margin)
-        data[f'delay_{name}'], data[f'margin_{name}'] = np.array(delays), np.array(peaks)
-        data[f'time_of_flight_{name}'] = _flight_time(end, probe, np.array(levels))
-    full = dataclasses.replace(design, N=4 * design.N, beta=0.0)
-    alone = probe_element(full, np.full(full.N, design.D_s2), PAPER_PROBE, duration=1300.0)
-    data['delay_without_wall'] = np.array(np.nan if alone.delay is None else alone.delay)
-    data['margin_without_wall'] = np.array(alone.threshold_margin)
-    return data
+        echoes = [probe_element(CASE_II, v, probe, end, duration=1300.0) for v in walls]
+        data[f'delay_{name}'] = np.array([echo.delay for echo in echoes], dtype=float)
+        data[f'margin_{name}'] = [echo.threshold_margin for echo in echoes]
+        data[f'time_of_flight_{name}'] = _flight_time(end, probe, levels)
+    full = dataclasses.replace(CASE_II, N=4 * CASE_II.N, beta=0.0)
+    alone = probe_element(full, np.full(full.N, full.D_s2), PAPER_PROBE, duration=1300.0)
+    data['delay_without_wall'] = np.array(alone.delay, dtype=float)
+    return data | {'margin_without_wall': alone.threshold_margin}
 
 
-def _flight_time(end: End, probe: ProbeSettings, levels: np.ndarray) -> np.ndarray:
+def _flight_time(end: End, probe: ProbeSettings, levels: Iterable[int]) -> np.ndarray:
     """Return 2 distance / group velocity of the carrier, without offset: Eq. (4)."""
-    design = CASE_II
-    wall = np.array([design.defect_site(int(level)) for level in levels])
-    k_s, distance = end.k_s(design), abs(wall - end.site(design))
+    wall = np.array([CASE_II.defect_site(level) for level in levels])
+    k_s, distance = end.k_s(CASE_II), abs(wall - end.site(CASE_II))
     return np.asarray(2.0 * distance / group_velocity(probe.omega_c, k_s))
 
 

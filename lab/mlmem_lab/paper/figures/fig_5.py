@@ -28,15 +28,14 @@ def compute_data(quality: Quality) -> Data:
         Data with t, strain, field of the longest erase, and per level the outcome, the strain
         cycles and the time it took, and what is left in the true configuration.
     """
-    design = CASE_II
-    levels = quality.pick((0, 2), tuple(range(design.levels)))
+    levels = quality.pick((0, 2), tuple(range(CASE_II.levels)))
     settings = dataclasses.replace(Settings(), time=TimeSettings(tick=20.0))
     rows = []
     for level in levels:
-        element = MemoryElement(design, settings)
+        element = MemoryElement(CASE_II, settings)
         element.perform(Write(level))
         trace = record_procedures(element, [('', Erase())])
-        content = find_level(design, element.chain.configuration)
+        content = find_level(CASE_II, element.chain.configuration)
         strain = np.array(trace.strain)
         cycles = _count_excursions(strain) - 1  # the first strains the element for the launch
         erased = trace.outcomes[0].success

@@ -17,14 +17,14 @@ from ..figure import Data, Figure, Judged, Quality, judge_numbers
 definition = Figure('peaks', 'Which peak strains move the wall by one level', seconds=8)
 
 
-def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, float]:
+def cycle_once(level: int, peak: float) -> tuple[int, float]:
     """Return the level after one strain cycle from a resting wall, and the wall's shift.
 
     Returns:
         The level (-1 blank, -2 no level), and by how many cells the wall has moved to the right;
         a wall that has left through an end counts as standing there.
     """
-    cycle = Cycle.plan_cycle(times, peak)
+    cycle = Cycle.plan_cycle(CycleSettings(), peak)
     run = simulate(
         CASE_II, initial=wall_at(level), strain=cycle.strain, duration=cycle.duration,
         save_every=cycle.duration, integrator=NOH_BATHE.name, progress=False,
@@ -39,7 +39,6 @@ def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, floa
 @definition.register_data
 def compute_data(quality: Quality) -> Data:
     """Return the levels and cells moved by one cycle (level x peak), of either sign."""
-    times = CycleSettings()
     levels = range(CASE_II.levels)
     peaks = 1e-3 * quality.pick(
         np.array([-50.0, -34.0, -15.0, 20.0, 48.0]), np.arange(-72.0, 74.0, 2.0)
@@ -49,7 +48,7 @@ def compute_data(quality: Quality) -> Data:
     shift = np.zeros(moved.shape)
     for row, level in enumerate(levels):
         for column, peak in enumerate(peaks):
-            after, shift[row, column] = cycle_once(level, float(peak), times)
+            after, shift[row, column] = cycle_once(level, float(peak))
             if after >= 0:
                 moved[row, column] = after - level
     return {

@@ -30,7 +30,7 @@ def compute_data(quality: Quality) -> Data:
         no level); `difference` (s_min x level), the distance in cells between the mean place of
         the wall at the end of the cycle and that with the rigid substrate; `echo` (s_min), the
         greatest difference of v_1 after a pulse over its amplitude; `delay` (s_min x 2), the
-        echo's delay with the elastic and the rigid substrate.
+        echo's delay with the elastic and the rigid substrate (NaN: no echo).
     """
     s_min = np.array(quality.pick((100.0, 1000.0), (100.0, 200.0, 400.0, 1000.0, 2000.0, 4000.0)))
     levels = range(quality.pick(2, CASE_II.levels - 1))
@@ -56,15 +56,14 @@ def compute_data(quality: Quality) -> Data:
         # The same step for both, or the integrator's own dispersion would be compared.
         heard, _ = record_echo(CASE_II, v, PAPER_PROBE, duration=400.0, dt=dt)
         echoes.append(float(np.abs(other - heard).max()) / PAPER_PROBE.A)
-        pair = [detect_echo(sound, dt, PAPER_PROBE).delay for sound in (other, heard)]
-        delays.append([np.nan if delay is None else delay for delay in pair])
+        delays.append([detect_echo(sound, dt, PAPER_PROBE).delay for sound in (other, heard)])
     return {
         's_min': s_min,
         'levels': levels,
         'moved': np.array(moved, dtype=float),
         'difference': difference,
         'echo': echoes,
-        'delay': delays,
+        'delay': np.array(delays, dtype=float),
     }
 
 
