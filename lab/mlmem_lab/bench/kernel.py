@@ -19,7 +19,6 @@ from dataclasses import replace
 from functools import partial
 from importlib import resources
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -34,26 +33,14 @@ TIME_STEP = 0.25
 """The step of the comparisons."""
 
 
-class Runner(NamedTuple):
-    """An implementation with its own state."""
-
-    advance: Callable[[int], None]
-    displacements: Callable[[], Array]
-
-
-def make_start() -> Array:
-    """Return the displacements at the start: a wall, and a packet that runs into it."""
-    x, n = CASE_II.sites, CASE_II.N
-    packet = 0.01 * np.exp(-(((x - 0.2 * n) / 8.0) ** 2)) * np.sin(1.2 * x)
-    return wall_profile(CASE_II, 0.45 * n) + packet
-
-
 def build_chain(
     substrate: str = 'rigid', dt: float | None = TIME_STEP, integrator: Integrator = NOH_BATHE
 ) -> Chain:
-    """Return our own chain in the initial state."""
+    """Return our own chain in the initial state: a wall, and a packet that runs into it."""
+    x, n = CASE_II.sites, CASE_II.N
+    packet = 0.01 * np.exp(-(((x - 0.2 * n) / 8.0) ** 2)) * np.sin(1.2 * x)
     chain = Chain(replace(CASE_II, substrate=substrate), dt, integrator)
-    chain.place(make_start())
+    chain.place(wall_profile(CASE_II, 0.45 * n) + packet)
     return chain
 
 
@@ -70,7 +57,7 @@ def run(repeats: int) -> ResultTable:
     skipped = ''
     for name, flags in (('C', ()), ('C, widest vectors', ('-mprefer-vector-width=512',))):
         try:
-            contenders.append(Contender(name, partial(c_runner(*flags).advance, steps), work))
+            contenders.append(Contender(name, partial(start_c_program(*flags)[0], steps), work))
         except NoCompiler as error:
             skipped += f'; {name} skipped: {error}'
     costs = measure_contenders(contenders, repeats, scale=1e9)
@@ -111,8 +98,9 @@ def compile_library(*more_flags: str) -> ctypes.CDLL:
         return ctypes.CDLL(str(library))
 
 
-def c_runner(*more_flags: str) -> Runner:
-    """Return the C program in the initial state.
+def start_c_program(*more_flags: str) -> tuple[Callable[[int], None], Array]:
+    """Return what advances the C program from the initial state by so many steps, and its
+    displacements, shape (N,), which change meanwhile.
 
     Raises:
         NoCompiler: There is no gcc, or it fails.
@@ -133,4 +121,4 @@ def c_runner(*more_flags: str) -> Runner:
             design.eta, design.a, design.b, design.c, np.array(compute_coefficients(TIME_STEP)),
         )  # fmt: skip
 
-    return Runner(advance, lambda: u[1:-1])
+    return advance, u[1:-1]

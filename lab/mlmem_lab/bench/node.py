@@ -20,23 +20,13 @@ from datetime import date
 from functools import partial
 from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from ..results import load_kept, save_result
 from .measure import ResultTable, describe_processor, format_number
 
 if TYPE_CHECKING:
     from mlmem_ros.ros.client.client import MemoryClient
-
-Report = Mapping[str, float]
-"""What a node measured, by name."""
-
-
-class Figure(NamedTuple):
-    """What is measured: its name, and its goal: `at most 3` or `at least 3`; empty without one."""
-
-    name: str
-    goal: str = ''
 
 
 def run(repeats: int) -> ResultTable:
@@ -48,31 +38,35 @@ def run(repeats: int) -> ResultTable:
         pass
     found = [measure_node() for _ in range(count)]
     figures = {
-        'share': Figure('processor at rest, nobody listens, % of a core', 'at most 1'),
-        'streams': Figure(
-            'processor at rest, somebody listens to the streams, % of a core', 'at most 3'
+        'share': ('processor at rest, nobody listens, % of a core', 'at most 1'),
+        'streams': (
+            'processor at rest, somebody listens to the streams, % of a core',
+            'at most 3',
         ),
-        'writing': Figure('processor, one write after another, % of a core', 'at most 6'),
-        'busy': Figure('work per tick while writing, us', 'at most 60'),
-        'factor': Figure('speed at rest, as fast as possible, times real time', 'at least 1000'),
-        'p99': Figure('tick lateness p99, ms', 'at most 1'),
-        'overruns': Figure('ticks skipped', 'at most 0'),
-        'latency': Figure('read latency beyond the physics, p50, ms', 'at most 1'),
-        'ready': Figure('start-up time, warm cache, s', 'at most 1'),
-        'memory': Figure('memory, MB'),
+        'writing': ('processor, one write after another, % of a core', 'at most 6'),
+        'busy': ('work per tick while writing, us', 'at most 60'),
+        'factor': ('speed at rest, as fast as possible, times real time', 'at least 1000'),
+        'p99': ('tick lateness p99, ms', 'at most 1'),
+        'overruns': ('ticks skipped', 'at most 0'),
+        'latency': ('read latency beyond the physics, p50, ms', 'at most 1'),
+        'ready': ('start-up time, warm cache, s', 'at most 1'),
+        'memory': ('memory, MB', ''),
     }
     rows = [
-        build_row(figure, [each[key] for each in found], load) for key, figure in figures.items()
+        build_row(name, goal, [each[key] for each in found], load)
+        for key, (name, goal) in figures.items()
     ]
     caption = f'{count} nodes; load average before: {load:.2f}'
     return ResultTable('The node at its defaults', caption, rows)
 
 
-def build_row(figure: Figure, values: Sequence[float], load: float) -> dict[str, str]:
-    """Return the row of a figure from its values, and the load average before."""
+def build_row(name: str, goal: str, values: Sequence[float], load: float) -> dict[str, str]:
+    """Return the row of a figure from its values, and the load average before; its goal is
+    `at most 3` or `at least 3`, or empty.
+    """
     mark = ' (busy)' if load > 0.2 else ''
     value = format_number(median(values)) + mark
-    return {'figure': figure.name, 'goal': figure.goal, 'value': value}
+    return {'figure': name, 'goal': goal, 'value': value}
 
 
 def measure_node() -> dict[str, float]:
@@ -121,7 +115,7 @@ class NodeProcess:
 
     def watch_node(
         self, use_node: Callable[[float], object] = lambda seconds: None, speed: float = 1.0
-    ) -> Report:
+    ) -> Mapping[str, float]:
         """Let the node measure itself for ten seconds; return its report.
 
         Args:

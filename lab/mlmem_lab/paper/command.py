@@ -12,7 +12,7 @@ import argparse
 import shutil
 import time
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,11 +36,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-def load_all(folder: Path, figures: Iterable[Figure]) -> dict[str, Data]:
-    """Return the data of figures that were made in a folder, by name."""
-    return {figure.name: load_data(folder / f'{figure.stem}.npz') for figure in figures}
-
-
 def keep_figure_picture(figure: Figure, folder: Path) -> None:
     """Put the picture of a figure that was made among those of the pages, if it has one."""
     if figure.ending:
@@ -51,8 +46,12 @@ def keep_figure_picture(figure: Figure, folder: Path) -> None:
 
 
 def judge_claims(data: Mapping[str, Data]) -> dict[str, Any]:
-    """Return claims and their counts from all data."""
-    claims = {claim.key: _summarise_claim(claim, data) for claim in list_claims()}
+    """Return the claims for which there are all the data, and their counts."""
+    claims = {
+        claim.key: _summarise_claim(claim, data)
+        for claim in list_claims()
+        if all(name in data for name in claim.needs)
+    }
     count = Counter(claim['verdict'] for claim in claims.values())
     return {
         'counts': {
@@ -124,8 +123,10 @@ def figures(arguments: argparse.Namespace) -> int:
     for name, files in made.items():
         shown = '  '.join(str(file) for file in files if file.suffix != '.npz')
         console.print(f'{name:<10}{shown}', highlight=False, soft_wrap=True)
-    data = load_all(folder, figures)
-    claims = _print_claims(console, data)
+    data = {figure.name: load_data(folder / f'{figure.stem}.npz') for figure in figures}
+    judged = judge_claims(data)
+    claims = [*judged['claims'].values()]
+    _print_claims(console, claims)
     if len(figures) == len(FIGURES_BY_NAME):
         command = 'mlmem figures' + quality.pick(' --draft', ' --pages')
         modules = [
@@ -133,7 +134,7 @@ def figures(arguments: argparse.Namespace) -> int:
             'mlmem_tools/checks/quasistatic.py',
         ]  # fmt: skip
         for place in (arguments.output, *([RESULT_FOLDER] if arguments.pages else ())):
-            found = save_result(place / 'paper.json', judge_claims(data), command, modules)
+            found = save_result(place / 'paper.json', judged, command, modules)
             console.print(f'claims    {found}', highlight=False, soft_wrap=True)
     if arguments.pages:
         for figure in figures:
@@ -144,16 +145,9 @@ def figures(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _print_claims(console: Console, data: Mapping[str, Data]) -> list[dict[str, str]]:
-    """Print and return the verdict on every claim for which there are all the data."""
-    claims = [
-        _summarise_claim(claim, data)
-        for claim in list_claims()
-        if all(n in data for n in claim.needs)
-    ]
+def _print_claims(console: Console, claims: Sequence[Mapping[str, str]]) -> None:
     table = create_table("the paper's claims", 'verdict', 'the paper says', 'we find')
     for claim in claims:
         table.add_row(claim['verdict'], claim['paper'], claim['finding'])
     if claims:
         console.print(table)
-    return claims

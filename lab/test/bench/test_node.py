@@ -4,11 +4,11 @@
 
 import json
 
-from mlmem_lab.bench.node import Figure, build_row, keep_column
+from mlmem_lab.bench.node import build_row, keep_column
 
 ROWS = [
-    build_row(Figure('share of a core', 'at most 1'), [0.2, 0.4, 0.3], 0.8),
-    build_row(Figure('memory'), [9], 0.1),
+    build_row('share of a core', 'at most 1', [0.2, 0.4, 0.3], 0.8),
+    build_row('memory', '', [9], 0.1),
 ]
 
 
