@@ -96,18 +96,15 @@ def make_table(marker: str, folder: Path) -> str:
     """Return a table between its comments."""
     path, _, columns = (part.strip() for part in marker.partition(':'))
     if (make_rows := getattr(tables, path.replace(' ', '_'), None)) is not None:
-        rows = [list(row) for row in make_rows(find_value(path.split()[0], folder))]
+        rows = make_rows(find_value(path.split()[0], folder))
+    elif isinstance(entries := find_value(path, folder), list):
+        names = list(dict.fromkeys(key for row in entries for key in row))
+        rows = [names, *([row.get(name) for name in names] for row in entries)]
     else:
-        entries = find_value(path, folder)
-        if isinstance(entries, list):
-            names = list(dict.fromkeys(key for row in entries for key in row))
-            rows = [names, *([_format_cell(row.get(name)) for name in names] for row in entries)]
-        else:
-            names = [name.strip() for name in columns.split(';')]
-            rows = [['', *names]]
-            for key, row in entries.items():
-                rows.append([key, *(_format_cell(row[name]) for name in names)])
-    head, *body = ('| ' + ' | '.join(row) + ' |' for row in rows)
+        names = [name.strip() for name in columns.split(';')]
+        rows = [['', *names]]
+        rows += ([key, *(row[name] for name in names)] for key, row in entries.items())
+    head, *body = ('| ' + ' | '.join(map(_format_cell, row)) + ' |' for row in rows)
     lines = [head, '|' + '---|' * len(rows[0]), *body]
     return '\n'.join([f'<!-- table: {marker} -->', '', *lines, '', '<!-- end -->'])
 

@@ -203,13 +203,7 @@ def _describe_motion(motion: BoundaryMotion) -> dict[str, Any]:
 
 def round_numbers(value: Any) -> Any:
     """Return a JSON value whose numbers have nine significant digits."""
-    if isinstance(value, float):
-        return float(f'{value:.9g}')
-    if isinstance(value, dict):
-        return {key: round_numbers(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [round_numbers(item) for item in value]
-    return value
+    return json.loads(json.dumps(value), parse_float=lambda text: float(f'{float(text):.9g}'))
 
 
 def main(folder: Path) -> None:

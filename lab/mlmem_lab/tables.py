@@ -1,6 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of the pages that are more than entries and keys of a result: rows, headings first.
+"""Tables of the pages that are more than entries and keys of a result: rows of texts and counts,
+headings first.
 
 A function has the name of its table, `tolerance words` with a line for the space. It begins with
 the name of the result file.
@@ -12,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-Rows = list[Sequence[str]]
+Rows = list[Sequence[str | int]]
 
 
 def kicks(result: Mapping[str, Any]) -> Rows:
@@ -204,13 +205,10 @@ def shaken(result: Mapping[str, Any]) -> Rows:
     named = ((name.split(', '), found) for name, found in result['cases'].items())
     for (end, way), group in groupby(named, lambda each: each[0][:2]):
         names, cases = zip(*group, strict=True)
-        told = ', '.join(
-            [way, *map(_join_amounts, zip(*(name[2:] for name in names), strict=True))]
-        )
+        amounts = map(_join_amounts, zip(*(name[2:] for name in names), strict=True))
         counts = (sum(case[key] for case in cases) for key in keys)
-        rows.append([end, told, *map(_group_digits, counts)])
-    total = (_group_digits(result['all'][key]) for key in keys)
-    return [*rows, ['all', 'all of these', *total]]
+        rows.append([end, ', '.join([way, *amounts]), *counts])
+    return [*rows, ['all', 'all of these', *(result['all'][key] for key in keys)]]
 
 
 def _join_amounts(told: Sequence[str]) -> str:
@@ -218,7 +216,3 @@ def _join_amounts(told: Sequence[str]) -> str:
     amounts = sorted({one.split(maxsplit=1)[0] for one in told}, key=float)
     ends = amounts if len(amounts) < 2 else [amounts[0], amounts[-1]]
     return f'{" to ".join(ends)} {told[0].split(maxsplit=1)[1]}'
-
-
-def _group_digits(count: int) -> str:
-    return f'{count:,}'.replace(',', ' ')

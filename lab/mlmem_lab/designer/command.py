@@ -96,11 +96,11 @@ def search_element(
     console: Console, request: Request, jobs: int | None, trials: int
 ) -> tuple[Design, Settings]:
     """Return the best element of a search; raises as `choose_speeds`."""
-    best: list[Array] = []
+    tried: list[tuple[float, Array]] = []
     with provide_workers(jobs or count_cores()) as pool:
-        costs = search_values(request, pool, trials, best.append)
-        show_progress(console, costs, trials, 'trials')
-    values = best[0].tolist()
+        found = search_values(request, pool, trials)
+        show_progress(console, map(tried.append, found), trials, 'trials')
+    values = min(tried, key=lambda each: each[0])[1].tolist()
     seeds = range(100, 124)  # of the elements whose kicks choose the speeds
     count = len(seeds)
     ends = map_calls(

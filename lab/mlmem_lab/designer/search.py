@@ -13,9 +13,10 @@ other elements, and the result is counted on yet others.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,8 +55,7 @@ class Request:
         return 2.5 * self.scatter
 
 
-@dataclass(frozen=True)
-class Range:
+class Range(NamedTuple):
     """A quantity that the search varies: where it begins, and its bounds."""
 
     start: float
@@ -153,35 +153,28 @@ def _best_shares(ends: NDArray[np.int64], levels: int, window: int) -> Array:
 
 
 def search_values(
-    request: Request, pool: Executor | None, trials: int, take: Callable[[Array], object]
-) -> Iterator[float]:
-    """Search, and yield the cost of every trial.
+    request: Request, pool: Executor | None, trials: int
+) -> Iterator[tuple[float, Array]]:
+    """Search, and yield the cost and the values of every trial.
 
     Args:
         pool: Evaluates trials side by side; None for this process.
         trials: How many at least.
-        take: Is given the values with the least cost at the end of the search.
     """
     import cma
 
-    ranges = list(list_ranges(request).values())
-    low, high = (np.array([getattr(each, name) for each in ranges]) for name in ('low', 'high'))
-    start = (np.array([each.start for each in ranges]) - low) / (high - low)
+    start, low, high = np.array(list(list_ranges(request).values())).T
     options = {'bounds': [0.0, 1.0], 'seed': 1, 'verbose': -9}
-    search = cma.CMAEvolutionStrategy(start, 0.15, options)
-    best = math.inf, low
+    search = cma.CMAEvolutionStrategy((start - low) / (high - low), 0.15, options)
     for _ in range(math.ceil(trials / search.popsize)):
         points = search.ask()
         values = [low + np.asarray(point) * (high - low) for point in points]
         costs = []
-        for cost in (map if pool is None else pool.map)(
-            try_candidate, [request] * len(values), values
-        ):
+        found = (map if pool is None else pool.map)(try_candidate, [request] * len(values), values)
+        for value, cost in zip(values, found, strict=True):
             costs.append(cost)
-            yield cost
+            yield cost, value
         search.tell(points, costs)
-        best = min(best, *zip(costs, values, strict=True), key=lambda each: each[0])
-    take(best[1])
 
 
 def try_speeds(request: Request, values: Sequence[float], seed: int) -> list[int]:
