@@ -150,16 +150,16 @@ class BagReader:
 
     def _find_missing_parts(self, metadata: BagMetadata | None) -> tuple[int, ...]:
         """Return the numbers of missing files of a bag that we wrote, and list them as lost."""
-        numbers = [part.number for part in self._parts]
-        known = [number for number in numbers if number is not None]
+        known = [part.number for part in self._parts if part.number is not None]
         if len(known) < len(self._parts):
             return ()
         listed = len(metadata.files) if metadata else 0  # each is opened, or lost
-        count = max(max(known) + 1, listed)
-        missing = tuple(sorted(set(range(count)) - set(known)))
-        for number in missing[sum(number < listed for number in missing) :]:
-            reason = f'part {number + 1} of {count} is missing; a session is read up to there'
-            self._losses.append(Loss(self.path, 0, 0, reason))
+        count = max(*known, listed - 1) + 1
+        missing = tuple(number for number in range(count) if number not in known)
+        for number in missing:
+            if number >= listed:
+                reason = f'part {number + 1} of {count} is missing; a session is read up to there'
+                self._losses.append(Loss(self.path, 0, 0, reason))
         gaps = [n for n, number in enumerate(known) if number != known[0] + n]
         self._parts_before_gap = min(gaps, default=len(known))
         return missing

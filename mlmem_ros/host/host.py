@@ -50,7 +50,7 @@ Listener = Callable[[Sequence[Event]], None]
 class Host:
     """Holds one element, from configuration to release.
 
-    Its life cycle is that of a managed node. One thread, the executor's, calls `configure`,
+    Its life cycle is that of a managed node. One thread, the executor's, calls `adopt`,
     `activate`, `deactivate`, `release`, `fail` and `on_timer`; requests may come from any thread.
     Each is answered, or refused and counted.
 
@@ -110,16 +110,9 @@ class Host:
 
     # --- life cycle ----------------------------------------------------------------------
 
-    def configure(self, given: Parameters, blank: bool = False) -> MemoryElement:
-        """Check the design, build the device, restore its content unless it is to be `blank`.
-
-        Raises:
-            One of `REFUSALS`: Nothing is changed.
-        """
-        return self.adopt(self.build(given, blank), blank)
-
     def build(self, given: Parameters, blank: bool = False, is_retry: bool = False) -> Built:
-        """Check the design and build the device, in any thread; `adopt` or `discard` it then.
+        """Check the design, build the device, restore its content unless it is to be `blank`, in
+        any thread; `adopt` or `discard` it then.
 
         `preparing` says what takes the time meanwhile; of a retry the log does not.
 
@@ -148,7 +141,7 @@ class Host:
         self._release_device(device.store, device.element)
 
     def adopt(self, device: Built, blank: bool = False) -> MemoryElement:
-        """Put a device that was built into service."""
+        """Put a device that was built into service, with what a failed one held unless `blank`."""
         element, store = device
         self.stopped = ''
         self.element, self._store = element, store

@@ -170,10 +170,7 @@ class Worker:
 
     def on_timer(self) -> None:
         """Answer callers who have waited too long; call it once a second."""
-        now = threads.monotonic()
-        with self._changed:
-            late = self._expire_jobs(now)
-        _answer_late_jobs(late, WORK_TIMEOUT_S)
+        self._give_up_jobs(threads.monotonic(), WORK_TIMEOUT_S)
 
     def wait(self, seconds: float = WORK_TIMEOUT_S) -> bool:
         """Wait until all jobs are done, or for a time; return whether they are.
@@ -182,8 +179,7 @@ class Worker:
         """
         with self._changed:
             done = self._changed.wait_for(lambda: not self._jobs, seconds)
-            late = self._expire_jobs(math.inf)
-        _answer_late_jobs(late, seconds)
+        self._give_up_jobs(math.inf, seconds)
         return done
 
     def unless_given_up(self, step: Callable[[], T]) -> T:
@@ -198,12 +194,14 @@ class Worker:
                 raise Refused(f'{job.what} came too late')
             return step()
 
-    def _expire_jobs(self, now: float) -> list[_Job]:
-        """Mark the unanswered jobs whose deadline has passed, with the lock held; return them."""
-        late = [job for job in self._jobs if now >= job.deadline and not job.answered]
-        for job in late:
-            job.answered = True
-        return late
+    def _give_up_jobs(self, now: float, seconds: float) -> None:
+        """Answer callers whose deadline has passed, after they have waited for a time."""
+        with self._changed:
+            late = [job for job in self._jobs if now >= job.deadline and not job.answered]
+            for job in late:
+                job.answered = True
+        for job in late:  # without the lock, for what it calls
+            job.answer.set_exception(Overdue(job.what, seconds))
 
     def _run(self) -> None:
         while True:
@@ -228,8 +226,3 @@ class Worker:
                 self._changed.notify_all()
                 if not self._jobs:
                     return
-
-
-def _answer_late_jobs(late: list[_Job], seconds: float) -> None:
-    for job in late:
-        job.answer.set_exception(Overdue(job.what, seconds))

@@ -30,7 +30,7 @@ from ..bag.errors import BagError
 from ..contract.streams import STREAMS
 from ..contract.topics import Status
 from .data import SessionData
-from .records import StateHash, collect_versions, name_errors
+from .records import collect_versions, name_errors
 from .report import ComparedEvents, ReplayReport, describe_ending
 
 Progress = Callable[[int, int], None]
@@ -117,7 +117,7 @@ class _Player:
             due[tick].append(given)
         first = self._element.ticks
         self._stops = sorted({*due, *self._hashes})
-        self._check_state()  # a session without ticks has the hash of its first state
+        self._compare_state()  # a session without ticks has the hash of its first state
         reported = first
         while (now := self._element.ticks) < last:
             for given in due.get(now, ()):
@@ -157,13 +157,7 @@ class _Player:
                 self._report.outcomes.append(event)
             self._compare_event(event)
         self._report.ticks += self._element.ticks - begun
-        self._check_state()
-
-    def _check_state(self) -> None:
-        """Compare the state, if it was recorded at this tick."""
-        recorded = self._hashes.get(self._element.ticks)
-        if recorded is not None:
-            self._compare_state(recorded)
+        self._compare_state()
 
     def _compare_event(self, event: Event) -> None:
         """Compare what an event publishes with the next of the recording on each stream."""
@@ -177,7 +171,11 @@ class _Player:
             compared.equal += difference == 0.0
             compared.difference = max(compared.difference, difference)
 
-    def _compare_state(self, recorded: StateHash) -> None:
+    def _compare_state(self) -> None:
+        """Compare the state, if it was recorded at this tick."""
+        recorded = self._hashes.get(self._element.ticks)
+        if recorded is None:
+            return
         self._report.hashes += 1
         if snapshot.hash_state(self._element) == recorded.hash:
             self._report.equal_hashes += 1

@@ -171,7 +171,7 @@ def test_failed_loop_keeps_the_content(failed):
 
 def test_content_of_a_failed_device_stays_with_its_design(failed, log):
     shorter = dataclasses.replace(failed.given.design, N=224)
-    failed.host.configure(dataclasses.replace(failed.given, design=shorter))
+    failed.host.adopt(failed.host.build(dataclasses.replace(failed.given, design=shorter)))
     assert log.of('WARN') == ['the failed device had another design: the element is blank']
 
 
@@ -281,7 +281,7 @@ def test_request_to_an_inactive_host_is_rejected(serve, record):
 def test_initial_content_of_a_simulated_element_is_read(serve):
     service = serve(initial_content=8)
     with pytest.raises(SettingsError, match='initial_content'):
-        service.host.configure(service.given)
+        service.host.build(service.given)
     service = serve(initial_content=5)
     service.activate()
     assert service.host.element.reading is None

@@ -101,7 +101,7 @@ class Node:
         self.host = host
         self.state = 'unconfigured'
         self._work = {
-            'configure': lambda: host.configure(configured),
+            'configure': lambda: host.adopt(host.build(configured)),
             'activate': activate,
             'deactivate': host.deactivate,
             'cleanup': host.release,
