@@ -20,7 +20,7 @@ from mlmem.schema import short_repr
 from .errors import BagError, storage_errors
 
 
-@dataclass(frozen=True)
+@dataclass
 class TopicInfo:
     """One topic of a bag.
 

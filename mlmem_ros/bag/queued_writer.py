@@ -6,8 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 from mlmem import threads
@@ -24,30 +22,6 @@ class _Item(NamedTuple):
     log_time: int
 
 
-@dataclass(frozen=True)
-class WriterStatus:
-    """Status of a recording.
-
-    Attributes:
-        state: ``recording``, ``failed`` or ``closed``.
-        messages: Messages written, including the counts of dropped ones.
-        size: Bytes written.
-        dropped: Messages refused because too many were waiting.
-        error: Why the recording failed.
-        longest_wait: Longest time in seconds from the `put` of a message until it was safe on the
-            disk, or until now if it still waits.
-    """
-
-    path: Path
-    state: str
-    messages: int
-    size: int
-    queued: int
-    dropped: int
-    error: BagError | None
-    longest_wait: float = 0.0
-
-
 class QueuedWriter:
     """Puts a bounded queue and a thread between a producer and a `BagWriter`.
 
@@ -60,6 +34,10 @@ class QueuedWriter:
     known.
 
     Attributes:
+        messages: Messages written, including the counts of dropped ones.
+        size: Bytes written.
+        dropped: Messages refused because too many were waiting.
+        error: Why the recording failed, or None.
         max_messages: Most messages that may wait.
         max_bytes: Most bytes that may wait; a larger message still fits alone.
     """
@@ -85,6 +63,7 @@ class QueuedWriter:
             sync_interval: Time in seconds within which a message should be safe on the disk.
             on_error: Called once, from the recorder's thread, if the recording fails.
         """
+        self.path = writer.path
         self._writer = writer
         self._dropped_topic = dropped_topic
         self._sync_after = 0.5 * sync_interval  # the other half of the interval is for the disk
@@ -93,14 +72,14 @@ class QueuedWriter:
         self._changed = threads.Condition()  # held for a few instructions, never during a write
         self._queue: list[_Item] = []
         self._queued_bytes = 0
-        self._dropped = 0
+        self.dropped = 0
         self._last_dropped_time = 0
         self._accepting = True
         self._oldest: float | None = None  # when the oldest unsynced message was put
         self._longest_wait = 0.0
-        self._messages = 0
-        self._size = 0
-        self._error: BagError | None = None
+        self.messages = 0
+        self.size = 0
+        self.error: BagError | None = None
         first = [_Item(self._last_sync, *message) for message in before]
         self._thread = threads.Thread(
             target=lambda: self._run(first), name='mlmem-recorder', daemon=True
@@ -121,7 +100,7 @@ class QueuedWriter:
                 return False
             full = self._queued_bytes + size > self.max_bytes and self._queue
             if full or len(self._queue) >= self.max_messages:
-                self._dropped += 1
+                self.dropped += 1
                 self._last_dropped_time = log_time
                 return False
             self._queue.append(_Item(threads.monotonic(), topic, cdr, log_time))
@@ -129,32 +108,32 @@ class QueuedWriter:
             return True
 
     @property
-    def status(self) -> WriterStatus:
-        """Status of the recording."""
-        if self._error is not None:
-            state = 'failed'
-        else:
-            state = 'recording' if self._thread.is_alive() else 'closed'
-        return WriterStatus(
-            path=self._writer.path,
-            state=state,
-            messages=self._messages,
-            size=self._size,
-            queued=len(self._queue),
-            dropped=self._dropped,
-            error=self._error,
-            longest_wait=max(self._longest_wait, self._measure_wait()),
-        )
+    def state(self) -> str:
+        """Whether it is ``recording``, has ``failed``, or is ``closed``."""
+        if self.error is not None:
+            return 'failed'
+        return 'recording' if self._thread.is_alive() else 'closed'
 
-    def close(self) -> WriterStatus:
-        """Accept no more messages, write those that wait, and finish the bag; return the final
-        status.
+    @property
+    def queued(self) -> int:
+        """Messages that wait."""
+        return len(self._queue)
+
+    @property
+    def longest_wait(self) -> float:
+        """Longest time in seconds from the `put` of a message until it was safe on the disk, or
+        until now if it still waits.
+        """
+        return max(self._longest_wait, self._measure_wait())
+
+    def close(self) -> None:
+        """Accept no more messages, write those that wait, and finish the bag; `error` says whether
+        that succeeded.
         """
         with self._changed:
             self._accepting = False
             self._changed.notify_all()
         self._thread.join()
-        return self.status
 
     def _run(self, before: list[_Item]) -> None:
         """Write what comes before, then what is queued until the recording is closed or fails."""
@@ -166,7 +145,7 @@ class QueuedWriter:
                     # polled, because a signal would cost the loop time
                     stopping = self._changed.wait_for(lambda: not self._accepting, 0.05)
                     items, self._queue, self._queued_bytes = self._queue, [], 0
-                    dropped, dropped_time = self._dropped, self._last_dropped_time
+                    dropped, dropped_time = self.dropped, self._last_dropped_time
                 self._write_items(items)
                 if dropped > recorded_dropped:  # after all that fitted into the queue
                     recorded_dropped = dropped
@@ -181,7 +160,7 @@ class QueuedWriter:
         except BagError as error:
             self._fail_recording(error)
         except Exception as error:  # a bug here must end the recording, not the robot
-            self._fail_recording(BagError(f'Cannot record into {self._writer.path}: {error!r}.'))
+            self._fail_recording(BagError(f'Cannot record into {self.path}: {error!r}.'))
 
     def _write_items(self, items: list[_Item]) -> None:
         for item in items:
@@ -202,7 +181,7 @@ class QueuedWriter:
         self._mark_synced()
 
     def _mark_synced(self) -> None:
-        self._longest_wait = max(self._longest_wait, self._measure_wait())
+        self._longest_wait = self.longest_wait
         self._oldest = None
 
     def _measure_wait(self) -> float:
@@ -210,11 +189,11 @@ class QueuedWriter:
         return 0.0 if (oldest := self._oldest) is None else threads.monotonic() - oldest
 
     def _update_counts(self) -> None:
-        self._messages = self._writer.message_count
-        self._size = self._writer.size
+        self.messages = self._writer.message_count
+        self.size = self._writer.size
 
     def _fail_recording(self, error: BagError) -> None:
-        self._error = error
+        self.error = error
         self._oldest = None  # it is lost
         with self._changed:
             self._accepting = False

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from operator import index
 from os import PathLike
 from pathlib import Path
@@ -22,11 +22,9 @@ from .errors import BagError, storage_errors
 
 
 @dataclass
-class _Channel:
-    info: TopicInfo
-    latch: bool
+class _Channel(TopicInfo):
+    latch: bool = False
     id: int = 0  # in the file being written
-    message_count: int = 0
     last: tuple[bytes, int] | None = None  # if latched: data, publish time
 
 
@@ -109,7 +107,7 @@ class BagWriter:
             raise BagError(f'Topic {name} must be added only once; {self.path} already has it.')
         digest = jazzy.find_definition(type_name).hash
         offered = [describe_qos(reliability, durability)]
-        channel = _Channel(TopicInfo(name, type_name, digest, offered_qos=offered), latch)
+        channel = _Channel(name, type_name, digest, offered_qos=offered, latch=latch)
         with self._abandon_on_error():
             self._declare_channel(channel)
         self._channels[name] = channel
@@ -225,18 +223,17 @@ class BagWriter:
 
     def _declare_channel(self, channel: _Channel) -> None:
         """Declare a channel in the file, and its type once for all that share it."""
-        info = channel.info
-        if info.type not in self._schemas:
-            text = jazzy.find_definition(info.type).text
-            self._schemas[info.type] = self._mcap.register_schema(
-                info.type, 'ros2msg', text.encode()
+        if channel.type not in self._schemas:
+            text = jazzy.find_definition(channel.type).text
+            self._schemas[channel.type] = self._mcap.register_schema(
+                channel.type, 'ros2msg', text.encode()
             )
-        offered = {
-            'offered_qos_profiles': format_yaml(info.offered_qos),
-            'topic_type_hash': info.type_hash,
+        metadata = {
+            'offered_qos_profiles': format_yaml(channel.offered_qos),
+            'topic_type_hash': channel.type_hash,
         }
         channel.id = self._mcap.register_channel(
-            info.name, 'cdr', self._schemas[info.type], offered
+            channel.name, 'cdr', self._schemas[channel.type], metadata
         )
 
     def _write_message(
@@ -259,13 +256,10 @@ class BagWriter:
                 self._write_message(channel, cdr, log_time, publish_time)
 
     def _write_metadata(self) -> None:
-        topics = (
-            replace(channel.info, message_count=channel.message_count)
-            for channel in self._channels.values()
-        )
         path = self.path / 'metadata.yaml'
         with storage_errors(f'write {path}'):
-            atomic_files.write_atomically(path, format_metadata(topics, self._files))
+            text = format_metadata(self._channels.values(), self._files)
+            atomic_files.write_atomically(path, text)
 
 
 def _check_nanoseconds(time: int) -> int:

@@ -196,7 +196,7 @@ class BagRecording(Recording):
     """Hands messages to the queue of a session's bag.
 
     Attributes:
-        bag: The queue, with its status.
+        bag: The queue, which tells how it fares.
     """
 
     def __init__(
@@ -227,10 +227,10 @@ class BagRecording(Recording):
         """Take the hash of the present state; it is the last at the session's maximum size."""
         super().record_hash(element)
         most = self.plan.settings.most_megabytes
-        if most and not self.full and (status := self.bag.status).size >= 1e6 * most:
+        if most and not self.full and self.bag.size >= 1e6 * most:
             self.full = True
             self._log.warning(
-                f'the session in {status.path} ends at {most:g} MB (record.most_megabytes)'
+                f'the session in {self.bag.path} ends at {most:g} MB (record.most_megabytes)'
             )
 
 

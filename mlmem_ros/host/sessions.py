@@ -18,7 +18,6 @@ from .settings import SessionPlan
 from .worker import Overdue, ThrottledLog, Worker
 
 if TYPE_CHECKING:
-    from ..bag.queued_writer import WriterStatus
     from .recording import BagRecording, Message, PreTriggerBuffer, Recording
 
 T = TypeVar('T')
@@ -51,12 +50,6 @@ class Sessions:
     def recording(self) -> Recording | None:
         """What takes all messages: the recording, or the pre-trigger buffer, or None."""
         return self.current or self.buffer
-
-    @property
-    def status(self) -> WriterStatus | None:
-        """The status of the recording's bag; None without one."""
-        current = self.current
-        return None if current is None else current.bag.status
 
     def keep(self, plan: SessionPlan, element: MemoryElement) -> None:
         """Keep the last seconds of a device from now on; call it before time runs.
@@ -132,9 +125,9 @@ class Sessions:
     def _start_session(
         self, plan: SessionPlan, element: MemoryElement | None, loop: Loop | None
     ) -> Path:
-        if (status := self.status) is not None:
-            if status.error is None:
-                raise Refused(f'busy: recording into {status.path}')
+        if self.current is not None:
+            if self.current.bag.error is None:
+                raise Refused(f'busy: recording into {self.current.bag.path}')
             with suppress(BagError):  # logged when it occurred
                 self._stop(None, loop)
         recorder = _import_recorder()
@@ -181,15 +174,16 @@ class Sessions:
                 recording.record_hash(element)
 
         _call_between_ticks(loop, end_session)
-        status = recording.bag.close()  # writes what is queued; waits for the disk
-        if status.error is not None:
+        bag = recording.bag
+        bag.close()  # writes what is queued; waits for the disk
+        if bag.error is not None:
             self._lost = True
-            raise status.error
+            raise bag.error
         self._log.info(
-            f'session closed: {status.messages} messages, {status.size / 1e6:.2f} MB, '
-            f'{status.dropped} dropped, in {status.path}'
+            f'session closed: {bag.messages} messages, {bag.size / 1e6:.2f} MB, '
+            f'{bag.dropped} dropped, in {bag.path}'
         )
-        return status.path
+        return bag.path
 
     def _close_session(self, element: MemoryElement | None) -> Path:
         try:

@@ -153,8 +153,7 @@ def _list_diagnostics() -> str:
     with tempfile.TemporaryDirectory() as folder:
         recorder = QueuedWriter(BagWriter(Path(folder, 'bag')), dropped_topic='/dropped')
         recorder.close()
-        recording = SimpleNamespace(full=False)
-        host.sessions = SimpleNamespace(current=recording, status=recorder.status)
+        host.sessions = SimpleNamespace(current=SimpleNamespace(full=False, bag=recorder))
         asked = {
             'loop': (Pace.health, Pace(host).health(Loop(element, lambda *_: None))),
             **{name: (tell, tell(element)) for name, tell in diagnostics.ELEMENT_REPORTS.items()},

@@ -66,10 +66,10 @@ def wait_for(condition):
 def test_queued_messages_are_all_in_the_bag(make):
     recorder = make(sync_interval=0.1)
     assert all(recorder.put('/level', level(i), i) for i in range(1000))
-    status = recorder.close()
-    assert (status.state, status.messages, status.dropped, status.queued) == ('closed', 1000, 0, 0)
-    assert status.error is None
-    reader = BagReader(status.path)
+    recorder.close()
+    assert (recorder.state, recorder.messages, recorder.dropped) == ('closed', 1000, 0)
+    assert (recorder.queued, recorder.error) == (0, None)
+    reader = BagReader(recorder.path)
     assert [(m.log_time, m.cdr) for m in reader] == [(i, level(i)) for i in range(1000)]
     assert reader.topics[TOPIC].message_count == 0  # stands there, and says: nothing dropped
 
@@ -77,8 +77,8 @@ def test_queued_messages_are_all_in_the_bag(make):
 def test_idle_recording_is_synced(make):
     recorder = make(sync_interval=0.05)
     recorder.put('/level', level(1), 1)
-    wait_for(lambda: [m.cdr for m in BagReader(recorder.status.path)] == [level(1)])
-    assert recorder.status.state == 'recording'
+    wait_for(lambda: [m.cdr for m in BagReader(recorder.path)] == [level(1)])
+    assert recorder.state == 'recording'
 
 
 def test_longest_wait_shows_a_disk_that_hangs(make, monkeypatch):
@@ -87,9 +87,10 @@ def test_longest_wait_shows_a_disk_that_hangs(make, monkeypatch):
     recorder = make()
     released = hold(recorder, monkeypatch)
     clock.now = 30.0
-    assert recorder.status.longest_wait == 30.0
+    assert recorder.longest_wait == 30.0
     released.set()
-    assert recorder.close().longest_wait == 30.0
+    recorder.close()
+    assert recorder.longest_wait == 30.0
 
 
 def test_overflow_is_counted_and_recorded(make, monkeypatch):
@@ -98,11 +99,12 @@ def test_overflow_is_counted_and_recorded(make, monkeypatch):
     released = hold(recorder, monkeypatch)
     taken = [recorder.put('/level', level(i), i) for i in range(1, 16)]
     assert taken == [True] * 10 + [False] * 5
-    assert recorder.status.dropped == 5
-    assert recorder.status.queued == 10
+    assert recorder.dropped == 5
+    assert recorder.queued == 10
     released.set()
-    assert recorder.close().dropped == 5
-    reader = BagReader(recorder.status.path)
+    recorder.close()
+    assert recorder.dropped == 5
+    reader = BagReader(recorder.path)
     assert [m.cdr for m in reader.messages(['/level'])] == [level(i) for i in range(11)]
     (count,) = reader.messages([TOPIC])
     assert reader.deserialize(count).data == 5
@@ -124,10 +126,10 @@ def test_put_raises_nothing_whatever_it_is_given(make, item):
     recorder = make(on_error=errors.append)
     recorder.put('/level', level(1), 1)
     recorder.put(*item)
-    status = recorder.close()
-    assert isinstance(status.error, BagError)
-    assert errors == [status.error]
-    reader = BagReader(status.path)  # what came before is whole
+    recorder.close()
+    assert isinstance(recorder.error, BagError)
+    assert errors == [recorder.error]
+    reader = BagReader(recorder.path)  # what came before is whole
     assert [m.cdr for m in reader] == [level(1)]
     assert reader.losses == ()
 
@@ -136,12 +138,13 @@ def test_defect_ends_the_recording_and_nothing_else(make, monkeypatch):
     """No error handler is needed, and what was written before is whole."""
     recorder = make()
     recorder.put('/level', level(1), 1)
-    wait_for(lambda: recorder.status.messages == 1)
+    wait_for(lambda: recorder.messages == 1)
     monkeypatch.setattr(BagWriter, 'write', lambda *_: 1 / 0)
     recorder.put('/level', level(2), 2)
-    wait_for(lambda: recorder.status.state == 'failed')
-    assert "bag: ZeroDivisionError('division by zero')." in str(recorder.status.error)
+    wait_for(lambda: recorder.state == 'failed')
+    assert "bag: ZeroDivisionError('division by zero')." in str(recorder.error)
     assert recorder.put('/level', level(3), 3) is False
-    reader = BagReader(recorder.close().path)
+    recorder.close()
+    reader = BagReader(recorder.path)
     assert [m.cdr for m in reader] == [level(1)]
     assert reader.losses == ()

@@ -250,7 +250,7 @@ def test_stop_of_a_failed_recording_reports_the_failure(serve, record):
     path = host.record(service.plan(dataclasses.replace(record, sync_interval=0.0))).result(SOON)
     while path.exists():  # it is written to at the same time
         shutil.rmtree(path, ignore_errors=True)
-    while host.sessions.status.error is None:
+    while host.sessions.current.bag.error is None:
         assert host.submit(SetStrain(0.0)).answer.result(SOON) is None
     with pytest.raises(BagError, match=r'was deleted while being written|No such file'):
         host.record(None).result(SOON)

@@ -16,7 +16,6 @@ from mlmem.loop.timetable import LoopStatistics, SteadyPacer
 from mlmem.physics import CASE_II
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.queued_writer import WriterStatus
 from mlmem_ros.contract.topics import ERROR, OK, WARN, Status
 from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.diagnostics import Pace
@@ -71,14 +70,14 @@ def test_fault_that_is_set_is_a_warning(element):
 def session(full=False, **changes):
     """Return a recording as far as the report looks at it."""
     values = {'path': '/bag', 'state': 'recording', 'messages': 7, 'size': 9, 'queued': 0}
-    status = WriterStatus(**values | {'dropped': 0, 'error': None} | changes)
-    return SimpleNamespace(full=full), status
+    values |= {'dropped': 0, 'error': None, 'longest_wait': 0.0}
+    return SimpleNamespace(full=full, bag=SimpleNamespace(**values | changes))
 
 
 @pytest.mark.parametrize(
     ('recording', 'level', 'word'),
     [
-        ((None, None), OK, 'not recording'),
+        (None, OK, 'not recording'),
         (session(), OK, 'recording'),
         (session(full=True), WARN, 'full'),
         (session(full=True, dropped=3), WARN, '3 messages were dropped'),
@@ -86,8 +85,7 @@ def session(full=False, **changes):
     ],
 )
 def test_worst_state_of_a_recording_is_reported(recording, level, word):
-    current, status = recording
-    sessions = SimpleNamespace(current=current, status=status, buffer=None)
+    sessions = SimpleNamespace(current=recording, buffer=None)
     health = diagnostics.report_recorder(SimpleNamespace(sessions=sessions))
     assert health.severity == level
     assert health.text.startswith(word)

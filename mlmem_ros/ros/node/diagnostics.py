@@ -197,25 +197,26 @@ class Pace:
 
 def report_recorder(host: Host) -> Status:
     """Report a session, its wait in s; warn of dropped messages and of one at its maximum size."""
-    recording, status = host.sessions.current, host.sessions.status
-    if recording is None or status is None:
+    recording = host.sessions.current
+    if recording is None:
         buffer = host.sessions.buffer
         return Status(OK, 'not recording', {} if buffer is None else buffer.kept)
+    bag = recording.bag
     values = {
-        'path': status.path,
-        'messages': status.messages,
-        'bytes': status.size,
-        'queued': status.queued,
-        'dropped': status.dropped,
-        'longest_wait': round(status.longest_wait, 3),
+        'path': bag.path,
+        'messages': bag.messages,
+        'bytes': bag.size,
+        'queued': bag.queued,
+        'dropped': bag.dropped,
+        'longest_wait': round(bag.longest_wait, 3),
     }
-    if status.error is not None:
-        return Status(ERROR, str(status.error), values)
-    if status.dropped:
-        return Status(WARN, f'{status.dropped} messages were dropped from the recording', values)
+    if bag.error is not None:
+        return Status(ERROR, str(bag.error), values)
+    if bag.dropped:
+        return Status(WARN, f'{bag.dropped} messages were dropped from the recording', values)
     if recording.full:
         return Status(WARN, 'full: the session has ended at record.most_megabytes', values)
-    return Status(OK, status.state, values)
+    return Status(OK, bag.state, values)
 
 
 class Diagnostics:
