@@ -152,11 +152,6 @@ class PreTriggerBuffer(Recording):
             headers = [each.header for each in self._segments]
             return [*headers[:1], *(each for part in self._segments for each in part.messages)]
 
-    @property
-    def is_empty(self) -> bool:
-        """Whether no idle tick has come since it was empty."""
-        return not self._segments
-
     def clear(self) -> None:
         """Discard everything; start again with the next idle tick."""
         with self._lock:
@@ -235,7 +230,7 @@ class BagRecording(Recording):
 
 
 def build_header(plan: SessionPlan, element: MemoryElement, now: Callable[[], int]) -> Message:
-    """Return the state of an idle device, with which a session may begin."""
+    """Return the state of a device, with which a session begins; raise `Refused` unless idle."""
     header = records.build_header(element, plan.node, plan.parameters or {})
     return f'{plan.node}/{SessionTopic.HEADER}', header, now()
 

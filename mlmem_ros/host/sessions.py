@@ -131,16 +131,6 @@ class Sessions:
             with suppress(BagError):  # logged when it occurred
                 self._stop(None, loop)
         recorder = _import_recorder()
-
-        def require_start() -> None:
-            if self.buffer is not None and not self.buffer.is_empty:
-                return
-            if element is None:
-                raise Refused('there is no state to begin with')
-            if running := element.procedure:
-                raise Refused(f'busy: {running} is running; a session must begin while idle')
-
-        _call_between_ticks(loop, require_start)  # before a file is made
         writer = recorder.open_bag(plan)
 
         def attach_recording(before: list[Message]) -> None:
@@ -149,10 +139,10 @@ class Sessions:
                 self.buffer.clear()
 
         def begin_session() -> None:
-            require_start()
             before = [] if self.buffer is None else self.buffer.list_messages()
-            if not before and element is not None:
-                before = [recorder.build_header(plan, element, self._now)]
+            if not before and element is None:
+                raise Refused('there is no state to begin with')
+            before = before or [recorder.build_header(plan, element, self._now)]
             self._worker.unless_given_up(lambda: attach_recording(before))
 
         try:
