@@ -103,11 +103,6 @@ class ReplayReport:
         return [describe_ending(outcome_to_dict(outcome)) for outcome in self.outcomes]
 
     @property
-    def compared(self) -> bool:
-        """Whether there was anything to compare with."""
-        return self.hashes > 0 or bool(self.events)
-
-    @property
     def levels_agree(self) -> bool:
         """Whether every recorded level or word was decoded again, and every ending reached."""
         recorded = list(self.recorded_endings)
@@ -136,12 +131,7 @@ class ReplayReport:
         Levels must always agree; a session's states and events to the bit on the build that
         recorded it, and to rounding on another.
         """
-        if not self.compared or not self.levels_agree:
-            return False
-        states = self.first_difference is None or (
-            bool(self.other_build) and self.state_difference <= MAX_ROUNDING_CELLS
-        )
-        return states and not self.other_events and not self.refused
+        return self.code in ('exact', 'agrees', 'part_missing')
 
     @property
     def whole(self) -> bool:
@@ -151,21 +141,28 @@ class ReplayReport:
     @property
     def code(self) -> str:
         """The verdict as one of the keys of `VERDICT_TEXTS`, or `part_missing`."""
-        if not self.compared:
+        if not (self.hashes or self.events):
             return 'nothing_to_compare'
-        if self.passed and self.missing_parts:
+        if differs := self._find_disagreement():
+            is_damaged = any(NOT_CLOSED_REASON not in line for line in self.lost)
+            return 'incomplete' if is_damaged else differs
+        if self.missing_parts:
             return 'part_missing'
-        if self.passed:
-            return 'exact' if self.exact else 'agrees'
-        if any(NOT_CLOSED_REASON not in line for line in self.lost):
-            return 'incomplete'
+        return 'exact' if self.exact else 'agrees'
+
+    def _find_disagreement(self) -> str:
+        """Return the code of what does not agree as guaranteed; empty if all does."""
         if not self.levels_agree:
             return 'levels_differ'
         if self.refused:
             return 'commands_rejected'
         if self.state_difference > MAX_ROUNDING_CELLS:
             return 'states_differ'
-        return 'events_differ' if self.other_events else 'rounding_differs'
+        if self.other_events:
+            return 'events_differ'
+        if self.first_difference is not None and not self.other_build:
+            return 'rounding_differs'
+        return ''
 
     @property
     def verdict(self) -> str:
