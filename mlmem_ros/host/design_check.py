@@ -1,7 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The design check of a node that is being configured: warnings in its log, or a refusal; and the
-result of any check, of a machine or of a design.
+"""The design check of a node that is being configured: warnings in its log, or a refusal.
 
 Findings are cached beside the compiled kernels, for a faster next start. The cache may be deleted;
 a change to any file that a check depends on makes it start anew.
@@ -12,8 +11,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-from collections.abc import Iterable
-from enum import Enum
 from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -27,20 +24,6 @@ from ..packages import find_tool
 
 if TYPE_CHECKING:
     from .worker import ThrottledLog
-
-
-class Verdict(Enum):
-    """The result of a check."""
-
-    PASS = 'pass'
-    WARN = 'warn'
-    FAIL = 'fail'
-
-
-def find_worst_verdict(verdicts: Iterable[Verdict]) -> Verdict:
-    """Return the most severe of some verdicts; PASS for none."""
-    gravity = list(Verdict)
-    return max(verdicts, key=gravity.index, default=Verdict.PASS)
 
 
 Found = tuple[str, str, str, dict[str, float]]
@@ -64,9 +47,7 @@ def check_design(
     if mode == 'skip':
         return {}
     found = load_findings(design, settings)
-    failed = [
-        f'{name}: {text}' for name, verdict, text, _ in found if verdict == Verdict.FAIL.value
-    ]
+    failed = [f'{name}: {text}' for name, verdict, text, _ in found if verdict == 'fail']
     if failed and mode == 'refuse':
         raise DesignError(
             f'the design fails its check ({"; ".join(failed)}). `mlmem design check` shows '
@@ -75,7 +56,7 @@ def check_design(
     for text in failed:
         log.error(f'design check: {text}')
     for name, verdict, text, _ in found:
-        if verdict == Verdict.WARN.value:
+        if verdict == 'warn':
             log.warning(f'design check: {name}: {text}')
     return {
         End(end): amplitude
@@ -98,7 +79,7 @@ def load_findings(design: Design, settings: Settings) -> list[Found]:
         cached[key] = [
             (each.name, each.verdict.value, each.text, dict(each.values))
             for each in check(design, settings).findings
-            if each.verdict is not Verdict.PASS or each.name == 'read_disturb'
+            if each.verdict.value != 'pass' or each.name == 'read_disturb'
         ]
         if path is not None:
             with contextlib.suppress(OSError):

@@ -14,7 +14,6 @@ import math
 import weakref
 from collections import deque
 from threading import Condition
-from typing import NoReturn
 
 import numpy as np
 
@@ -149,7 +148,9 @@ class Rig(Driver):
                 )
                 parts.append(self._take_samples(len(V_N[begin : begin + most]) // len(self.nodes)))
         except (DriverError, OSError, EOFError) as error:
-            self._fail_line(getattr(error, 'strerror', None) or str(error))
+            self._failure = f'{self._address}: {getattr(error, "strerror", None) or error}'
+            self._transport.close()
+            raise DriverError(self._failure) from None  # whose text it has
         first = self._returned - sum(part.shape[1] for part in parts)
         self.interrupted = False
         while self._breaks and self._breaks[0] < self._returned:
@@ -271,11 +272,6 @@ class Rig(Driver):
             if not data:
                 self._link.request_next(self._transport.filler)
         return self._received.popleft()
-
-    def _fail_line(self, why: str) -> NoReturn:
-        self._failure = f'{self._address}: {why}'
-        self._transport.close()
-        raise DriverError(self._failure)
 
 
 def _keep_alive(rig: weakref.ref[Rig], turn: Condition) -> None:

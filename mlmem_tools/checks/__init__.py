@@ -14,7 +14,6 @@ from dataclasses import replace
 from mlmem.element_file import Element
 from mlmem.physics import Design
 from mlmem.settings import ElementSettings, Settings
-from mlmem_ros.host.design_check import Verdict
 
 from . import (
     budget,
@@ -28,7 +27,7 @@ from . import (
     transducer,
     words,
 )
-from .concern import Finding, Report, Subject
+from .concern import Finding, Report, Subject, Verdict
 
 __all__ = ['Finding', 'Report', 'Verdict', 'check']
 

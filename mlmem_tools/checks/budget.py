@@ -27,9 +27,8 @@ import numpy as np
 
 from mlmem.physics import Design, wall_energy
 from mlmem.physics.wall import barrier_height, next_wall_costs, wall_width
-from mlmem_ros.host.design_check import Verdict
 
-from .concern import Finding, Report, Subject, judge_value
+from .concern import Finding, Report, Subject, Verdict, judge_value
 
 MIN_HALF_WIDTH_CELLS = 1.97
 """Half width in cells below which no kick contracts a wall."""

@@ -7,16 +7,30 @@ several concerns share; findings, and a report of them all.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property, lru_cache
 
 from mlmem.moves.corrections import PulseCorrection
 from mlmem.physics import Design, Specimen, StateError, wall_energy
 from mlmem.settings import Settings
-from mlmem_ros.host.design_check import Verdict, find_worst_verdict
 
 from .quasistatic import Landscape, compute_held_landscape, find_depinning_strain
+
+
+class Verdict(Enum):
+    """The result of a check."""
+
+    PASS = 'pass'
+    WARN = 'warn'
+    FAIL = 'fail'
+
+
+def find_worst_verdict(verdicts: Iterable[Verdict]) -> Verdict:
+    """Return the most severe of some verdicts; PASS for none."""
+    gravity = list(Verdict)
+    return max(verdicts, key=gravity.index, default=Verdict.PASS)
 
 
 @dataclass(frozen=True)

@@ -28,9 +28,8 @@ from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.readers.decoding import find_exchanged_levels, primary_end
 from mlmem.readers.echo import Echo, EchoDetector, listening_time
 from mlmem.settings import ProbeSettings, ReadSettings
-from mlmem_ros.host.design_check import Verdict, find_worst_verdict
 
-from .concern import Finding, Subject, grade_finding, judge_value
+from .concern import Finding, Subject, Verdict, find_worst_verdict, grade_finding, judge_value
 
 
 def forecast_echo(

@@ -24,9 +24,8 @@ from mlmem.physics import StateError, find_walls
 from mlmem.physics.held_wall import cut_excerpt
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.settings import RegisterSettings
-from mlmem_ros.host.design_check import Verdict
 
-from .concern import MAX_CELL_STEPS, MIN_STEP_CELLS, Finding, Subject
+from .concern import MAX_CELL_STEPS, MIN_STEP_CELLS, Finding, Subject, Verdict
 
 
 def check(subject: Subject) -> Iterator[Finding]:

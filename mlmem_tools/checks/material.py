@@ -17,9 +17,8 @@ from mlmem.physics import CASE_II, INTEGRATORS, stable_step
 from mlmem.physics.wall import wall_width
 from mlmem.physics.waves import pass_band
 from mlmem.settings import ProbeSettings
-from mlmem_ros.host.design_check import Verdict, find_worst_verdict
 
-from .concern import Finding, Subject, grade_finding, judge_value
+from .concern import Finding, Subject, Verdict, find_worst_verdict, grade_finding, judge_value
 
 
 def check(subject: Subject) -> Iterator[Finding]:

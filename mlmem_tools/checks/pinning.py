@@ -12,9 +12,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from mlmem.physics import StateError, wall_energy
-from mlmem_ros.host.design_check import Verdict
 
-from .concern import LAUNCH_LEVEL, Finding, Subject, grade_finding, judge_value
+from .concern import LAUNCH_LEVEL, Finding, Subject, Verdict, grade_finding, judge_value
 from .quasistatic import compute_held_landscape, compute_lattice_ripple, compute_self_energy
 
 

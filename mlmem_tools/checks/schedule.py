@@ -16,9 +16,8 @@ from mlmem.moves.planner import find_reachable_levels, find_route
 from mlmem.readers.echo import listening_time
 from mlmem.readers.reading import BLANK
 from mlmem.settings import RegisterSettings
-from mlmem_ros.host.design_check import Verdict
 
-from .concern import Finding, Subject, grade_finding, judge_value
+from .concern import Finding, Subject, Verdict, grade_finding, judge_value
 
 
 def check(subject: Subject) -> Iterator[Finding]:

@@ -27,9 +27,8 @@ from mlmem.physics import (
     substep_times,
 )
 from mlmem.physics.equilibrium import find_pinned_wall
-from mlmem_ros.host.design_check import Verdict
 
-from .concern import MAX_CELL_STEPS, MIN_STEP_CELLS, Finding, Subject
+from .concern import MAX_CELL_STEPS, MIN_STEP_CELLS, Finding, Subject, Verdict
 
 
 def check(subject: Subject) -> Iterator[Finding]:

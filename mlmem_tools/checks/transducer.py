@@ -17,9 +17,8 @@ from mlmem.instrument.instrument import Units
 from mlmem.physics import Chain, HeldCell, StateError, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank, metamaterial_force
 from mlmem.physics.potential import Array
-from mlmem_ros.host.design_check import Verdict
 
-from .concern import Finding, Subject
+from .concern import Finding, Subject, Verdict
 from .disturb import build_bare_chain
 
 

@@ -15,9 +15,8 @@ from mlmem.factory import rehearse_levels as forecasts_with
 from mlmem.physics import Design
 from mlmem.readers.register import forecast_words
 from mlmem.settings import Settings
-from mlmem_ros.host.design_check import Verdict
 
-from .concern import Finding, Subject, grade_finding, judge_value
+from .concern import Finding, Subject, Verdict, grade_finding, judge_value
 
 LEAST, COMFORT = 0.01, 0.03
 """Least difference between two forecasts, over the pulse, and that from which noise of a
