@@ -22,7 +22,7 @@ from typing import Any
 from mlmem import Calibration, Command, MemoryElement, Refused, Settings, snapshot
 from mlmem.commands import COMMANDS_BY_NAME
 from mlmem.instrument.drivers import steps_per_tick
-from mlmem.parsing import ANY_VALUE, DecodeError, decode_value, encode_value, parse_json
+from mlmem.parsing import DecodeError, decode_value, encode_value, parse_json
 from mlmem.physics import ARITHMETIC_VERSION, Design, Specimen
 from mlmem.physics.jit import DISABLED
 from mlmem.physics.potential import Array
@@ -83,7 +83,7 @@ def build_command(tick: int, given: Command) -> bytes:
 
 
 def command_to_dict(command: Command) -> dict[str, Any]:
-    """Return a command as its kind and its values; see `records.parse_command`."""
+    """Return a command as its kind and its values."""
     return {'kind': type(command).__name__, **dataclasses.asdict(command)}
 
 
@@ -211,56 +211,36 @@ def name_errors(where: str) -> Iterator[None]:
 
 
 def read_header(text: str) -> Header:
-    """Parse the header from JSON; raises `BagError`, for another format with `other_format`."""
-    values = _decode_json(dict[str, Any], text)
+    """Parse the header from JSON.
+
+    Raises:
+        BagError: It has another format; the code is `other_format`.
+        DecodeError: It is no header.
+    """
+    values = decode_value(dict[str, Any], parse_json(text))
     if values.get('format') != SESSION_FORMAT:
         raise BagError(
             f'format must be {SESSION_FORMAT}; got {short_repr(values.get("format"))}',
             'other_format',
         )
-    header: Header = _decode_json(Header, values)
+    header: Header = decode_value(Header, values)
     return header
 
 
 def read_command(text: str) -> tuple[int, Command]:
-    """Parse a tick and its command from JSON; raises `BagError`."""
-    values = _decode_json(dict[str, Any], text)
-    tick = _decode_json(
-        int, values.pop('tick', None), 'tick', Description('ticks done', low=0, high=2**53)
-    )
-    try:
-        return tick, parse_command(values)
-    except Refused as error:
-        raise BagError(str(error)) from error
-
-
-def parse_command(data: Mapping[str, Any]) -> Command:
-    """Return the command that `command_to_dict` described.
-
-    Raises:
-        Refused: The data do not describe a command.
-    """
-    values = dict(data)
+    """Parse a tick and its command from JSON; raises `DecodeError`."""
+    values = decode_value(dict[str, Any], parse_json(text))
+    given = Description('ticks done', low=0, high=2**53)
+    tick = decode_value(int, values.pop('tick', None), 'tick', given)
     kind = values.pop('kind', None)
     if not isinstance(kind, str) or kind not in COMMANDS_BY_NAME:
-        raise Refused(
-            f'command must be one of {", ".join(COMMANDS_BY_NAME)}; got {short_repr(kind)}'
+        raise DecodeError(
+            f'kind must be one of {", ".join(COMMANDS_BY_NAME)}; got {short_repr(kind)}', 'kind'
         )
-    try:
-        command: Command = decode_value(COMMANDS_BY_NAME[kind], values)
-    except DecodeError as error:
-        raise Refused(f'{kind} has wrong values: {error}') from error
-    return command
+    return tick, decode_value(COMMANDS_BY_NAME[kind], values)
 
 
 def read_state_hash(text: str) -> StateHash:
-    """Parse a state hash from JSON; raises `BagError`."""
-    found: StateHash = _decode_json(StateHash, text)
+    """Parse a state hash from JSON; raises `DecodeError`."""
+    found: StateHash = decode_value(StateHash, parse_json(text))
     return found
-
-
-def _decode_json(kind: Any, data: Any, name: str = '', given: Description = ANY_VALUE) -> Any:
-    try:
-        return decode_value(kind, parse_json(data) if isinstance(data, str) else data, name, given)
-    except DecodeError as error:
-        raise BagError(str(error)) from error

@@ -26,12 +26,11 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
-from mlmem.parsing import encode_value
+from mlmem.parsing import DecodeError, encode_value
 from mlmem.physics import PEFRL, Chain, Scatter, Specimen, draw_specimen
 from mlmem.readers.register import pin_walls
 from mlmem.settings import ProbeSettings
 from mlmem_ros.bag import jazzy
-from mlmem_ros.bag.errors import BagError
 from mlmem_ros.session import records
 from mlmem_ros.session.records import read_header
 from mlmem_tools.identification.forward import Forward
@@ -170,5 +169,5 @@ def test_header_carries_element_forecast_and_twin(element):
     text = header_of(register)
     assert (read_header(text).twin.alpha == OWN.alpha).all()
     other = {'twin': encode_value(Specimen(DESIGN))}
-    with pytest.raises(BagError, match='twin must have the cells and defects of the design'):
+    with pytest.raises(DecodeError, match='twin must have the cells and defects of the design'):
         read_header(json.dumps(json.loads(text) | other))
