@@ -20,10 +20,11 @@ from mlmem.factory import compute_calibration
 from mlmem.instrument import drivers
 from mlmem.physics import StateError
 from mlmem.procedure_table import UNSET_CONTENT
+from mlmem.readers.calibration import calibration_key
 
 from .design_check import check_design
 from .settings import Parameters
-from .store import Store
+from .store import Store, find_calibration
 from .worker import ThrottledLog, Worker
 
 if TYPE_CHECKING:
@@ -62,7 +63,10 @@ def build_device(
         undo.callback(driver.close)
         store = Store(given.state, given.files, log, disk, name)
         undo.callback(store.close)
-        element = store.new_element(given.design, given.settings, driver)
+        saved = store.load()
+        key = calibration_key(given.design, given.settings)
+        calibration = find_calibration(saved, key, given.design.levels)
+        element = MemoryElement(given.design, given.settings, calibration, driver)
         element.loudest = loudest
         if twin is not None:
             attach_twin(element, twin, log)
@@ -73,7 +77,7 @@ def build_device(
         if given.initial_content != UNSET_CONTENT:
             place_initial_content(element, given.initial_content)
         if not blank:
-            store.restore(element)
+            store.restore(element, saved)
         undo.pop_all()
     return Built(element, store)
 

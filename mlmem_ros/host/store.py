@@ -16,12 +16,10 @@ from typing import Any
 
 from mlmem import (
     Calibration,
-    Driver,
     Loop,
     MemoryElement,
     Outcome,
     Refused,
-    Settings,
     SettingsError,
     atomic_files,
     snapshot,
@@ -29,9 +27,8 @@ from mlmem import (
 )
 from mlmem.loop.mailbox import Asked
 from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError, decode_value, parse_json
-from mlmem.physics import Design, StateError
+from mlmem.physics import StateError
 from mlmem.procedure_table import PROCEDURES
-from mlmem.readers.calibration import calibration_key
 from mlmem.schema import make_printable
 
 from .settings import FileSettings, StateSettings
@@ -65,7 +62,6 @@ class Store:
         self.path = (
             Path(os.path.realpath(files.confine_path(settings.path))) if settings.path else None
         )
-        self._saved: dict[str, Any] | None = None  # until it is restored
         self._interval = settings.interval
         self._due = threads.monotonic() + self._interval
         self._log = log
@@ -73,34 +69,26 @@ class Store:
         self._owner = f'{owner} (process {os.getpid()})'
         self._claim: atomic_files.Claim | None = None
 
-    def new_element(
-        self, design: Design, settings: Settings, driver: Driver | None = None
-    ) -> MemoryElement:
-        """Return a device with the saved calibration, if that is for this design and these
-        settings; a new combination is calibrated on an ideal element, which takes time.
+    def load(self) -> dict[str, Any] | None:
+        """Claim the file and return the saved state, or None without one.
 
         Raises:
             StateError: Another element keeps its state in this file, or the file is damaged or
                 cannot be read.
             Overdue: The disk does not answer.
-            SettingsError: It cannot be calibrated.
-            DesignError: The time step exceeds the stability limit.
         """
         if (path := self.path) is None:
-            return MemoryElement(design, settings, driver=driver)
+            return None
         self._worker.do_and_wait(f'claiming {path}', lambda: self._take_claim(path))
-        key = calibration_key(design, settings)
-        self._saved = self._worker.do_and_wait(f'reading {path}', lambda: load_snapshot(path))
-        known = find_calibration(self._saved, key, design.levels)
-        return MemoryElement(design, settings, known, driver)
+        return self._worker.do_and_wait(f'reading {path}', lambda: load_snapshot(path))
 
-    def restore(self, element: MemoryElement) -> None:
-        """Give a device that `new_element` returned the saved state, if there is one.
+    def restore(self, element: MemoryElement, saved: Mapping[str, Any] | None) -> None:
+        """Give a device the state that `load` returned, if there is one.
 
         Raises:
             StateError: The file is damaged, or belongs to another design.
         """
-        path, saved, self._saved = self.path, self._saved, None
+        path = self.path
         if path is None:
             return
         if saved is None:

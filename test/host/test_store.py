@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Content and calibration: nothing old replaces newer, nothing is calibrated twice."""
 
+import dataclasses
+
 import pytest
 
-from mlmem import MemoryElement, Settings, factory
+from mlmem import MemoryElement, factory
 from mlmem.physics import CASE_II, StateError
 from mlmem.settings import ProbeSettings
 from mlmem_ros.host import ThrottledLog
+from mlmem_ros.host.building import build_device
 from mlmem_ros.host.settings import FileSettings, StateSettings
 from mlmem_ros.host.store import Store, load_snapshot
 from mlmem_ros.host.worker import Worker
@@ -50,7 +53,7 @@ def test_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
     loop = tmp_path / 'loop.json'
     loop.symlink_to(loop)
     with pytest.raises(StateError, match=r'loop\.json'):
-        kept(loop).new_element(CASE_II, Settings())
+        kept(loop).load()
 
 
 # --- calibrations -----------------------------------------------------------------------------
@@ -59,7 +62,7 @@ def test_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
 def test_state_below_a_file_is_rejected(file, kept):
     file.touch()
     with pytest.raises(StateError, match='cannot be kept'):
-        kept(file / 'element.json').new_element(CASE_II, Settings())
+        kept(file / 'element.json').load()
 
 
 @pytest.fixture
@@ -76,12 +79,20 @@ def counted(monkeypatch):
     return made
 
 
-def test_design_is_calibrated_once(file, counted, kept):
-    store = kept(file)
-    first = store.new_element(CASE_II, Settings())
-    store.keep(first).result(20.0)
-    assert kept(file).new_element(CASE_II, Settings()).calibration == first.calibration
+def test_design_is_calibrated_once(file, counted, parameters):
+    def build(settings):
+        throttled = ThrottledLog(lambda *_: None)
+        given = dataclasses.replace(
+            parameters, settings=settings, state=StateSettings(path=str(file), interval=0.0)
+        )
+        device = build_device(given, throttled, Worker('test', throttled), '/mlmem', blank=False)
+        device.store.keep(device.element).result(20.0)
+        assert device.store.close()
+        return device.element.calibration
+
+    first = build(parameters.settings)
+    assert build(parameters.settings) == first
     assert len(counted) == 1
-    other = Settings(probe_right=ProbeSettings(omega_c=0.7, v_th=7e-4))
-    assert kept(file).new_element(CASE_II, other).calibration != first.calibration
+    probe = ProbeSettings(omega_c=0.7, v_th=7e-4)
+    assert build(dataclasses.replace(parameters.settings, probe_right=probe)) != first
     assert len(counted) == 2
