@@ -86,7 +86,6 @@ class Host:
         self.refused = 0
         self._closed = False
         self._unsaved = False  # the content, at the end of the last life
-        self._cut_short = 0  # recordings
         self._name = name
         self._failed = failed
         self._store: Store | None = None
@@ -101,7 +100,7 @@ class Host:
     @property
     def lost(self) -> bool:
         """Whether the content as it is now, or any recording, could not be saved."""
-        return self._unsaved or self._cut_short > 0
+        return self._unsaved or self.sessions.lost
 
     @property
     def recording(self) -> Recording | None:
@@ -248,7 +247,7 @@ class Host:
                 self.log.log_cause(loop.failure)
             elif loop.failure is not None:
                 self.log.exception('the device', loop.failure)
-            self._end_recording(None)
+            self.sessions.close(None)
             saved = self._save_failed(element)
             again = '; if it fails again, reset the element' if element.is_simulated else ''
             self.log.error(f'{saved}; configure and activate to go on{again}')
@@ -389,7 +388,7 @@ class Host:
 
     def _save_stopped(self, element: MemoryElement) -> bool:
         """Save all of a device whose time has stopped; return whether that succeeded."""
-        self._end_recording(element)
+        self.sessions.close(element)
         assert self._store is not None
         kept = self._store.keep(element)
         saved = self._store.flush() and kept.exception() is None
@@ -427,10 +426,6 @@ class Host:
         else:
             what = 'content' if element.is_simulated else 'calibration'
             self.log.info(f'the {what} of the failed device is restored')
-
-    def _end_recording(self, element: MemoryElement | None) -> None:
-        if not self.sessions.close(element):
-            self._cut_short += 1
 
 
 def _format_outcome(outcome: Outcome, element: MemoryElement) -> str:

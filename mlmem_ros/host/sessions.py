@@ -35,6 +35,7 @@ class Sessions:
     Attributes:
         current: The recording into a bag, or None.
         buffer: The pre-trigger buffer, or None without one; empty during a recording.
+        lost: Whether anything that was recorded could not be written.
     """
 
     def __init__(self, log: ThrottledLog, now: Callable[[], int]) -> None:
@@ -44,7 +45,7 @@ class Sessions:
         self._log = log
         self._now = now
         self._worker = Worker('mlmem-sessions', log)
-        self._lost = False  # whether a recording has failed, stopped since or not
+        self.lost = False
 
     @property
     def recording(self) -> Recording | None:
@@ -99,26 +100,22 @@ class Sessions:
         """Answer requests that have waited too long for the disk; call it once a second."""
         self._worker.on_timer()
 
-    def close(self, element: MemoryElement | None) -> bool:
+    def close(self, element: MemoryElement | None) -> None:
         """End any recording when time has stopped; waits, but not for long.
 
         Args:
             element: The element; None if it has failed. Its last seconds are then saved, without a
                 final hash, since the commands of the failed tick are not recorded.
-
-        Returns:
-            Whether all that was recorded is written.
         """
         try:
             self._worker.do_and_wait('closing the recording', lambda: self._close_session(element))
         except Refused:  # nothing is being recorded
-            return not self._lost
+            pass
         except BagError:  # logged when it occurred
-            return False
+            self.lost = True
         except Overdue as error:
             self._log.error(str(error))
-            return False
-        return True
+            self.lost = True
 
     # --- in the worker's thread ----------------------------------------------------------
 
@@ -167,7 +164,7 @@ class Sessions:
         bag = recording.bag
         bag.close()  # writes what is queued; waits for the disk
         if bag.error is not None:
-            self._lost = True
+            self.lost = True
             raise bag.error
         self._log.info(
             f'session closed: {bag.messages} messages, {bag.size / 1e6:.2f} MB, '
