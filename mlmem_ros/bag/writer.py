@@ -112,14 +112,11 @@ class BagWriter:
             self._declare_channel(channel)
         self._channels[name] = channel
 
-    def write(
-        self, topic: str, cdr: bytes, log_time: int, publish_time: int | None = None
-    ) -> None:
-        """Write a message; times are in nanoseconds, and by default it was sent when it was
-        received.
+    def write(self, topic: str, cdr: bytes, log_time: int) -> None:
+        """Write a message with its time in nanoseconds.
 
         Raises:
-            BagError: The topic was not added, the message is not bytes, a time is out of range,
+            BagError: The topic was not added, the message is not bytes, its time is out of range,
                 the bag is closed, or the storage fails.
         """
         self._require_open()
@@ -129,11 +126,10 @@ class BagWriter:
         if not isinstance(cdr, bytes):
             raise BagError(f'A message on {topic} must be bytes; got {type(cdr).__name__}.')
         log_time = _check_nanoseconds(log_time)
-        publish_time = log_time if publish_time is None else _check_nanoseconds(publish_time)
         with self._abandon_on_error():
             if self._files[-1].message_count and 0 < self._max_bytes <= self._file.tell():
                 self._split_file(log_time)
-            self._write_message(channel, cdr, log_time, publish_time)
+            self._write_message(channel, cdr, log_time, log_time)
 
     def sync(self) -> None:
         """Make all messages so far safe on the disk and update ``metadata.yaml``.

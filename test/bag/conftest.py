@@ -19,14 +19,14 @@ def cdr(type_name, **values):
 
 @pytest.fixture
 def messages():
-    """Forty-five messages on three topics, 0.1 s apart, sent 1 us before they were received."""
+    """Forty-five messages on three topics, 0.1 s apart."""
     start, step = 1_700_000_000_000_000_000, 100_000_000
     made = []
     for i in range(15):
         times = [start + (3 * i + j) * step for j in range(3)]
-        made.append(Message(*LEVEL, times[0], times[0] - 1000, cdr(LEVEL[1], data=i - 2)))
-        made.append(Message(*RANGE, times[1], times[1] - 1000, cdr(RANGE[1], data=i / 8)))
-        made.append(Message(*PROBE, times[2], times[2] - 1000, cdr(PROBE[1])))
+        made.append(Message(*LEVEL, times[0], times[0], cdr(LEVEL[1], data=i - 2)))
+        made.append(Message(*RANGE, times[1], times[1], cdr(RANGE[1], data=i / 8)))
+        made.append(Message(*PROBE, times[2], times[2], cdr(PROBE[1])))
     return made
 
 
@@ -40,7 +40,7 @@ def record(tmp_path, messages):
             writer.add_topic(*RANGE, 'best_effort')
             writer.add_topic(*PROBE)
             for message in messages:
-                writer.write(message.topic, message.cdr, message.log_time, message.publish_time)
+                writer.write(message.topic, message.cdr, message.log_time)
                 if sync_each:
                     writer.sync()
         return tmp_path / name
