@@ -248,8 +248,10 @@ ANSWER_TYPES: dict[str, type[Answer]] = {
     'survey': Surveyed,
     'kick': Done,
     'abort': Done,
+    'follow': Answer,
+    'record': Recorded,
 }
-"""Types of successful answers by procedure; those of all others are `Decoded`."""
+"""Types of successful answers by request; those of all others are `Decoded`."""
 
 
 def describe_fields(kind: type[Answer]) -> Iterator[tuple[str, ResultField]]:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -13,8 +14,7 @@ from rclpy.node import Node
 from mlmem.procedure_table import BLANK
 from mlmem_ros.contract.answers import BankFailed, RequestError
 from mlmem_ros.ros.client.client import MemoryClient
-from mlmem_ros.ros.client.connection import NodeConnection
-from mlmem_ros.ros.client.reply import Reply, Steps
+from mlmem_ros.ros.client.reply import Reply
 
 T = TypeVar('T')
 
@@ -87,8 +87,6 @@ class MemoryBank:
             raise ValueError(f'base must be at least 2; got {base!r}')
         self.elements = tuple(elements)
         self.base, self.size = base, base ** (len(elements) - 1)
-        peer = f'{elements[0].name} ... {elements[-1].name}'
-        self._connection = NodeConnection(elements[0].node, peer, 0.0)
 
     @classmethod
     def on(cls, node: Node, elements: int, namespace: str = '/bank', base: int = 8) -> MemoryBank:
@@ -138,9 +136,7 @@ class MemoryBank:
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait until all elements are available, at most `timeout` seconds."""
-        return self._request_all(
-            'ready', lambda each: each.ready(timeout), lambda _: None, timeout
-        )
+        return self._request_all(lambda each: each.ready(timeout), lambda _: None)
 
     def write(self, value: int, timeout: float = 60.0) -> Reply[BankValue]:
         """Write a value; every element verifies its digit by an echo.
@@ -153,37 +149,28 @@ class MemoryBank:
             ValueError: The value is out of range.
         """
         digits = dict(zip(self.elements, self.encode(value), strict=True))
-        return self._request_all(
-            f'write {value}', lambda each: each.write(digits[each], timeout), self.decode, timeout
-        )
+        return self._request_all(lambda each: each.write(digits[each], timeout), self.decode)
 
     def read(self, timeout: float = 10.0, *, end: str = '') -> Reply[BankValue]:
         """Read the value; `end` is the one to probe this time, as in `MemoryClient.read`."""
         return self._request_all(
-            'read', lambda each: each.read(timeout, end=end), self.decode, timeout, lost_allowed=1
+            lambda each: each.read(timeout, end=end), self.decode, lost_allowed=1
         )
 
     def erase(self, timeout: float = 60.0) -> Reply[BankValue]:
         """Erase all elements; an erased register holds 0, and so does a bank of registers."""
-        return self._request_all('erase', lambda each: each.erase(timeout), self.decode, timeout)
+        return self._request_all(lambda each: each.erase(timeout), self.decode)
 
     def _request_all(
         self,
-        name: str,
         request: Callable[[MemoryClient], Reply[Any]],
         decode: Callable[[Sequence[int | None]], T],
-        timeout: float,
         lost_allowed: int = 0,
     ) -> Reply[T]:
         """Make a request to every element, and decode their contents once all have answered."""
+        replies = [request(element) for element in self.elements]
 
-        def request_steps(reply: Reply[T]) -> Steps[T]:
-            replies = [request(element) for element in self.elements]
-            try:
-                yield from reply.wait_for(replies)
-            finally:  # whoever cancels the reply of the bank cancels those of the elements
-                for each in replies:
-                    each.cancel()
+        def decode_contents() -> T:
             errors: dict[str, RequestError] = {}
             contents: list[int | None] = []
             for element, each in zip(self.elements, replies, strict=True):
@@ -196,4 +183,17 @@ class MemoryBank:
                 raise BankFailed(errors, len(replies))
             return decode(contents)
 
-        return Reply(self._connection, name, request_steps, timeout + 5.0)
+        combined = Reply[T](self.elements[0].node)
+
+        def end_if_done(_: object) -> None:
+            if all(each.done() for each in replies):
+                try:
+                    combined.settle(decode_contents())
+                except Exception as error:
+                    combined.settle(error)
+
+        # whoever cancels the reply of the bank cancels those of the elements
+        Future.add_done_callback(combined, lambda _: [each.cancel() for each in replies])
+        for each in replies:
+            Future.add_done_callback(each, end_if_done)
+        return combined

@@ -129,17 +129,13 @@ def test_asyncio_awaits_without_a_spinning_node(node, client, own):
     client.abort().wait()
 
 
-# The end of node and context
+# The end of the context
 
 
-@pytest.mark.parametrize('ended', ['node', 'context'])
-def test_wait_ends_with_its_node_or_context(node, context, ended):
+def test_wait_ends_with_its_context(node, context):
     client = MemoryClient(node, '/nobody')
     reply = client.read()
-    if ended == 'node':
-        node.destroy_node()
-    else:
-        rclpy.shutdown(context=context)
+    rclpy.shutdown(context=context)
     with pytest.raises(NoAnswer, match='during read'):
         reply.wait()
     for request in (client.ready, client.read, client.pause):

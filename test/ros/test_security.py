@@ -118,7 +118,7 @@ def test_policy_allows_what_the_client_does(robot):
         unused = {f'{action}/_action/cancel_goal' for action in listed('/mlmem_client', 'call')}
         if ACTIONS_BUILT:
             unused.add('/mlmem/self_test')  # done by an action instead
-        found = used(robot, name, f'_{name}_mlmem')  # which has what the client needs
+        found = used(robot, name)
         assert found['request'] == allowed('/mlmem_client', 'request') - unused
         assert found['publish'] == allowed('/mlmem_client', 'publish')
         for service in found['reply']:

@@ -4,13 +4,11 @@
 
 from __future__ import annotations
 
-import os
-import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import partial
-from typing import Any, TypeVar
+from dataclasses import replace
+from typing import Any
 
 import rclpy
 from diagnostic_msgs.srv import SelfTest
@@ -20,7 +18,6 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from mlmem.procedure_table import PROCEDURES
@@ -48,12 +45,9 @@ from ...contract.requests import (
     check_content,
     load_action_types,
 )
-from ..middleware import ALIVE, create_events_executor
-from .connection import NodeConnection, get_client_thread
-from .reply import ProcedureReply, Reply, Steps, check_seconds
-
-T = TypeVar('T')
-SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
+from ..middleware import ALIVE
+from .connection import ClientThread, create_node_name
+from .reply import Peer, ProcedureReply, Reply, ServiceCall, ServiceReply, check_timeout
 
 
 class MemoryClient:
@@ -89,16 +83,13 @@ class MemoryClient:
         self.node = node
         self.name = node.resolve_service_name(name)
         self.group = MutuallyExclusiveCallbackGroup()
-        self._connection = NodeConnection(node, self.name, patience)
+        self._peer = Peer(node, self.name, patience)
         self._actions = load_action_types() if actions else {}
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait at most `timeout` seconds, whatever the patience, until the node is available."""
-
-        def steps(reply: Reply[None]) -> Steps[None]:
-            yield from reply.call('request', SetParametersAtomically)
-
-        return Reply(self._connection, 'ready', steps, timeout + 1.0, patience=timeout)
+        call = ServiceCall('request', SetParametersAtomically, None, lambda _: None)
+        return ServiceReply(replace(self._peer, patience=timeout), 'ready', call, timeout)
 
     def node_count(self) -> int:
         """Return how many memory nodes of this name are on the graph now: more than one may
@@ -112,8 +103,7 @@ class MemoryClient:
         Raises:
             ValueError: The level is not a whole number from 0.
         """
-        level = check_content(level)
-        return self._send_goal('write', Decoded, timeout, f'write {level}', level=level)
+        return self.procedure('write', timeout, level=check_content(level))
 
     def read(self, timeout: float = 10.0, *, end: str = '') -> ProcedureReply[Decoded]:
         """Fire a pulse and decode its echo.
@@ -121,39 +111,57 @@ class MemoryClient:
         Args:
             end: The end to probe this time: left, right or both; empty for the node's `read.end`.
         """
-        return self._send_goal('read', Decoded, timeout, end=end)
+        return self.procedure('read', timeout, end=end)
 
     def erase(self, timeout: float = 60.0) -> ProcedureReply[Decoded]:
         """Make the element blank."""
-        return self._send_goal('erase', Decoded, timeout)
+        return self.procedure('erase', timeout)
 
     def calibrate(self, timeout: float = 120.0) -> ProcedureReply[Calibrated]:
         """Measure the echo delay of every level, and restore the content."""
-        return self._send_goal('calibrate', Calibrated, timeout)
+        return self.procedure('calibrate', timeout)
 
     def self_test(self, timeout: float = 120.0) -> ProcedureReply[SelfTested]:
         """Write and read every level, test actuator and transducers, and restore the content."""
-        return self._send_goal('self_test', SelfTested, timeout)
+        return self.procedure('self_test', timeout)
 
     def abort(self, timeout: float = 10.0) -> Reply[Done]:
         """Stop the running procedure and bring the strain to zero."""
-        return self._send_request('abort', Done, timeout)
+        return self.request('abort', timeout)
 
     def procedure(
         self, name: str, timeout: float = 120.0, **arguments: Any
     ) -> ProcedureReply[Any]:
-        """Request any procedure by its name, with its arguments: see `mlmem.procedure_table`."""
-        return self._send_goal(name, ANSWER_TYPES.get(name, Decoded), timeout, **arguments)
+        """Request any procedure by its name, with its arguments: see `mlmem.procedure_table`.
+
+        Raises:
+            ValueError: There is no such procedure, or an argument is not of its type.
+        """
+        what = ' '.join([name, *map(str, filter(None, arguments.values()))])
+        call = _build_request_call(name, timeout, arguments)
+        if name == 'self_test':  # its own service reports every check
+            call = ServiceCall('self_test', SelfTest, SelfTest.Request(), parse_self_test)
+        action = self._actions.get(name)
+        given = {**arguments, DEADLINE_ARGUMENT: timeout}
+        return ProcedureReply(self._peer, what, call, timeout, name, action, given)
+
+    def request(self, name: str, timeout: float = 120.0, **arguments: Any) -> Reply[Any]:
+        """Send any request that `~/request` takes, with its arguments; see `contract.requests`.
+
+        Raises:
+            ValueError: There is no such request, or an argument is not of its type.
+        """
+        call = _build_request_call(name, timeout, arguments)
+        return ServiceReply(self._peer, name, call, timeout)
 
     def pause(self, hold: bool = True, timeout: float = 10.0) -> Reply[Paused]:
         """Pause the element's time, or with `hold` false resume it."""
         message = SetBool.Request(data=bool(hold))
-        return self._send('pause', timeout, SetBool, message, partial(_parse_response, Paused))
+        return self._call('pause', timeout, SetBool, message, _build_parser(Paused))
 
     def step(self, timeout: float = 10.0) -> Reply[Stepped]:
         """Run one tick while time is paused."""
-        parse = partial(_parse_response, Stepped)
-        return self._send('step', timeout, Trigger, Trigger.Request(), parse)
+        return self._call('step', timeout, Trigger, Trigger.Request(), _build_parser(Stepped))
 
     def follow(
         self,
@@ -178,7 +186,7 @@ class MemoryClient:
             'strains': [float(value) for value in strains],
             'rates': [float(value) for value in rates],
         }
-        return self._send_request('follow', Answer, timeout, **points)
+        return self.request('follow', timeout, **points)
 
     def record(self, on: bool = True, path: str = '', timeout: float = 10.0) -> Reply[Recorded]:
         """Start or stop recording a session.
@@ -188,8 +196,7 @@ class MemoryClient:
             path: The bag, on the node's machine; if empty, the node's `record.path`. If it exists,
                 the time is added to its name.
         """
-        what = 'record' if on else 'stop recording'
-        return self._send_request('record', Recorded, timeout, what, on=bool(on), path=path)
+        return self.request('record', timeout, on=bool(on), path=path)
 
     def parameters(self, *names: str, timeout: float = 10.0) -> Reply[dict[str, Any]]:
         """Ask for parameters of the node, such as `element`, by name as in the answer; refused if
@@ -202,7 +209,7 @@ class MemoryClient:
             return dict(zip(names, map(parameter_value_to_python, response.values), strict=True))
 
         message = GetParameters.Request(names=list(names))
-        return self._send('get_parameters', timeout, GetParameters, message, parse_values)
+        return self._call('get_parameters', timeout, GetParameters, message, parse_values)
 
     def set_parameters(self, values: Mapping[str, Any], timeout: float = 10.0) -> Reply[None]:
         """Set parameters of the node that may change while it runs, such as
@@ -217,87 +224,36 @@ class MemoryClient:
 
         def check_result(response: Any) -> None:
             if not response.result.successful:
-                was = 'parameter {} was' if len(values) == 1 else 'parameters {} were'
                 names = make_printable(', '.join(values), 100)
-                refused = f'{was.format(names)} refused: {response.result.reason}'
-                raise RequestRefused({'error': refused})
+                raise RequestRefused({'error': f'{names} refused: {response.result.reason}'})
 
         given = [build_parameter(name, value) for name, value in values.items()]
         kind, message = SetParametersAtomically, SetParametersAtomically.Request(parameters=given)
-        return self._send('set_parameters_atomically', timeout, kind, message, check_result)
+        return self._call('set_parameters_atomically', timeout, kind, message, check_result)
 
-    def request(self, name: str, timeout: float = 120.0, **arguments: Any) -> Reply[Answer]:
-        """Send any request that `~/request` takes, with its arguments; see `contract.requests`.
-
-        Raises:
-            ValueError: An argument is not of its type.
-        """
-        return self._send_request(name, Answer, timeout, **arguments)
-
-    # --- sending ----------------------------------------------------------------------------
-
-    def _send_request(
-        self, name: str, kind: type[SomeAnswer], timeout: float, what: str = '', **arguments: Any
-    ) -> Reply[SomeAnswer]:
-        if name in PROCEDURES:  # which the node need not begin when nobody waits any more
-            arguments.setdefault(DEADLINE_ARGUMENT, check_seconds('timeout', timeout))
-        steps = _build_request_steps(name, kind, arguments)
-        return Reply(self._connection, what or name, steps, timeout)
-
-    def _send_goal(
-        self,
-        name: str,
-        kind: type[SomeAnswer],
-        timeout: float,
-        what: str = '',
-        **arguments: Any,
-    ) -> ProcedureReply[SomeAnswer]:
-        """Request a procedure, by its action if the node serves it."""
-        arguments[DEADLINE_ARGUMENT] = check_seconds('timeout', timeout)
-        service: RequestSteps[Any] = _build_request_steps(name, kind, arguments)
-        if kind is SelfTested:  # its own service reports every check
-            message = SelfTest.Request()
-            service = _build_call_steps('self_test', SelfTest, message, parse_self_test)
-        action = self._actions.get(name)
-        return ProcedureReply(
-            self._connection, name, action, arguments, kind, service, timeout, what
-        )
-
-    def _send(
-        self, service: str, timeout: float, kind: Any, message: Any, parse: Callable[[Any], T]
-    ) -> Reply[T]:
-        steps = _build_call_steps(service, kind, message, parse)
-        return Reply(self._connection, service, steps, timeout)
+    def _call(
+        self, service: str, timeout: float, kind: Any, message: Any, parse: Callable[[Any], Any]
+    ) -> Reply[Any]:
+        call = ServiceCall(service, kind, message, parse)
+        return ServiceReply(self._peer, service, call, timeout)
 
 
-RequestSteps = Callable[[Reply[Any]], Steps[T]]
+def _build_request_call(name: str, timeout: float, arguments: Mapping[str, Any]) -> ServiceCall:
+    """Return the call of `~/request` for a request."""
+    if name in PROCEDURES:  # which the node need not begin when nobody waits any more
+        arguments = {DEADLINE_ARGUMENT: check_timeout(timeout), **arguments}
+    kind = ANSWER_TYPES.get(name, Decoded)
 
-
-def _build_call_steps(
-    service: str, kind: Any, message: Any, parse: Callable[[Any], T]
-) -> RequestSteps[T]:
-    """Return the steps that call a service and parse its response."""
-
-    def steps(reply: Reply[Any]) -> Steps[T]:
-        return parse((yield from reply.call(service, kind, message)))
-
-    return steps
-
-
-def _build_request_steps(
-    name: str, kind: type[SomeAnswer], arguments: Mapping[str, Any]
-) -> RequestSteps[SomeAnswer]:
-    """Return the steps of what `~/request` takes."""
-
-    def parse(response: Any) -> SomeAnswer:
+    def parse_response(response: Any) -> Answer:
         return parse_answer(kind, response.result.successful, response.result.reason)
 
     message = build_request(name, **arguments)
-    return _build_call_steps('request', SetParametersAtomically, message, parse)
+    return ServiceCall('request', SetParametersAtomically, message, parse_response)
 
 
-def _parse_response(kind: type[SomeAnswer], response: Any) -> SomeAnswer:
-    return parse_answer(kind, response.success, response.message)
+def _build_parser(kind: type[Answer]) -> Callable[[Any], Answer]:
+    """Return what makes an answer of the response of a service with a JSON object."""
+    return lambda response: parse_answer(kind, response.success, response.message)
 
 
 @contextmanager
@@ -316,30 +272,17 @@ def standalone(name: str = 'mlmem', patience: float = 10.0) -> Iterator[MemoryCl
     context = Context()
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
     node = Node(
-        f'mlmem_client_{os.getpid()}_{time.time_ns() % 10**6}',
+        create_node_name(),
         context=context,
         use_global_arguments=False,
         start_parameter_services=False,
     )
-    executor = create_events_executor(context)
-    executor.add_node(node)
-    over = Future()
-
-    def spin_until_over() -> None:
-        while not over.done():
-            executor.spin_until_future_complete(over, 10.0)  # it must not wait for ever
-
-    thread = threading.Thread(target=spin_until_over, name='mlmem-client', daemon=True)
-    thread.start()
+    thread = ClientThread(node, context)
     try:
         yield MemoryClient(node, name, patience=patience)
     finally:
-        over.set_result(None)
-        thread.join()  # an executor must not be shut down while it spins
-        executor.shutdown()
-        node.destroy_node()
-        get_client_thread().leave_graph()
-        rclpy.try_shutdown(context=context)
+        rclpy.shutdown(context=context)
+        thread.join()
 
 
 def wait_until(condition: Callable[[], object], what: str, timeout: float = 10.0) -> None:

@@ -6,14 +6,16 @@ from __future__ import annotations
 
 import asyncio
 import math
+import threading
 import time
 from collections import deque
-from collections.abc import AsyncGenerator, Callable, Generator, Mapping, Sequence
-from concurrent.futures import CancelledError, Future, InvalidStateError
+from collections.abc import AsyncGenerator, Awaitable, Callable, Generator, Mapping
+from concurrent.futures import Future, InvalidStateError
 from concurrent.futures import TimeoutError as NotYet
 from contextlib import suppress
+from dataclasses import dataclass
 from numbers import Real
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 from uuid import uuid4
 
 from action_msgs.msg import GoalInfo
@@ -27,9 +29,9 @@ from unique_identifier_msgs.msg import UUID
 
 from mlmem.schema import short_repr
 
-from ...contract.answers import NoAnswer, RequestError, RequestRefused, parse_result
+from ...contract.answers import ANSWER_TYPES, Decoded, NoAnswer, RequestRefused, parse_result
 from ..middleware import DESTROYED_ERRORS, NOT_SERVING
-from .connection import CHECK_PERIOD_S, NodeConnection
+from .connection import ClientThread, MemoryLink
 
 T = TypeVar('T')
 
@@ -52,32 +54,12 @@ class Reply(Future[T]):
 
     or attach `add_done_callback`. Either way the result is the answer, or a `RequestError` is
     raised. It is a `concurrent.futures.Future`, so `concurrent.futures.wait` takes several.
-
-    Attributes:
-        due: When the client's thread resumes the request, on the monotonic clock; infinite once it
-            is over.
     """
 
-    def __init__(
-        self,
-        connection: NodeConnection,
-        what: str,
-        steps: Callable[[Any], Steps[T]],
-        timeout: float,
-        patience: float | None = None,
-    ) -> None:
-        """Begin to ask for `what`, with a time-out in seconds for all of it, and with another
-        patience than the connection's if given. The steps are given this reply.
-        """
+    def __init__(self, node: Node) -> None:
+        """Make the reply to a request of a robot's node."""
         super().__init__()
-        self._connection, self._what = connection, what
-        self._timeout = check_seconds('timeout', timeout)
-        self._patience = min(connection.patience if patience is None else patience, timeout)
-        self.due = self._begun = time.monotonic()
-        self._deadline = self._begun + timeout  # later, if the node prepares meanwhile
-        self._is_sent = False  # whether the node may have begun with it
-        self._steps: Steps[T] = steps(self)
-        connection.thread.post(self._start_steps)
+        self._node = node
 
     def wait(self) -> T:
         """Block this thread until the answer comes, and return it.
@@ -87,10 +69,10 @@ class Reply(Future[T]):
 
         Raises:
             RequestError: There is no answer, or it reports an error.
-            RuntimeError: This is the client's own thread, in which callbacks of the reply run if
-                the node has no executor.
+            RuntimeError: This is the client's own thread, in which callbacks run of `standalone`,
+                and of replies if the node has no executor.
         """
-        if self._connection.thread.is_current_thread and not self.done():
+        if isinstance(threading.current_thread(), ClientThread) and not self.done():
             raise RuntimeError('this thread takes the answers: await the reply, or wait elsewhere')
         while not self.done():
             with suppress(NotYet):
@@ -99,99 +81,166 @@ class Reply(Future[T]):
 
     def __await__(self) -> Generator[Any, None, T]:
         """Suspend the coroutine, of rclpy or asyncio, until the answer comes."""
+        return self._await_answer().__await__()
+
+    async def _await_answer(self) -> T:
         if not self.done():
-            suspension = Suspension(self._connection.node)
-            super().add_done_callback(suspension.resume)
+            wait, resume = create_suspension(self._node)
+            super().add_done_callback(lambda _: resume())
             try:
-                yield from suspension.__await__()
+                await wait()
             except asyncio.CancelledError:  # as of `asyncio.wrap_future`
                 self.cancel()
                 raise
         return self.result()
 
     def cancel(self) -> bool:
-        """Give up the answer, as other futures do. The node cancels a procedure that was requested
-        by an action; others go on until `MemoryClient.abort` stops them.
+        """Give up the answer, as other futures do.
+
+        The node cancels a procedure that was requested by an action; others go on until
+        `MemoryClient.abort` stops them.
         """
-        cancelled = super().cancel() and not self.set_running_or_notify_cancel()
-        self._connection.thread.post(self.resume)
-        return cancelled
+        return super().cancel() and not self.set_running_or_notify_cancel()
 
     def add_done_callback(self, fn: Callable[[Future[T]], object]) -> None:
         """Have a function called with the reply: by the executor of the robot's node, if it has
         one, or else in the thread that takes the answer.
         """
-        executor = self._connection.node.executor
+        executor = self._node.executor
         if executor is None:
             super().add_done_callback(fn)
         else:
             super().add_done_callback(lambda _: executor.create_task(fn, self))
 
-    # --- in the client's thread -------------------------------------------------------------
+    def settle(self, outcome: T | Exception) -> None:
+        """End with a result or an error, unless it has ended or was given up."""
+        with suppress(InvalidStateError):
+            if isinstance(outcome, Exception):
+                self.set_exception(outcome)
+            else:
+                self.set_result(outcome)
 
-    def _start_steps(self) -> None:
-        """Send it, or wait until that is possible."""
-        self._connection.thread.watch_request(self)
-        self.resume()
+
+@dataclass(frozen=True)
+class Peer:
+    """A memory node, as a client reaches it.
+
+    Attributes:
+        node: The robot's node.
+        name: Full name of the memory node.
+        patience: Seconds to wait for it to appear.
+    """
+
+    node: Node
+    name: str
+    patience: float
+
+
+class ServiceCall(NamedTuple):
+    """A call of a service.
+
+    Attributes:
+        service: Its name below that of the memory node.
+        kind: Its type.
+        message: The request; without one, the call only waits until the service is available.
+        parse: Returns the answer in the response.
+    """
+
+    service: str
+    kind: Any
+    message: Any
+    parse: Callable[[Any], Any]
+
+
+class ServiceReply(Reply[T]):
+    """The reply to a call of a service.
+
+    Attributes:
+        due: When the client's thread resumes the request, on the monotonic clock; infinite once it
+            is over.
+        link: The link through which it goes.
+    """
+
+    link: MemoryLink
+
+    def __init__(self, peer: Peer, what: str, call: ServiceCall, timeout: float) -> None:
+        """Begin to ask for `what`, with a time-out in seconds for all of it."""
+        super().__init__(peer.node)
+        self._peer, self._what, self._call = peer, what, call
+        self._timeout = check_timeout(timeout)
+        self.due = self._begun = time.monotonic()  # later, if the node prepares meanwhile
+        self._is_found = self._is_unwanted = False
+        self._steps: Steps[T] = self._run_steps()
+        try:
+            ClientThread.connect_request(self, peer.node.context, peer.name)
+        except Exception:
+            if peer.node.context.ok():
+                raise
+            self.settle(self._describe_shutdown())
+        else:
+            self.link.thread.post(self.resume)
+
+    def cancel(self) -> bool:
+        """Give up the answer, as other futures do, and do not send what is not sent yet."""
+        self._is_unwanted = True
+        return super().cancel()
+
+    # --- in the client's thread -------------------------------------------------------------
 
     def resume(self, _: Any = None) -> None:
         """Go on, if what it waits for has come, is late or is hopeless."""
-        now = time.monotonic()
         if self.due == math.inf:
             return
         try:
-            if now > self._deadline:
-                raise self._describe_timeout()
-            if self.cancelled() and not self._is_sent:
-                raise CancelledError
-            if self._connection.find_end():
-                raise self._describe_end()
-            self.due = now + max(min(next(self._steps), self._deadline - now), 0.0)
+            now = time.monotonic()
+            limit = self._timeout if self._is_found else min(self._peer.patience, self._timeout)
+            if self.link.thread.closed:
+                raise self._describe_shutdown()
+            if now > self._begun + limit:
+                raise self._describe_timeout(limit)
+            self.due = now + min(next(self._steps), max(self._begun + limit - now, 0.0))
         except StopIteration as end:
             self._end_request(end.value)
+        except DESTROYED_ERRORS:
+            self._end_request(self._describe_shutdown())
         except Exception as error:  # for the caller
-            known = isinstance(error, RequestError) or not self._connection.find_end()
-            self._end_request(error if known else self._describe_end())
+            self._end_request(error)
 
-    def wait_for(self, futures: Sequence[Future[Any]]) -> Steps[None]:
-        """Wait until all futures are done."""
-        for each in futures:
-            Future.add_done_callback(each, lambda _: self._connection.thread.post(self.resume))
-        while not all(each.done() for each in futures):
-            yield math.inf
+    def _end_request(self, outcome: T | Exception) -> None:
+        self.due = math.inf
+        self.link.thread.requests.discard(self)
+        self._steps.close()
+        self.settle(outcome)
 
-    def call(self, service: str, kind: Any, message: Any = None) -> Steps[Any]:
-        """Call a service below the memory node's name; return its response.
+    def _run_steps(self) -> Steps[T]:
+        service, kind, message, parse = self._call
+        answer: T = parse((yield from self._call_service(service, kind, message)))
+        return answer
 
-        Without a message, wait until the service is available.
+    def _call_service(self, service: str, kind: Any, message: Any = None) -> Steps[Any]:
+        """Call a service; return its response. Without a message, wait until it is available.
 
         Raises:
-            NoAnswer: It is not available within the patience, or the node went away.
+            NoAnswer: The node went away.
+            RequestRefused: The request was canceled before it could be sent.
         """
-        connection, begun = self._connection, time.monotonic()
-        while not (client := connection.get_client(service, kind)).service_is_ready():
-            if time.monotonic() - begun > self._patience:
-                raise NoAnswer(
-                    f'no memory node answers as {connection.peer} within {self._patience:g} s; '
-                    'start one with "ros2 run mlmem_ros memory_node", and check ROS_DOMAIN_ID and '
-                    'the name'
-                )
+        client = self.link.get_client(service, kind)
+        while not client.service_is_ready():  # DDS drops messages without a reader
             yield from self._wait_for_node(0.02)  # no event tells of new services
-        if message is None:  # DDS drops messages without a reader
+        self.link.expect_heartbeat()
+        if self._is_unwanted and not self._is_found:
+            raise RequestRefused({'error': f'{self._what} was canceled before it was sent'})
+        self._is_found = True
+        if message is None:
             return None
-        self._is_sent, hidden = True, connection.hidden
         response = client.call_async(message)
         response.add_done_callback(self.resume)
-        ready = time.monotonic()
         try:
             while not response.done():
-                yield from self._wait_for_node(CHECK_PERIOD_S)
-                now = time.monotonic()
-                ready = now if client.service_is_ready() else ready
-                away = now - ready > 1.0  # longer than the graph may take
-                if away or connection.is_silent() or connection.hidden is not hidden:
+                yield from self._wait_for_node(0.5)
+                if self.link.is_silent() and not response.done():
                     raise NoAnswer(
-                        f'{connection.peer} went away during {self._what}: how it ended is not '
+                        f'{self._peer.name} went away during {self._what}: how it ended is not '
                         'known'
                     )
             return response.result()
@@ -202,32 +251,29 @@ class Reply(Future[T]):
         """Wait for at most a period; time in which the node prepares does not count."""
         begun = time.monotonic()
         yield period
-        if not self.done():
-            self._connection.report_wait(self._what, self._begun)
-            if self._connection.status.level == NOT_SERVING:
-                self._deadline += time.monotonic() - begun
+        status = self.link.status
+        if status.level == NOT_SERVING:
+            self._begun += time.monotonic() - begun
+        if status.message != self.link.reported:
+            self.link.reported = status.message
+            if status.message:
+                text = f'{self._what} waits for {self._peer.name}: {status.message}'
+                self._node.get_logger().info(text)
 
-    def _describe_timeout(self) -> NoAnswer:
-        late = f'did not answer {self._what} within {self._timeout:g} s'
-        why = f': {held_up}' if (held_up := self._connection.status.message) else ''
-        return NoAnswer(f'{self._connection.peer} {late}{why}')
+    def _describe_timeout(self, limit: float) -> NoAnswer:
+        if not self._is_found:
+            return NoAnswer(
+                f'no memory node answers as {self._peer.name} within {limit:g} s; start one with '
+                '"ros2 run mlmem_ros memory_node", and check ROS_DOMAIN_ID and the name'
+            )
+        why = f': {held_up}' if (held_up := self.link.status.message) else ''
+        return NoAnswer(f'{self._peer.name} did not answer {self._what} within {limit:g} s{why}')
 
-    def _describe_end(self) -> NoAnswer:
-        end = self._connection.find_end()
-        return NoAnswer(f'{self._connection.peer}: {end} during {self._what}')
-
-    def _end_request(self, outcome: Any) -> None:
-        """End for good, with an answer or an error, unless the answer was given up."""
-        self.due = math.inf
-        self._steps.close()
-        with suppress(InvalidStateError):
-            if isinstance(outcome, Exception):
-                self.set_exception(outcome)
-            else:
-                self.set_result(outcome)
+    def _describe_shutdown(self) -> NoAnswer:
+        return NoAnswer(f'{self._peer.name}: ROS was shut down during {self._what}')
 
 
-class ProcedureReply(Reply[T]):
+class ProcedureReply(ServiceReply[T]):
     """A requested procedure: a goal of the node's action if there is one, else a service call.
 
     Use it like any reply. If the node serves actions, it gives feedback meanwhile::
@@ -243,40 +289,25 @@ class ProcedureReply(Reply[T]):
 
     def __init__(
         self,
-        connection: NodeConnection,
+        peer: Peer,
+        what: str,
+        call: ServiceCall,
+        timeout: float,
         name: str,
         action: Any,
         arguments: Mapping[str, Any],
-        kind: type[Any],
-        service: Callable[[Reply[Any]], Steps[T]],
-        timeout: float,
-        what: str = '',
     ) -> None:
-        """Wait for the node; then ask for its action, or else its service."""
-        self._path, self._action = f'{name}/_action', action
-        self._number = UUID(uuid=list(uuid4().bytes))
-        self._accepted = self._unwanted = False
-        goal = action and action.Goal(**arguments)
+        """Send a goal with arguments to the action of a procedure, or call a service.
 
-        def run_goal(reply: Reply[T]) -> Steps[T]:
-            yield from reply.call('request', SetParametersAtomically)
-            if not self._is_goal():
-                return (yield from service(reply))
-            impl = action.Impl
-            message = impl.SendGoalService.Request(goal_id=self._number, goal=goal)
-            path = f'{self._path}/send_goal'
-            if not (yield from reply.call(path, impl.SendGoalService, message)).accepted:
-                raise RequestRefused({'error': 'the node already has a goal with this id'})
-            self._accepted = True
-            if self._unwanted:
-                self._cancel_goal()
-            message = impl.GetResultService.Request(goal_id=self._number)
-            path = f'{self._path}/get_result'
-            response = yield from reply.call(path, impl.GetResultService, message)
-            answer: T = parse_result(name, kind, response.result, goal)
-            return answer
-
-        super().__init__(connection, what or name, run_goal, timeout)
+        Args:
+            name: Name of the procedure.
+            action: Its type of action; None for the service.
+        """
+        self._name, self._action = name, action
+        self._goal = action and action.Goal(**arguments)
+        self._id = UUID(uuid=list(uuid4().bytes))
+        self._is_accepted = False
+        super().__init__(peer, what, call, timeout)
 
     def cancel_goal(self) -> bool:
         """Make the node stop this procedure, and nothing else, and release the strain.
@@ -289,7 +320,7 @@ class ProcedureReply(Reply[T]):
         """
         if self._action is None or self.done():
             return False
-        self._connection.thread.post(self._cancel_goal)
+        self.link.thread.post(self._cancel_goal)
         return True
 
     def cancel(self) -> bool:
@@ -302,86 +333,79 @@ class ProcedureReply(Reply[T]):
         if self._action is None:
             return
         feedback: deque[Any] = deque()
-        suspensions: list[Suspension] = []
+        wait, resume = create_suspension(self._node)
 
-        def wake_waiter(_: Any = None) -> None:
-            while suspensions:
-                suspensions.pop().resume()
+        def take_feedback(message: Any) -> None:
+            feedback.append(message)
+            resume()
 
-        def take_message(message: Any) -> None:
-            if message.goal_id == self._number:
-                feedback.append(message.feedback)
-                wake_waiter()
-
-        def subscribe() -> None:
-            path, kind = f'{self._path}/feedback', self._action.Impl.FeedbackMessage
-            receivers = self._connection.get_receivers(path, kind)
-            receivers.add(take_message)
-            Future.add_done_callback(self, lambda _: receivers.discard(take_message))
-
-        self._connection.thread.post(subscribe)
-        Future.add_done_callback(self, wake_waiter)
+        receivers, key = self.link.receivers, bytes(self._id.uuid)
+        receivers[key] = take_feedback
+        topic, kind = f'{self._name}/_action/feedback', self._action.Impl.FeedbackMessage
+        self.link.thread.post(lambda: self.link.subscribe_feedback(topic, kind))
+        Future.add_done_callback(self, lambda _: receivers.pop(key))
+        Future.add_done_callback(self, lambda _: resume())
         while feedback or not self.done():
-            if feedback:
+            await wait()
+            wait, resume = create_suspension(self._node)
+            while feedback:
                 yield feedback.popleft()
-                continue
-            suspensions.append(suspension := Suspension(self._connection.node))
-            if not (feedback or self.done()):  # nothing has come meanwhile
-                await suspension
 
     # --- in the client's thread -------------------------------------------------------------
 
-    def _is_goal(self) -> bool:
-        """Return whether the node serves the action."""
-        if self._unwanted:
-            raise RequestRefused({'error': f'{self._what} was canceled before it was sent'})
-        if not self._connection.has_service(f'{self._path}/send_goal'):
+    def _run_steps(self) -> Steps[T]:
+        yield from self._call_service('request', SetParametersAtomically)
+        path = f'{self._name}/_action'
+        if not self.link.has_service(f'{path}/send_goal'):
             self._action = None
-        return self._action is not None
+        if self._action is None:
+            return (yield from super()._run_steps())
+        impl = self._action.Impl
+        message = impl.SendGoalService.Request(goal_id=self._id, goal=self._goal)
+        sent = yield from self._call_service(f'{path}/send_goal', impl.SendGoalService, message)
+        if not sent.accepted:
+            raise RequestRefused({'error': 'the node already has a goal with this id'})
+        self._is_accepted = True
+        if self._is_unwanted:
+            self._cancel_goal()
+        message = impl.GetResultService.Request(goal_id=self._id)
+        ended = yield from self._call_service(f'{path}/get_result', impl.GetResultService, message)
+        kind: Any = ANSWER_TYPES.get(self._name, Decoded)
+        answer: T = parse_result(self._name, kind, ended.result, self._goal)
+        return answer
 
     def _cancel_goal(self) -> None:
         """Ask the node to cancel the goal once it was accepted; its result says how it ended."""
-        self._unwanted = True
-        if not self._accepted:
-            return
-        message = CancelGoal.Request(goal_info=GoalInfo(goal_id=self._number))
-
-        def send_cancel(reply: Reply[Any]) -> Steps[Any]:
-            return (yield from reply.call(f'{self._path}/cancel_goal', CancelGoal, message))
-
-        Reply(self._connection, f'cancel {self._what}', send_cancel, timeout=60.0)
+        self._is_unwanted = True
+        if self._is_accepted:
+            service = f'{self._name}/_action/cancel_goal'
+            message = CancelGoal.Request(goal_info=GoalInfo(goal_id=self._id))
+            call = ServiceCall(service, CancelGoal, message, lambda _: None)
+            ServiceReply[None](self._peer, f'cancel {self._what}', call, timeout=60.0)
 
 
-class Suspension:
-    """Suspends a coroutine, of rclpy or asyncio, until another thread resumes it."""
+def create_suspension(
+    node: Node,
+) -> tuple[Callable[[], Awaitable[object]], Callable[[], None]]:
+    """Return by which functions a coroutine, of asyncio or else of a node's executor, waits, and
+    another thread resumes it.
+    """
+    try:
+        loop, resumed = asyncio.get_running_loop(), asyncio.Event()
+    except RuntimeError:  # an executor runs the coroutine
+        future = RclpyFuture(executor=node.executor)
 
-    def __init__(self, node: Node) -> None:
-        """Suspend one that runs in asyncio's loop, or else in the executor of a node."""
-        self._node = node
-        self._future: Any
-        try:
-            self._loop = asyncio.get_running_loop()
-            self._future = self._loop.create_future()
-        except RuntimeError:  # an executor runs the coroutine
-            self._future = RclpyFuture(executor=node.executor)
+        def resume_task() -> None:
+            future.set_result(None)
+            wake_executor(node)
 
-    def resume(self, _: Any = None) -> None:
-        """Have it go on; from any thread."""
-        if isinstance(self._future, RclpyFuture):
-            self._future.set_result(None)
-        else:
-            with suppress(RuntimeError):  # the loop is closed
-                self._loop.call_soon_threadsafe(self._resume_future)
-        wake_executor(self._node)
+        return lambda: future, resume_task
 
-    def _resume_future(self) -> None:
-        if not self._future.done():  # or cancelled with its task
-            self._future.set_result(None)
+    def resume_in_loop() -> None:
+        with suppress(RuntimeError):  # the loop is closed
+            loop.call_soon_threadsafe(resumed.set)
 
-    def __await__(self) -> Generator[Any, None, None]:
-        while not self._future.done():  # an executor that asyncio spins resumes it earlier
-            self._future._asyncio_future_blocking = True
-            yield self._future
+    return resumed.wait, resume_in_loop
 
 
 def wake_executor(node: Node) -> None:
@@ -394,21 +418,18 @@ def wake_executor(node: Node) -> None:
         executor.wake()
     elif executor is not None:
         with suppress(*DESTROYED_ERRORS):
-            timers: list[Timer] = []  # it may fire before it is in here, and then fires again
-
-            def destroy_timers() -> None:
-                while timers:
-                    node.destroy_timer(timers.pop())
-
-            timers.append(node.create_timer(0.0, destroy_timers))
+            timer: Timer = node.create_timer(
+                0.0, lambda: node.destroy_timer(timer), autostart=False
+            )
+            timer.reset()
 
 
-def check_seconds(name: str, value: Any) -> float:
-    """Return a time above 0.
+def check_timeout(value: Any) -> float:
+    """Return a time-out in seconds.
 
     Raises:
-        ValueError: It is none.
+        ValueError: It is not above 0.
     """
     if isinstance(value, bool) or not isinstance(value, Real) or not float(value) > 0.0:
-        raise ValueError(f'{name} must be above 0 s; got {short_repr(value)}')
+        raise ValueError(f'timeout must be above 0 s; got {short_repr(value)}')
     return float(value)
