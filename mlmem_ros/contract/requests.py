@@ -12,11 +12,11 @@ values before a message takes them.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from importlib import import_module
 from numbers import Integral
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, get_type_hints
 
 import numpy as np
 
@@ -44,13 +44,6 @@ class Record:
 
 # --- requests ---------------------------------------------------------------------------------
 
-NAME_ARGUMENT = 'request'
-"""The parameter that names the request; all others are its arguments."""
-
-DEADLINE_ARGUMENT = 'deadline'
-"""The parameter with the seconds within which a procedure must begin, if others run."""
-
-
 PARAMETER_TYPES = {
     bool: 'BOOL', int: 'INTEGER', float: 'DOUBLE', str: 'STRING', tuple[float, ...]: 'DOUBLE_ARRAY'
 }  # fmt: skip
@@ -66,18 +59,28 @@ REQUEST_ARGUMENTS: dict[str, Mapping[str, Any]] = {
     },
     'write': dict.fromkeys(CONTENT_NAMES, int),
     'follow': dict.fromkeys(('times', 'strains', 'rates'), tuple[float, ...]),
-    'record': {'on': bool, 'path': str},
+    'record': get_type_hints(Record),
 }
 """The types of the arguments of all requests, by name: keys of `PARAMETER_TYPES`."""
 
 
-def find_command_type(name: str) -> type[Any]:
-    """Return the type of the command of a request; a client needs none, and no physics."""
-    if name in PROCEDURES:
-        return PROCEDURES[name].command
-    from mlmem.commands import FollowTrajectory
+def find_parameter_types(name: Any, given: Iterable[str]) -> dict[str, Any]:
+    """Return the types of the parameters that make a request: `request`, which names it, its
+    arguments, and for a procedure `deadline`, the seconds within which it must begin.
 
-    return {'follow': FollowTrajectory, 'record': Record}[name]
+    Raises:
+        Refused: There is no such request, or it does not take one of the given parameters.
+    """
+    if name not in REQUEST_ARGUMENTS:
+        known = ', '.join(REQUEST_ARGUMENTS)
+        raise Refused(f'request must be one of {known}; got {short_repr(name)}')
+    more = {'deadline': float} if name in PROCEDURES else {}
+    types = {'request': str, **REQUEST_ARGUMENTS[name], **more}
+    for parameter in given:
+        if parameter not in types:
+            takes = ', '.join(REQUEST_ARGUMENTS[name]) or 'no arguments'
+            raise Refused(f'{name} takes {takes}; got {short_repr(parameter)}')
+    return types
 
 
 # --- the client's side ------------------------------------------------------------------------
@@ -117,16 +120,11 @@ def build_request(name: str, **arguments: Any) -> Any:
     """
     from rcl_interfaces.srv import SetParametersAtomically
 
-    if name not in REQUEST_ARGUMENTS:
-        raise ValueError(
-            f'request must be one of {", ".join(REQUEST_ARGUMENTS)}; got {short_repr(name)}'
-        )
-    takes = REQUEST_ARGUMENTS[name]
-    types = {NAME_ARGUMENT: str, DEADLINE_ARGUMENT: float, **takes}
-    if strange := [key for key in arguments if key not in types]:
-        known = ', '.join(takes) or 'no arguments'
-        raise ValueError(f'{name} takes {known}; got {short_repr(strange[0])}')
-    given = {NAME_ARGUMENT: name, **arguments}
+    try:
+        types = find_parameter_types(name, arguments)
+    except Refused as refusal:
+        raise ValueError(f'{refusal}') from None
+    given = {'request': name, **arguments}
     return SetParametersAtomically.Request(
         parameters=[build_parameter(key, value, types[key]) for key, value in given.items()]
     )
@@ -156,24 +154,14 @@ def parse_request(parameters: Sequence[Any]) -> tuple[Command | Record, float]:
     given = {parameter.name: parameter.value for parameter in parameters}
     if len(given) != len(parameters):
         raise Refused('a request must name every argument once')
-    asked = given.pop(NAME_ARGUMENT, None)
-    name = None if asked is None else _read_value(NAME_ARGUMENT, asked, str)
-    if name not in REQUEST_ARGUMENTS:
-        raise Refused(
-            f'{NAME_ARGUMENT} must be one of {", ".join(REQUEST_ARGUMENTS)}; got '
-            f'{short_repr(name)}'
-        )
-    types, wait = REQUEST_ARGUMENTS[name], 0.0
-    if name in PROCEDURES and DEADLINE_ARGUMENT in given:
-        wait = _read_value(DEADLINE_ARGUMENT, given.pop(DEADLINE_ARGUMENT), float)
-        if not wait > 0.0:
-            raise Refused(f'{DEADLINE_ARGUMENT} must be a number of seconds above 0; got {wait:g}')
-    for argument in given.keys() - types.keys():
-        raise Refused(
-            f'{name} takes {", ".join(types) or "no arguments"}; got {short_repr(argument)}'
-        )
+    name = _read_value('request', given['request'], str) if 'request' in given else None
+    types = find_parameter_types(name, given)
     values = {key: _read_value(key, value, types[key]) for key, value in given.items()}
-    return build_command(name, values), wait
+    del values['request']
+    wait = values.pop('deadline', None)
+    if wait is not None and not wait > 0.0:
+        raise Refused(f'deadline must be a number of seconds above 0; got {wait:g}')
+    return build_command(str(name), values), wait or 0.0
 
 
 def _read_value(name: str, value: Any, kind: Any) -> Any:
@@ -192,9 +180,11 @@ def build_command(name: str, given: Mapping[str, Any]) -> Any:
     Raises:
         Refused: An argument is missing, or level and word disagree.
     """
-    kind, values = find_command_type(name), dict(given)
-    if kind is Write:
-        values = {'level': _select_content(values)}
+    from mlmem.commands import FollowTrajectory  # a client needs none, and no physics
+
+    others = {'follow': FollowTrajectory, 'record': Record}
+    kind = PROCEDURES[name].command if name in PROCEDURES else others[name]
+    values = {'level': _select_content(given)} if kind is Write else dict(given)
     needed = (field.name for field in fields(kind) if field.default is MISSING)
     if missing := [argument for argument in needed if argument not in values]:
         raise Refused(f'{name} must be given {", ".join(missing)}')

@@ -84,13 +84,14 @@ class Topic:
     @property
     def kind(self) -> Any:
         """The class of its messages, from ROS."""
-        return _load_message_type(self.type)
+        return load_interface(self.type)
 
 
 @cache
-def _load_message_type(name: str) -> Any:
-    package, _, kind = name.split('/')
-    return getattr(import_module(f'{package}.msg'), kind)
+def load_interface(name: str) -> Any:
+    """Return the class of a type of ROS, given as `std_msgs/msg/String`."""
+    package, folder, kind = name.split('/')
+    return getattr(import_module(f'{package}.{folder}'), kind)
 
 
 DIAGNOSTICS_TOPIC = Topic(

@@ -39,7 +39,6 @@ from ...contract.answers import (
     parse_self_test,
 )
 from ...contract.requests import (
-    DEADLINE_ARGUMENT,
     build_parameter,
     build_request,
     check_content,
@@ -142,7 +141,7 @@ class MemoryClient:
         if name == 'self_test':  # its own service reports every check
             call = ServiceCall('self_test', SelfTest, SelfTest.Request(), parse_self_test)
         action = self._actions.get(name)
-        given = {**arguments, DEADLINE_ARGUMENT: timeout}
+        given = {**arguments, 'deadline': timeout}
         return ProcedureReply(self._peer, what, call, timeout, name, action, given)
 
     def request(self, name: str, timeout: float = 120.0, **arguments: Any) -> Reply[Any]:
@@ -241,7 +240,7 @@ class MemoryClient:
 def _build_request_call(name: str, timeout: float, arguments: Mapping[str, Any]) -> ServiceCall:
     """Return the call of `~/request` for a request."""
     if name in PROCEDURES:  # which the node need not begin when nobody waits any more
-        arguments = {DEADLINE_ARGUMENT: check_timeout(timeout), **arguments}
+        arguments = {'deadline': check_timeout(timeout), **arguments}
     kind = ANSWER_TYPES.get(name, Decoded)
 
     def parse_response(response: Any) -> Answer:

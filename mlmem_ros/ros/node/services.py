@@ -7,74 +7,62 @@ answers those that are refused.
 from __future__ import annotations
 
 import json
-from collections.abc import Awaitable, Callable
-from concurrent.futures import Future
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 from diagnostic_msgs.srv import SelfTest as SelfTestService
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import SetBool
 
 from mlmem import Command, Refused, SelfTest, Write
 from mlmem.instrument import drivers
-from mlmem.procedure_table import PROCEDURES, Procedure
+from mlmem.procedure_table import PROCEDURES
 
 from ...contract import answers, messages
 from ...contract.commands import COMMAND_TOPICS
-from ...contract.requests import Record, build_command, parse_request
+from ...contract.requests import NODE_SERVICES, Record, build_command, parse_request
 from ...contract.streams import select_streams
-from ...contract.topics import Qos
+from ...contract.topics import Qos, load_interface
 from ...host import Host, SessionPlan
 from ...host.settings import Parameters
 from .callback_guard import await_future
-
-Answered = Awaitable[tuple[bool, str]]
-"""Whether a request succeeded, and the JSON object that answers it."""
 
 
 class Services:
     """Answers requests while the loop runs: a waiting request is a suspended coroutine."""
 
     def __init__(self, node: Node, host: Host, plan: Callable[[str], SessionPlan]) -> None:
-        """Serve; `plan` returns what a session records into a path, or into that of the node."""
+        """Serve `NODE_SERVICES`; `plan` returns what a session records into a path, or into that
+        of the node.
+        """
         self._node = node
         self._host = host
         self._plan = plan
-        for name, row in PROCEDURES.items():
-            # a self-test answers in a type of its own
-            if row.has_service and name != 'self_test':
-                self._create_json_service(Trigger, name, self._build_procedure_answer(name, row))
-        self._create_json_service(Trigger, 'step', lambda _: _answer_ticks(host.step().answer))
-        self._create_json_service(SetBool, 'pause', self._run_pause)
-        self._create_json_service(
-            SetBool, 'record', lambda request: self._run_recording(Record(request.data))
-        )
-        self._create_service(SetParametersAtomically, 'request', self._answer_request)
-        self._create_service(SelfTestService, 'self_test', self._answer_self_test)
+        own = {
+            'self_test': self._answer_self_test,
+            'request': self._answer_request,
+            'pause': self._answer_pause,
+            'step': self._answer_step,
+            'record': self._answer_record,
+        }
+        for service in NODE_SERVICES:
+            answer = own.get(service.name) or self._build_procedure_callback(service.name)
+            kind, path = load_interface(service.type), f'~/{service.name}'
+            node.create_service(kind, path, answer, qos_profile=Qos.KEEP_ALL.profile)
 
-    def _build_procedure_answer(self, name: str, row: Procedure) -> Callable[[Any], Answered]:
-        """Return the answer to a Trigger; what it must be given is a parameter."""
+    def _build_procedure_callback(self, name: str) -> Callable[[Any, Any], Any]:
+        """Return the callback of a Trigger; what a procedure must be given is a parameter."""
 
-        def run_procedure(_: Any) -> Answered:
-            parameters = row.target_parameters.items()
+        async def run_procedure(_: Any, response: Any) -> Any:
+            parameters = PROCEDURES[name].target_parameters.items()
             given = {each: self._node.get_parameter(of).value for each, of in parameters}
-            return self._run_command(build_command(name, given))
-
-        return run_procedure
-
-    def _create_json_service(
-        self, kind: type[Any], name: str, answer: Callable[[Any], Answered]
-    ) -> None:
-        async def serve_request(request: Any, response: Any) -> Any:
-            response.success, response.message = await answer(request)
+            answer = await self._run_command(build_command(name, given))
+            response.success, response.message = answer
             return response
 
-        self._create_service(kind, name, serve_request)
-
-    def _create_service(self, kind: type[Any], name: str, callback: Callable[..., Any]) -> None:
-        self._node.create_service(kind, f'~/{name}', callback, qos_profile=Qos.KEEP_ALL.profile)
+        return run_procedure
 
     async def _answer_request(
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
@@ -85,7 +73,7 @@ class Services:
             self._host.refused += 1
             raise
         doing = (
-            self._run_recording(asked)
+            self._run_recording(asked.on, asked.path)
             if isinstance(asked, Record)
             else self._run_command(asked, wait)
         )
@@ -99,12 +87,24 @@ class Services:
         asked = {'asked': command.level} if isinstance(command, Write) else {}
         return outcome.success, answers.format_answer(outcome, **asked)
 
-    async def _run_recording(self, asked: Record) -> tuple[bool, str]:
-        path = await await_future(self._host.record(self._plan(asked.path) if asked.on else None))
-        return True, json.dumps({'recording': asked.on, 'path': str(path)})
+    async def _run_recording(self, on: bool, path: str = '') -> tuple[bool, str]:
+        bag = await await_future(self._host.record(self._plan(path) if on else None))
+        return True, json.dumps({'recording': on, 'path': str(bag)})
 
-    def _run_pause(self, request: SetBool.Request) -> Answered:
-        return _answer_ticks(self._host.pause(request.data), paused=request.data)
+    async def _answer_record(self, request: SetBool.Request, response: Any) -> Any:
+        response.success, response.message = await self._run_recording(request.data)
+        return response
+
+    async def _answer_pause(self, request: SetBool.Request, response: Any) -> Any:
+        tick = await await_future(self._host.pause(request.data))
+        response.message = json.dumps({'paused': request.data, 'tick': tick})
+        response.success = True
+        return response
+
+    async def _answer_step(self, _: Any, response: Any) -> Any:
+        tick = await await_future(self._host.step().answer)
+        response.success, response.message = True, json.dumps({'tick': tick})
+        return response
 
     async def _answer_self_test(
         self, _: SelfTestService.Request, response: SelfTestService.Response
@@ -115,10 +115,6 @@ class Services:
         response.passed = bytes([outcome.success])
         response.status = messages.build_test_statuses(outcome, name)
         return response
-
-
-async def _answer_ticks(ticks: Future[int], **said: Any) -> tuple[bool, str]:
-    return True, json.dumps({**said, 'tick': await await_future(ticks)})
 
 
 def build_session_plan(node: Node, given: Parameters, path: str = '') -> SessionPlan:
