@@ -14,9 +14,6 @@ from collections.abc import Sequence
 from .. import __version__
 from .node_process import received_signals, use_profile
 
-BANK_NAMESPACE = '/bank'
-"""Namespace of a bank, unless a remapping gives another."""
-
 
 def parse_node_arguments(arguments: Sequence[str]) -> list[str]:
     """Return a command line, the program first, if it has only options of ROS.
@@ -34,7 +31,7 @@ def parse_bank_arguments(arguments: Sequence[str]) -> tuple[list[str], list[dict
     given, of_ros = _parse_arguments(build_bank_parser(), arguments)
     if not given.actions:
         of_ros += ['--ros-args', '-p', 'actions:=false']
-    namespace, rest = BANK_NAMESPACE, of_ros[:1]
+    namespace, rest = '/bank', of_ros[:1]
     for word in of_ros[1:]:
         if word.startswith('__ns:='):
             namespace = word.removeprefix('__ns:=').rstrip('/')
@@ -66,7 +63,7 @@ def build_bank_parser() -> argparse.ArgumentParser:
         default=4,
         metavar='NUMBER',
         help='how many (default: %(default)s); element i is NAMESPACE/element_i/mlmem, in '
-        f'{BANK_NAMESPACE} unless "-r __ns:=NAMESPACE" names another',
+        '/bank unless "-r __ns:=NAMESPACE" names another',
     )
     parser.add_argument('--record', default='', metavar='FOLDER', help='folder of the sessions')
     parser.add_argument('--state', default='', metavar='FOLDER', help='folder of the state files')

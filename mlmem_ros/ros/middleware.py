@@ -50,12 +50,6 @@ def write_log_line(name: str, severity: str, text: str) -> None:
     rclpy_implementation.rclpy_logging_rcutils_log(number, name, text, '', '', 0)
 
 
-ALIVE = 'alive'
-"""Topic of the node, below its name. The graph forgets a killed node late."""
-
-NOT_SERVING = DiagnosticStatus.STALE
-"""Level of a heartbeat of a node that prepares: requests wait until it serves."""
-
 DESTROYED_ERRORS = InvalidHandle, rclpy_implementation.RCLError
 """What rclpy raises when a node is destroyed, or ROS was shut down."""
 
@@ -63,7 +57,8 @@ DESTROYED_ERRORS = InvalidHandle, rclpy_implementation.RCLError
 class Heartbeat:
     """Publishes signs of life of nodes once a second, from a thread of its own.
 
-    Executors may be busy.
+    Executors may be busy, and the graph forgets a killed node late. The level STALE is that of a
+    node that prepares: requests wait until it serves.
     """
 
     _publishers: ClassVar[dict[Publisher, Callable[[], DiagnosticStatus]]] = {}
@@ -72,12 +67,10 @@ class Heartbeat:
     _thread = threading.Thread()
 
     @classmethod
-    def start_heartbeat(
-        cls, node: Node, topic: str, status: Callable[[], DiagnosticStatus] = DiagnosticStatus
-    ) -> None:
-        """Give signs on a topic until the node is destroyed, each with its present status."""
+    def start_heartbeat(cls, node: Node, status: Callable[[], DiagnosticStatus]) -> None:
+        """Give signs on `~/alive` until the node is destroyed, each with its present status."""
         with cls._lock:
-            publisher = node.create_publisher(DiagnosticStatus, topic, Qos.HEARTBEAT.profile)
+            publisher = node.create_publisher(DiagnosticStatus, '~/alive', Qos.HEARTBEAT.profile)
             cls._publishers[publisher] = status
             if not cls._thread.is_alive():
                 cls._thread = threading.Thread(target=cls._run, name='mlmem-alive', daemon=True)

@@ -44,7 +44,6 @@ from ...contract.requests import (
     check_content,
     load_action_types,
 )
-from ..middleware import ALIVE
 from .connection import ClientThread, create_node_name
 from .reply import Peer, ProcedureReply, Reply, ServiceCall, ServiceReply, check_timeout
 
@@ -94,7 +93,7 @@ class MemoryClient:
         """Return how many memory nodes of this name are on the graph now: more than one may
         answer.
         """
-        return int(self.node.count_publishers(f'{self.name}/{ALIVE}'))
+        return int(self.node.count_publishers(f'{self.name}/alive'))
 
     def write(self, level: int, timeout: float = 60.0) -> ProcedureReply[Decoded]:
         """Write a level from 0 to p - 1, or a word of a register, verified by an echo.

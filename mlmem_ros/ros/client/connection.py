@@ -26,7 +26,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from ...contract.topics import Qos
-from ..middleware import ALIVE, create_events_executor
+from ..middleware import create_events_executor
 
 
 class PendingRequest(Protocol):
@@ -195,7 +195,7 @@ class MemoryLink:
         self._last_sign = math.inf  # a heartbeat, or the node's discovery
         self._came_back = False
         self.thread.node.create_subscription(
-            DiagnosticStatus, f'{peer}/{ALIVE}', self._take_heartbeat, Qos.HEARTBEAT.profile
+            DiagnosticStatus, f'{peer}/alive', self._take_heartbeat, Qos.HEARTBEAT.profile
         )
 
     def is_silent(self) -> bool:

@@ -20,6 +20,7 @@ from uuid import uuid4
 
 from action_msgs.msg import GoalInfo
 from action_msgs.srv import CancelGoal
+from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.executors import Executor
 from rclpy.node import Node
@@ -30,7 +31,7 @@ from unique_identifier_msgs.msg import UUID
 from mlmem.schema import short_repr
 
 from ...contract.answers import ANSWER_TYPES, Decoded, NoAnswer, RequestRefused, parse_result
-from ..middleware import DESTROYED_ERRORS, NOT_SERVING
+from ..middleware import DESTROYED_ERRORS
 from .connection import ClientThread, MemoryLink
 
 T = TypeVar('T')
@@ -252,7 +253,7 @@ class ServiceReply(Reply[T]):
         begun = time.monotonic()
         yield period
         status = self.link.status
-        if status.level == NOT_SERVING:
+        if status.level == DiagnosticStatus.STALE:
             self._begun += time.monotonic() - begun
         if status.message != self.link.reported:
             self.link.reported = status.message

@@ -26,7 +26,7 @@ from ...contract.requests import NODE_SERVICES
 from ...host import REFUSALS, Host
 from ...host.building import Built
 from ...host.settings import INTROSPECTION_PARAMETER, Parameters
-from ..middleware import ALIVE, NOT_SERVING, Heartbeat, write_log_line
+from ..middleware import Heartbeat, write_log_line
 from .actions import serve_actions
 from .callback_guard import CallbackGuard, await_future
 from .diagnostics import Diagnostics
@@ -93,7 +93,7 @@ class MemoryNode(LifecycleNode):
         except BaseException:
             self.destroy_node()
             raise
-        Heartbeat.start_heartbeat(self, f'~/{ALIVE}', self._build_heartbeat)
+        Heartbeat.start_heartbeat(self, self._build_heartbeat)
         self._subscribed = Subscriptions(self, self.host)
         self._actions = serve_actions(self, self.host)  # before ~/request: who sees it sees them
         Services(
@@ -126,7 +126,8 @@ class MemoryNode(LifecycleNode):
         """Return what the node's clients are told of it; from any thread."""
         name, host = self.get_fully_qualified_name(), self.host
         if host.preparing:
-            return DiagnosticStatus(level=NOT_SERVING, name=name, message=host.preparing)
+            level = DiagnosticStatus.STALE
+            return DiagnosticStatus(level=level, name=name, message=host.preparing)
         level = DiagnosticStatus.WARN if host.held_up else DiagnosticStatus.OK
         return DiagnosticStatus(level=level, name=name, message=host.held_up)
 
