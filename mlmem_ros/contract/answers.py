@@ -257,9 +257,8 @@ ANSWER_TYPES: dict[str, type[Answer]] = {
 def describe_fields(kind: type[Answer]) -> Iterator[tuple[str, ResultField]]:
     """Yield name and description of what an answer holds, in the order of an action's result."""
     rows = _select_fields(kind)
-    always = [name for name in rows if name in Done.__annotations__]
-    first = [name for name in rows if name in Decoded.__annotations__]
-    yield from ((name, rows[name]) for name in dict.fromkeys((*first, *always, *rows)))
+    order = dict.fromkeys((*Decoded.__annotations__, *Done.__annotations__, *rows))
+    yield from ((name, rows[name]) for name in order if name in rows)
 
 
 def _select_fields(kind: type[Answer]) -> dict[str, ResultField]:
@@ -279,10 +278,9 @@ def outcome_to_dict(outcome: Outcome) -> dict[str, Any]:
     if outcome.error:
         values['error'] = outcome.error
     for name, each in list_all_fields().items():
-        own = name in ('level', 'word', 'attempts', 'ticks', 'delays')
-        owner = outcome if own else outcome.reading  # as of its binary `code`
-        value = getattr(owner, name, each.default)
-        if value is not each.default and value not in (each.default, {}):
+        own = hasattr(outcome, name) and name != 'code'  # which is the binary one of the reading
+        value = getattr(outcome if own else outcome.reading, name, each.default)
+        if value not in (each.default, {}):
             values[name] = _to_plain(value)
     if outcome.checks:
         values['checks'] = {check.name: check.message for check in outcome.checks}
