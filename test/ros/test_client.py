@@ -51,7 +51,9 @@ def test_client_without_actions_gets_the_same_answer(client, memory):
 # Parameters
 
 
-def test_number_is_converted_to_the_type_of_its_parameter(client):
+def test_number_is_converted_to_the_type_of_its_field(client):
+    assert client.write(np.int64(2), timeout=int(SOON)).wait().level == 2
+    assert client.procedure('write', int(SOON), level=np.int64(3)).wait().level == 3
     for speed, seed in ((2, 3), (np.float32(2.0), np.int64(3))):
         client.set_parameters({'time.speed': speed, 'faults.seed': seed}).wait()
         expected = {'time.speed': 2.0, 'faults.seed': 3}

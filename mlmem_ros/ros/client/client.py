@@ -137,11 +137,13 @@ class MemoryClient:
         """
         what = ' '.join([name, *map(str, filter(None, arguments.values()))])
         call = _build_request_call(name, timeout, arguments)
+        goal = {
+            each.name: parameter_value_to_python(each.value) for each in call.message.parameters
+        }
+        del goal['request']
         if name == 'self_test':  # its own service reports every check
             call = ServiceCall('self_test', SelfTest, SelfTest.Request(), parse_self_test)
-        action = self._actions.get(name)
-        given = {**arguments, 'deadline': timeout}
-        return ProcedureReply(self._peer, what, call, timeout, name, action, given)
+        return ProcedureReply(self._peer, what, call, timeout, name, self._actions.get(name), goal)
 
     def request(self, name: str, timeout: float = 120.0, **arguments: Any) -> Reply[Any]:
         """Send any request that `~/request` takes, with its arguments; see `contract.requests`.
