@@ -131,7 +131,13 @@ def test_asyncio_awaits_without_a_spinning_node(node, client, own):
     client.abort().wait()
 
 
-# The end of the context
+# The end of node and context
+
+
+def test_answer_comes_though_its_node_was_destroyed(node):
+    reply = MemoryClient(node, '/mlmem').read()
+    node.destroy_node()
+    assert reply.wait().attempts == 1
 
 
 def test_wait_ends_with_its_context(node, context):

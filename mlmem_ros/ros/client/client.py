@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import rclpy
@@ -157,11 +158,12 @@ class MemoryClient:
     def pause(self, hold: bool = True, timeout: float = 10.0) -> Reply[Paused]:
         """Pause the element's time, or with `hold` false resume it."""
         message = SetBool.Request(data=bool(hold))
-        return self._call('pause', timeout, SetBool, message, _build_parser(Paused))
+        return self._call('pause', timeout, SetBool, message, partial(_parse_response, Paused))
 
     def step(self, timeout: float = 10.0) -> Reply[Stepped]:
         """Run one tick while time is paused."""
-        return self._call('step', timeout, Trigger, Trigger.Request(), _build_parser(Stepped))
+        parse = partial(_parse_response, Stepped)
+        return self._call('step', timeout, Trigger, Trigger.Request(), parse)
 
     def follow(
         self,
@@ -242,18 +244,17 @@ def _build_request_call(name: str, timeout: float, arguments: Mapping[str, Any])
     """Return the call of `~/request` for a request."""
     if name in PROCEDURES:  # which the node need not begin when nobody waits any more
         arguments = {'deadline': check_timeout(timeout), **arguments}
-    kind = ANSWER_TYPES.get(name, Decoded)
 
-    def parse_response(response: Any) -> Answer:
+    def parse_result(response: Any) -> Answer:
+        kind = ANSWER_TYPES.get(name, Decoded)
         return parse_answer(kind, response.result.successful, response.result.reason)
 
     message = build_request(name, **arguments)
-    return ServiceCall('request', SetParametersAtomically, message, parse_response)
+    return ServiceCall('request', SetParametersAtomically, message, parse_result)
 
 
-def _build_parser(kind: type[Answer]) -> Callable[[Any], Answer]:
-    """Return what makes an answer of the response of a service with a JSON object."""
-    return lambda response: parse_answer(kind, response.success, response.message)
+def _parse_response(kind: type[Answer], response: Any) -> Answer:
+    return parse_answer(kind, response.success, response.message)
 
 
 @contextmanager

@@ -124,12 +124,8 @@ class Reply(Future[T]):
 
 @dataclass(frozen=True)
 class Peer:
-    """A memory node, as a client reaches it.
-
-    Attributes:
-        node: The robot's node.
-        name: Full name of the memory node.
-        patience: Seconds to wait for it to appear.
+    """A memory node by its full name, a robot's node, and how long the robot waits in seconds for
+    the memory node to appear.
     """
 
     node: Node
@@ -138,13 +134,9 @@ class Peer:
 
 
 class ServiceCall(NamedTuple):
-    """A call of a service.
+    """A call of a service, named below its node, and what makes the answer of its response.
 
-    Attributes:
-        service: Its name below that of the memory node.
-        kind: Its type.
-        message: The request; without one, the call only waits until the service is available.
-        parse: Returns the answer in the response.
+    Without a message, it only waits until the service is available.
     """
 
     service: str
