@@ -108,8 +108,10 @@ def test_callback_gets_its_answer_and_is_called_with_it(node, context, blocks):
 
 
 @pytest.mark.parametrize('own', [True, False], ids=['own thread', 'of a node'])
-def test_asyncio_awaits_without_a_spinning_node(node, client, own):
+def test_asyncio_awaits_without_a_spinning_node(node, client, own, monkeypatch):
     memory, beats = client if own else MemoryClient(node, '/mlmem'), []
+    timers = []  # which wake executors of rclpy: a hundred answers at once flooded the log
+    monkeypatch.setattr(memory.node, 'create_timer', lambda *given, **_: timers.append(given))
 
     async def beat():
         while True:
@@ -128,6 +130,7 @@ def test_asyncio_awaits_without_a_spinning_node(node, client, own):
     found = asyncio.run(asyncio.wait_for(write_and_read(), SOON))
     assert found == (4, {'write.method': 'kick'})
     assert len(beats) > 10  # others run meanwhile
+    assert not timers
     client.abort().wait()
 
 
@@ -138,6 +141,24 @@ def test_answer_comes_though_its_node_was_destroyed(node):
     reply = MemoryClient(node, '/mlmem').read()
     node.destroy_node()
     assert reply.wait().attempts == 1
+
+
+def test_thread_of_a_lost_node_ends_with_its_last_request(node, context):
+    """One for each time that the memory node stood still would add up."""
+    client, threads = MemoryClient(node, '/nobody', patience=0.2), []
+    for _ in range(4):
+        reply = client.read()
+        threads.append(reply.link.thread)
+        reply.link._came_back = True
+        with pytest.raises(NoAnswer):
+            reply.wait()
+    for thread in threads[1:-1]:
+        thread.join(SOON)
+    assert [thread.is_alive() for thread in threads] == [True, False, False, True]
+    rclpy.shutdown(context=context)
+    for thread in threads:
+        thread.join(SOON)
+    assert not any(thread.is_alive() for thread in threads)
 
 
 def test_wait_ends_with_its_context(node, context):
