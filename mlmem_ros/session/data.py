@@ -9,9 +9,6 @@ from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mlmem import Command, Shot
 from mlmem.procedure_table import CONTENT_NAMES
 from mlmem.schema import short_repr
@@ -21,7 +18,6 @@ from ..bag.errors import BagError
 from ..bag.reader import BagReader
 from ..contract import answers
 from ..contract.streams import SHOT_HEAD_SIZE, STREAMS, decode_shot, parse_message
-from ..contract.topics import Status
 from .records import (
     Header,
     SessionTopic,
@@ -31,8 +27,6 @@ from .records import (
     read_header,
     read_state_hash,
 )
-
-Array = NDArray[np.float64]
 
 
 @dataclass
@@ -65,14 +59,6 @@ class SessionData:
         return CONTENT_NAMES[bool(self.header.settings.register.spacing)]
 
     @property
-    def echoes(self) -> list[tuple[float, Array]]:
-        """Rows t, v_m and v_c of every echo, shape (3, n), with its time."""
-        return [
-            (time, values.reshape(3, -1).astype(np.float64))
-            for time, values in self.events.get('echo', [])
-        ]
-
-    @property
     def shots(self) -> list[Shot]:
         """The pulses of surveys."""
         found = self.events.get('waveform', [])
@@ -82,11 +68,6 @@ class SessionData:
     def outcomes(self) -> list[tuple[float, Mapping[str, str]]]:
         """How every procedure ended, as the values of `~/outcome`."""
         return [(time, status.values) for time, status in self.events.get('outcome', [])]
-
-    @property
-    def contents(self) -> list[tuple[float, Status]]:
-        """What the content was, in words, as `~/content` said."""
-        return self.events.get('content', [])
 
 
 def load_session(

@@ -96,7 +96,7 @@ def _inspect_session(
         'procedures': [{'time': time, **values} for time, values in session.outcomes],
         'unknown': [
             {'time': time, **content.values}
-            for time, content in session.contents
+            for time, content in session.events.get('content', [])
             if 'since' in content.values
         ],
         'picture': None,

@@ -86,7 +86,7 @@ def test_node_over_a_rig_writes_records_and_reconnects(start, tmp_path):
     assert not {'/mlmem/field', '/mlmem/wall'} & set(BagReader(tmp_path / 'bag').topics)
     with pytest.raises(BagError, match='a session of a real element cannot be replayed'):
         run_replay(session)
-    assert len(session.echoes) >= 3
+    assert len(session.events['echo']) >= 3
     assert any(values.get('level') == '1' for _, values in session.outcomes)
 
 

@@ -79,15 +79,16 @@ def build_figure(session: SessionData, configurations: Columns, displacements: C
 
 
 def find_last_echoes(session: SessionData, end: End) -> list[tuple[Array, Mapping[str, str]]]:
-    """Return the last echo of every successful read at an end, and the values of its outcome; and
-    of every write, which ends with the echo that verifies it.
+    """Return the last echo of every successful read at an end, rows t, v_m and v_c of shape
+    (3, n), and the values of its outcome; and of every write, which ends with the echo that
+    verifies it.
     """
-    found, echoes = [], session.echoes
+    found, echoes = [], session.events.get('echo', [])
     for time, values in session.outcomes:
         if values.get('procedure') in ('read', 'write') and values.get('end') == end:
-            before = [rows for received, rows in echoes if received <= time]
+            before = [samples for received, samples in echoes if received <= time]
             if before and _has_content_and_delay(values):
-                found.append((before[-1], values))
+                found.append((before[-1].reshape(3, -1).astype(np.float64), values))
     return found
 
 
