@@ -25,7 +25,8 @@ forecasts_study = Study(
     forecast_preset,
     ('case_2',),
     (
-        'lab/mlmem_lab/forecasts.py', 'mlmem_ros/host/design_check.py', 'mlmem_tools/checks',
+        'lab/mlmem_lab/forecasts.py',
+        'mlmem_tools/checks',
         'mlmem_tools/identification/kick_search.py',
     ),
-)  # fmt: skip
+)
