@@ -63,7 +63,7 @@ def build_device(
         undo.callback(driver.close)
         store = Store(given.state, given.files, log, disk, name)
         undo.callback(store.close)
-        saved = store.load()
+        saved = store.load_state()
         key = calibration_key(given.design, given.settings)
         calibration = find_calibration(saved, key, given.design.levels)
         element = MemoryElement(given.design, given.settings, calibration, driver)
@@ -77,7 +77,7 @@ def build_device(
         if given.initial_content != UNSET_CONTENT:
             place_initial_content(element, given.initial_content)
         if not blank:
-            store.restore(element, saved)
+            store.restore_state(element, saved)
         undo.pop_all()
     return Built(element, store)
 

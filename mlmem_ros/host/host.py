@@ -109,9 +109,11 @@ class Host:
 
     # --- life cycle ----------------------------------------------------------------------
 
-    def build(self, given: Parameters, blank: bool = False, is_retry: bool = False) -> Built:
+    def prepare_device(
+        self, given: Parameters, blank: bool = False, is_retry: bool = False
+    ) -> Built:
         """Check the design, build the device, restore its content unless it is to be `blank`, in
-        any thread; `adopt` or `discard` it then.
+        any thread; `adopt_device` or `discard_device` it then.
 
         `preparing` says what takes the time meanwhile; of a retry the log does not.
 
@@ -135,11 +137,11 @@ class Host:
             self.log.info(f'compiled in {time.monotonic() - begun:.1f} s, and cached')
         return built
 
-    def discard(self, device: Built) -> None:
+    def discard_device(self, device: Built) -> None:
         """Release a device that is not adopted."""
-        self._release_device(device.store, device.element)
+        self._close_device(device.store, device.element)
 
-    def adopt(self, device: Built, blank: bool = False) -> MemoryElement:
+    def adopt_device(self, device: Built, blank: bool = False) -> MemoryElement:
         """Put a device that was built into service, with what a failed one held unless `blank`."""
         element, store = device
         self.stopped = ''
@@ -235,7 +237,7 @@ class Host:
         self.loop = None
         self._save_stopped(loop.element)
 
-    def fail(self) -> None:
+    def release_failed(self) -> None:
         """Save what can be saved of a failed device, and release it."""
         loop, self.loop = self.loop, None
         element = self.element
@@ -251,14 +253,14 @@ class Host:
             saved = self._save_failed(element)
             again = '; if it fails again, reset the element' if element.is_simulated else ''
             self.log.error(f'{saved}; configure and activate to go on{again}')
-        self.release()
+        self.release_device()
 
-    def release(self) -> None:
+    def release_device(self) -> None:
         """Release the device."""
-        self._release_device(self._store, self.element)
+        self._close_device(self._store, self.element)
         self.element = self._store = None
 
-    def _release_device(self, store: Store | None, element: MemoryElement | None) -> None:
+    def _close_device(self, store: Store | None, element: MemoryElement | None) -> None:
         if store is not None:
             store.close()
         if element is not None:
@@ -276,8 +278,8 @@ class Host:
             try:
                 self.deactivate()
             except StateError:
-                self.fail()
-        self.release()
+                self.release_failed()
+        self.release_device()
 
     def on_timer(self) -> None:
         """Save at intervals, and answer overdue requests; call it once a second."""
@@ -390,7 +392,7 @@ class Host:
         """Save all of a device whose time has stopped; return whether that succeeded."""
         self.sessions.close(element)
         assert self._store is not None
-        kept = self._store.keep(element)
+        kept = self._store.save_state(element)
         saved = self._store.flush() and kept.exception() is None
         self._unsaved = not saved
         return saved

@@ -69,7 +69,7 @@ class Store:
         self._owner = f'{owner} (process {os.getpid()})'
         self._claim: atomic_files.Claim | None = None
 
-    def load(self) -> dict[str, Any] | None:
+    def load_state(self) -> dict[str, Any] | None:
         """Claim the file and return the saved state, or None without one.
 
         Raises:
@@ -82,8 +82,8 @@ class Store:
         self._worker.do_and_wait(f'claiming {path}', lambda: self._take_claim(path))
         return self._worker.do_and_wait(f'reading {path}', lambda: load_snapshot(path))
 
-    def restore(self, element: MemoryElement, saved: Mapping[str, Any] | None) -> None:
-        """Give a device the state that `load` returned, if there is one.
+    def restore_state(self, element: MemoryElement, saved: Mapping[str, Any] | None) -> None:
+        """Give a device the state that `load_state` returned, if there is one.
 
         Raises:
             StateError: The file is damaged, or belongs to another design.
@@ -102,7 +102,7 @@ class Store:
         what = 'state' if element.is_simulated else 'calibration and statistics'
         self._log.info(f'{what} restored from {path}')
 
-    def keep(self, element: MemoryElement) -> Future[None]:
+    def save_state(self, element: MemoryElement) -> Future[None]:
         """Save the present state of an idle device; call it between ticks.
 
         Returns:
@@ -132,7 +132,7 @@ class Store:
             request.resolve(outcome)
             return
         try:
-            saved = self.keep(element)
+            saved = self.save_state(element)
         except Exception as error:
             self._log.exception('taking the state', error)
             request.resolve(_apply_save_result(outcome, error))
@@ -178,7 +178,7 @@ class Store:
     def _keep_if_idle(self, element: MemoryElement) -> None:
         with self._log.guard_errors('taking the state'):
             if not element.procedure:  # else next time
-                self.keep(element)
+                self.save_state(element)
 
     def _log_error(self, saved: Future[None]) -> None:
         if (error := saved.exception()) is not None:

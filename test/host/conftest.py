@@ -80,7 +80,7 @@ class Service:
         self.host = Host(log.write, time.time_ns, failed=self.failed.set)
 
     def activate(self, pacer=None):
-        self.host.adopt(self.host.build(self.given))
+        self.host.adopt_device(self.host.prepare_device(self.given))
         plan = self.plan(self.given.record)
         self.host.activate(self.given, plan, self.events.extend, pacer or SteadyPacer(), 0.0)
         return self.host

@@ -27,7 +27,7 @@ def test_exception_of_a_driver_is_logged(serve, log, where):
     if where == 'playing':
         with pytest.raises(Refused, match=r'the device has stopped: .*turned sour'):
             host.submit(Write(0)).answer.result(30.0)
-        host.fail()
+        host.release_failed()
     elif where == 'closing':
         host.close()
     (trace,) = [line for line in log.of('ERROR') if 'Traceback' in line]

@@ -111,7 +111,7 @@ def test_later_save_clears_an_earlier_failure(serve, file, kept, monkeypatch):
         patch.setattr(store, 'save_snapshot', fill_disk)
         host.deactivate()
     assert host.lost
-    host.release()
+    host.release_device()
     service.activate()
     host.close()
     assert not host.lost
@@ -139,7 +139,7 @@ def test_failed_device_is_released_and_its_file_kept(serve, kept, file, log):
     service.poison()
     with pytest.raises(Refused, match='the device has stopped'):
         host.submit(Read()).answer.result(SOON)
-    host.fail()
+    host.release_failed()
     assert host.element is None
     assert host.loop is None
     with pytest.raises(Refused, match=r'^inactive: the device has stopped: .*; conf'):
@@ -159,7 +159,7 @@ def failed(serve, log):
     pacer.now = lambda: 1 / 0
     assert service.failed.wait(SOON)
     element = host.element
-    host.fail()
+    host.release_failed()
     assert element.actuator.strain == 0.0
     assert any('kept until the next configuration' in text for text in log.of('ERROR'))
     return service
@@ -171,7 +171,9 @@ def test_failed_loop_keeps_the_content(failed):
 
 def test_content_of_a_failed_device_stays_with_its_design(failed, log):
     shorter = dataclasses.replace(failed.given.design, N=224)
-    failed.host.adopt(failed.host.build(dataclasses.replace(failed.given, design=shorter)))
+    failed.host.adopt_device(
+        failed.host.prepare_device(dataclasses.replace(failed.given, design=shorter))
+    )
     assert log.of('WARN') == ['the failed device had another design: the element is blank']
 
 
@@ -281,7 +283,7 @@ def test_request_to_an_inactive_host_is_rejected(serve, record):
 def test_initial_content_of_a_simulated_element_is_read(serve):
     service = serve(initial_content=8)
     with pytest.raises(SettingsError, match='initial_content'):
-        service.host.build(service.given)
+        service.host.prepare_device(service.given)
     service = serve(initial_content=5)
     service.activate()
     assert service.host.element.reading is None

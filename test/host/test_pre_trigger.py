@@ -78,7 +78,7 @@ def test_last_seconds_before_a_failure_are_saved(serve, tmp_path, monkeypatch, l
     assert host.submit(Write(2)).answer.result(SOON).success
     assert host.submit(SetStrain(0.01)).answer.result(SOON) is None
     service.poison()
-    host.fail()
+    host.release_failed()
     (bag,) = tmp_path.glob('session-*')
     assert any(str(bag) in line for line in log.of('INFO'))
     session = load_session(bag)

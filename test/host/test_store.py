@@ -53,7 +53,7 @@ def test_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
     loop = tmp_path / 'loop.json'
     loop.symlink_to(loop)
     with pytest.raises(StateError, match=r'loop\.json'):
-        kept(loop).load()
+        kept(loop).load_state()
 
 
 # --- calibrations -----------------------------------------------------------------------------
@@ -62,7 +62,7 @@ def test_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
 def test_state_below_a_file_is_rejected(file, kept):
     file.touch()
     with pytest.raises(StateError, match='cannot be kept'):
-        kept(file / 'element.json').load()
+        kept(file / 'element.json').load_state()
 
 
 @pytest.fixture
@@ -86,7 +86,7 @@ def test_design_is_calibrated_once(file, counted, parameters):
             parameters, settings=settings, state=StateSettings(path=str(file), interval=0.0)
         )
         device = build_device(given, throttled, Worker('test', throttled), '/mlmem', blank=False)
-        device.store.keep(device.element).result(20.0)
+        device.store.save_state(device.element).result(20.0)
         assert device.store.close()
         return device.element.calibration
 

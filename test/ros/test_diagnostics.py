@@ -107,18 +107,18 @@ def loop_report(ticks, overruns=0):
 
 def test_loop_report_names_failure_and_skipped_ticks():
     report, loop, warnings = loop_report(ticks=10, overruns=2)
-    assert report.health(loop) == Status(WARN, '2 ticks of time were skipped', ANY)
-    assert report.health(loop) == Status(OK, 'running', ANY)
+    assert report.report_health(loop) == Status(WARN, '2 ticks of time were skipped', ANY)
+    assert report.report_health(loop) == Status(OK, 'running', ANY)
     for loop.statistics.overruns in (3, 4, 5, 8):
-        report.health(loop)
+        report.report_health(loop)
     skipped = [int(line.split()[0]) for line in warnings]
     assert skipped == [2, 4, 8]  # one line in the log each time the number has doubled
     loop.is_paused = True
-    assert report.health(loop).text == 'paused'
+    assert report.report_health(loop).text == 'paused'
     loop.statistics.overruns = 9
-    assert report.health(loop).values['paused'], 'though the text is a warning'
+    assert report.report_health(loop).values['paused'], 'though the text is a warning'
     loop.failure = RuntimeError('the chain stopped being finite')
-    assert report.health(loop) == Status(ERROR, 'the chain stopped being finite', ANY)
+    assert report.report_health(loop) == Status(ERROR, 'the chain stopped being finite', ANY)
 
 
 @pytest.mark.parametrize(

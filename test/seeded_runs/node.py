@@ -101,7 +101,7 @@ class Node:
         self.host = host
         self.state = 'unconfigured'
         self._work = {
-            'configure': lambda: host.adopt(host.build(configured)),
+            'configure': lambda: host.adopt_device(host.prepare_device(configured)),
             'activate': activate,
             'deactivate': host.deactivate,
             'cleanup': host.release,
@@ -131,4 +131,4 @@ class Node:
 
     def _fail_host(self):
         self.state = 'unconfigured'
-        self.host.fail()
+        self.host.release_failed()

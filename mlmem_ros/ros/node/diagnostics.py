@@ -141,7 +141,9 @@ class Pace:
         self._jumps: int | None = None
         self._logged = 0
 
-    def health(self, loop: Loop | None, procedure: str = '', *, heard: bool = True) -> Status:
+    def report_health(
+        self, loop: Loop | None, procedure: str = '', *, heard: bool = True
+    ) -> Status:
         """Report how the loop keeps time: in s, and its rate since the last report in ticks/s.
 
         Args:
@@ -240,7 +242,7 @@ class Diagnostics:
     def _sample_and_publish(self) -> None:
         loop = self._host.loop
         if not self._publisher.get_subscription_count():
-            self._pace.health(loop, heard=False)  # logs what is lost
+            self._pace.report_health(loop, heard=False)  # logs what is lost
             return
         if loop is None or loop.failure:
             self._publish_all(loop)
@@ -268,7 +270,7 @@ class Diagnostics:
         if loop is None:
             self._seen, self._still = {}, None
         present = {
-            'loop': self._pace.health(loop, procedure),
+            'loop': self._pace.report_health(loop, procedure),
             **{name: self._seen.get(name, INACTIVE) for name in ELEMENT_REPORTS},
             'recorder': report_recorder(self._host),
         }

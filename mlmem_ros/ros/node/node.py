@@ -239,10 +239,10 @@ class MemoryNode(LifecycleNode):
         if (building := self._building) is not None and building.done():
             self._building = None
             if building.exception() is None:
-                self.host.discard(building.result())
+                self.host.discard_device(building.result())
 
     def _build_device(self, given: Parameters, blank: bool = False) -> Built:
-        return self.host.build(given, blank, is_retry=self._away_since is not None)
+        return self.host.prepare_device(given, blank, is_retry=self._away_since is not None)
 
     def _run_transitions(
         self, *transitions: Callable[[], Any], blank: bool = False, held: bool = False
@@ -327,7 +327,7 @@ class MemoryNode(LifecycleNode):
         """Release a device that failed: the node is unconfigured afterwards."""
         failure = self.host.failure
         with self.host.log.guard_errors('handling an error'):
-            self.host.fail()
+            self.host.release_failed()
         self._release_publishers()
         self._await_element(failure)
         return TransitionCallbackReturn.SUCCESS
@@ -356,7 +356,7 @@ class MemoryNode(LifecycleNode):
         given = self._given.values()
         building, self._building = self._building, None
         built = self._build_device(given, self._blank) if building is None else building.result()
-        element = self.host.adopt(built, self._blank)
+        element = self.host.adopt_device(built, self._blank)
         self._given.lock_parameters(element.reader.content_count)
         self._published = Publishers(self, element, given.publish, self.host)
         words = (
@@ -393,7 +393,7 @@ class MemoryNode(LifecycleNode):
         self.host.log.info('inactive: the strain is zero, time stands still')
 
     def _clean_up(self) -> None:
-        self.host.release()
+        self.host.release_device()
         self._release_publishers()
         self.host.log.info('unconfigured: the device is released')
 
