@@ -47,7 +47,7 @@ def test_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
     link, element = tmp_path / 'link.json', MemoryElement(CASE_II)
     link.symlink_to(file)
     element.advance()
-    kept(link).keep(element).result(20.0)
+    kept(link).save_state(element).result(20.0)
     assert link.is_symlink()
     assert load_snapshot(file)['ticks'] == 1
     loop = tmp_path / 'loop.json'

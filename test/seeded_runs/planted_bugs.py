@@ -191,12 +191,12 @@ def answer_before_it_is_saved(resolve):
     def hasty(self, request, element):
         request.resolve(request.outcome)
         if not element.procedure:
-            self.keep(element)
+            self.save_state(element)
 
     return hasty
 
 
-@_register((store.Store, 'keep'))
+@_register((store.Store, 'save_state'))
 def newer_state_overwritten_by_an_older_one(keep):
     def keep_at_once(self, element):
         taken, saved = store.snapshot.take_snapshot(element), threads.Future()
