@@ -199,8 +199,8 @@ def test_demo_writes_its_levels_and_records(monkeypatch, tmp_path, capfd, levels
     monkeypatch.setattr(demo, 'DEMO_LEVELS', levels)
     status = main(['demo', '--output', str(tmp_path)])
     printed, complaints = capfd.readouterr()
-    slow = 'ticks of time were skipped'  # on a busy machine
-    complaints = [line for line in complaints.splitlines() if slow not in line]
+    slow = 'ticks of time were skipped|waits for /mlmem'  # on a busy machine
+    complaints = [line for line in complaints.splitlines() if not re.search(slow, line)]
     assert (status, complaints) == (0, []), printed
     rows = re.findall(r'^ *(\d) +(\d) +([01]{3}) ', printed, re.MULTILINE)
     asked = [int(asked) for asked, _, _ in rows]

@@ -104,7 +104,7 @@ class Node:
             'configure': lambda: host.adopt_device(host.prepare_device(configured)),
             'activate': activate,
             'deactivate': host.deactivate,
-            'cleanup': host.release,
+            'cleanup': host.release_device,
         }
 
     def make_transition(self, name):

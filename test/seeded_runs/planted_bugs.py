@@ -203,7 +203,7 @@ def newer_state_overwritten_by_an_older_one(keep):
 
         def run():
             try:
-                saved.set_result(self._save(taken))
+                saved.set_result(store.save_snapshot(self.path, taken))
             except Exception as error:
                 saved.set_exception(error)
 
