@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import array
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,7 +41,8 @@ class Publication:
 
 def build_message(stream: Stream, values: Any, publication: Publication) -> Any:
     """Return the message of a stream with its values: a `Status`, `Joints`, a distance with its
-    maximum, an integer, or an array.
+    maximum, an array, a mapping with every field but the header, or what is in the only field,
+    `data`.
     """
     if isinstance(values, Status):
         return build_status(values, publication.node)
@@ -49,9 +50,10 @@ def build_message(stream: Stream, values: Any, publication: Publication) -> Any:
         return _stamp_message(_build_joint_state(values), publication)
     if stream.kind is Range:
         return _stamp_message(_build_range(values), publication)
-    if not stream.dimensions:
-        return stream.kind(data=values)
-    return _build_array(stream, values)
+    if stream.dimensions:
+        return _build_array(stream, values)
+    message = stream.kind(**values if isinstance(values, Mapping) else {'data': values})
+    return _stamp_message(message, publication) if hasattr(message, 'header') else message
 
 
 def build_status(status: Status, node: str, component: str = '') -> DiagnosticStatus:

@@ -10,7 +10,7 @@ type of them, and `parse_message` returns them from a recorded one.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import MISSING, dataclass, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -359,15 +359,16 @@ def select_streams(register: bool, simulated: bool) -> list[Stream]:
 
 
 def parse_message(stream: Stream, message: Any) -> Any:
-    """Return the values of a recorded message, as `Stream.values` returns them.
-
-    Raises:
-        ValueError: They are not values of its type.
-    """
-    if hasattr(message, 'hardware_id'):
-        return parse_status(message)
-    if hasattr(message, 'radiation_type'):
-        return np.array([message.range, message.max_range], np.float32)
-    if not stream.dimensions:
-        return int(message.data)
-    return np.asarray(message.data)
+    """Return the values of a message from a bag, as `Stream.values` returns them."""
+    match stream.type.rpartition('/')[2]:
+        case 'DiagnosticStatus':
+            return parse_status(message)
+        case 'JointState':
+            return Joints(*map(tuple, (message.position, message.velocity, message.effort)))
+        case 'Range':
+            return np.array([message.range, message.max_range], np.float32)
+    if stream.dimensions:
+        return np.asarray(message.data)
+    names = [each.name for each in fields(message) if each.default is MISSING]  # no constants
+    values = {name: getattr(message, name) for name in names if name != 'header'}
+    return values['data'] if values.keys() == {'data'} else values

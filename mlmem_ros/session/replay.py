@@ -188,9 +188,14 @@ class _Player:
 
 def find_difference(recorded: Any, computed: Any) -> float:
     """Return the greatest difference of numbers; infinite for other texts or another size."""
-    if not isinstance(recorded, np.ndarray):  # texts or an integer
+    if isinstance(recorded, dict):
+        differences = [
+            find_difference(recorded.get(name), computed.get(name)) for name in recorded | computed
+        ]
+        return max(differences, default=0.0)
+    if not isinstance(recorded, np.ndarray | float):  # texts or an integer
         return 0.0 if recorded == computed else math.inf
-    recorded, computed = recorded.ravel(), computed.ravel()
+    recorded, computed = np.ravel(recorded), np.ravel(computed)
     if recorded.shape != computed.shape:
         return math.inf
     if np.array_equal(recorded, computed, equal_nan=True):

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A stream is described once: publishing, recording, replay, page and policy follow."""
 
+import math
+
 import numpy as np
 import pytest
 import reference
@@ -17,20 +19,69 @@ from mlmem_ros.session.replay import run_replay
 from mlmem_ros.testing import memory_node
 
 
-@pytest.fixture
-def energies(monkeypatch):
-    """A stream of two numbers for each procedure that ends, the only entry that it needs."""
+def add_stream(monkeypatch, type_, values, **more):
+    """Add a stream of the procedures that end: the only entry that it needs."""
     stream = Stream(
-        'energies',
-        'std_msgs/msg/Float64MultiArray',
-        Qos.LATCHED,
-        'two numbers',
-        when=(Outcome,),
-        values=lambda element, outcome: np.array([float(outcome.ticks), element.chain.v[0]]),
-        dimensions=(('number', -1),),
+        'energies', type_, Qos.LATCHED, 'numbers', when=(Outcome,), values=values, **more
     )
     monkeypatch.setitem(STREAMS, stream.name, stream)
     return stream
+
+
+@pytest.fixture
+def energies(monkeypatch):
+    """A stream of two numbers for each procedure that ends."""
+    return add_stream(
+        monkeypatch,
+        'std_msgs/msg/Float64MultiArray',
+        lambda element, outcome: np.array([float(outcome.ticks), element.chain.v[0]]),
+        dimensions=(('number', -1),),
+    )
+
+
+@pytest.mark.parametrize(
+    ('type_', 'field', 'values', 'change'),
+    [
+        ('std_msgs/msg/Bool', 'data', lambda ticks: ticks > 0, lambda value: not value),
+        ('std_msgs/msg/Float64', 'data', lambda ticks: ticks / 7.0, lambda value: value + 1e-3),
+        ('std_msgs/msg/String', 'data', lambda ticks: f'{ticks} ticks', lambda value: value + '.'),
+        (
+            'sensor_msgs/msg/Temperature',
+            'temperature',
+            lambda ticks: {'temperature': ticks / 7.0, 'variance': math.nan},
+            lambda value: value | {'temperature': value['temperature'] + 1e-3},
+        ),
+    ],
+    ids=['Bool', 'Float64', 'String', 'stamped'],
+)
+def test_new_stream_of_any_type_is_recorded_and_compared(
+    monkeypatch, tmp_path, type_, field, values, change
+):
+    stream = add_stream(monkeypatch, type_, lambda _, outcome: values(outcome.ticks))
+    path = str(tmp_path / 'session')
+    with memory_node(QUICK | {'record.path': path}, name='streams') as node:
+        expected = values(node.memory.write(1).wait().ticks)
+        with Robot(node.element) as robot:
+            got = []
+            robot.node.create_subscription(
+                stream.kind, f'{node.element}/energies', got.append, Qos.LATCHED.profile
+            )
+            robot.wait(lambda: got, 'the latched message')
+        named = expected if isinstance(expected, dict) else {'data': expected}
+        assert getattr(got[0], field) == named[field]
+        if hasattr(got[0], 'header'):
+            assert got[0].header.frame_id == 'streams'
+            assert got[0].header.stamp.sec > 0
+        node.memory.read().wait()
+    session = load_session(path)
+    report = run_replay(session)
+    assert report.exact
+    assert (report.events['energies'].recorded, report.events['energies'].equal) == (2, 2)
+    seconds, recorded = session.events['energies'][1]
+    session.events['energies'][1] = seconds, change(recorded)
+    changed = run_replay(session)
+    assert changed.other_events == ['~/energies']
+    assert not changed.passed
 
 
 def test_new_stream_is_published_recorded_and_compared(energies, tmp_path):
