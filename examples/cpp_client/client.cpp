@@ -1,6 +1,6 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-/// A client in C++ by typed actions: writes a level, tells how it goes, and reads it back.
+/// A client in C++ by typed actions: writes a level or word, tells how it goes, and reads it back.
 ///
 ///     ros2 run mlmem_cpp_client client 5
 
@@ -33,11 +33,11 @@ public:
   /// Return the content once it has been read from the element.
   Read::Result read() { return ask<Read>(read_, Read::Goal()); }
 
-  /// Write a level, verified by an echo, and return how it went.
-  Write::Result write(std::int64_t level)
+  /// Write a level or word, verified by an echo, and return how it went.
+  Write::Result write(std::int64_t content)
   {
     Write::Goal goal;
-    goal.level = level;
+    goal.content = content;  // whichever the element holds
     return ask<Write>(write_, goal);
   }
 
@@ -94,7 +94,10 @@ int main(int argc, char ** argv)
     Memory memory(node);
     const auto written = memory.write(arguments.size() > 1 ? std::stoll(arguments[1]) : 5);
     RCLCPP_INFO(node->get_logger(), "written in %lu ticks", written.ticks);
-    RCLCPP_INFO(node->get_logger(), "level %ld", memory.read().level);
+    const auto read = memory.read();
+    const bool is_word = read.word >= 0;  // a register has no level
+    RCLCPP_INFO(
+      node->get_logger(), "%s %ld", is_word ? "word" : "level", is_word ? read.word : read.level);
     status = EXIT_SUCCESS;
   } catch (const std::exception & error) {
     RCLCPP_ERROR(node->get_logger(), "%s", error.what());

@@ -24,10 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mlmem.parsing import DecodeError, decode_value, parse_json
-from mlmem.procedure_table import BLANK, JOINT_NAME, UNDECODABLE
+from mlmem.procedure_table import BLANK, JOINT_NAME, UNDECODABLE, UNSET_CONTENT
 from mlmem.rejections import ErrorCode, Rejected
 from mlmem.schema import Description, short_repr
 
+from .requests import WRITE_ARGUMENTS
 from .topics import OK, parse_status
 
 if TYPE_CHECKING:
@@ -453,8 +454,11 @@ def parse_result(name: str, kind: type[SomeAnswer], result: Any, goal: Any) -> S
     """
     if kind is SelfTested and not result.error_code:
         return parse_self_test(result)  # type: ignore[return-value]
-    repeated = {'asked': goal.level} if hasattr(goal, 'level') else {}
-    return decode_answer(kind, not result.error_code, {**extract_values(name, result), **repeated})
+    values = {**extract_values(name, result)}
+    for argument in WRITE_ARGUMENTS:
+        if (content := getattr(goal, argument, UNSET_CONTENT)) != UNSET_CONTENT:
+            values['asked'] = content
+    return decode_answer(kind, not result.error_code, values)
 
 
 def extract_values(name: str, result: Any) -> Mapping[str, Any]:

@@ -23,6 +23,7 @@ import numpy as np
 from mlmem import Refused
 from mlmem.parsing import decode_value
 from mlmem.procedure_table import CONTENT_NAMES, PROCEDURES, UNSET_CONTENT, Procedure, Write
+from mlmem.rejections import ErrorCode
 from mlmem.schema import short_repr
 
 if TYPE_CHECKING:
@@ -49,6 +50,9 @@ PARAMETER_TYPES = {
 }  # fmt: skip
 """The types of arguments and parameters, and the names of `rclpy.parameter.Parameter.Type`."""
 
+WRITE_ARGUMENTS = *CONTENT_NAMES, 'content'
+"""What a request to write may name its content: the last is right for every element."""
+
 REQUEST_ARGUMENTS: dict[str, Mapping[str, Any]] = {
     **{
         name: {
@@ -57,7 +61,7 @@ REQUEST_ARGUMENTS: dict[str, Mapping[str, Any]] = {
         }
         for name, row in PROCEDURES.items()
     },
-    'write': dict.fromkeys(CONTENT_NAMES, int),
+    'write': dict.fromkeys(WRITE_ARGUMENTS, int),
     'follow': dict.fromkeys(('times', 'strains', 'rates'), tuple[float, ...]),
     'record': get_type_hints(Record),
 }
@@ -144,9 +148,14 @@ def check_content(level: Any) -> int:
 # --- the node's side --------------------------------------------------------------------------
 
 
-def parse_request(parameters: Sequence[Any]) -> tuple[Command | Record, float]:
+def parse_request(
+    parameters: Sequence[Any], content_name: str = ''
+) -> tuple[Command | Record, float]:
     """Return the command in the parameters of a request, whose values the device checks, and the
     seconds for which it waits for its turn; 0 if it does not say so.
+
+    Args:
+        content_name: As `build_command` takes it.
 
     Raises:
         Refused: It is not a request, or has the wrong arguments.
@@ -161,7 +170,7 @@ def parse_request(parameters: Sequence[Any]) -> tuple[Command | Record, float]:
     wait = values.pop('deadline', None)
     if wait is not None and not wait > 0.0:
         raise Refused(f'deadline must be a number of seconds above 0; got {wait:g}')
-    return build_command(str(name), values), wait or 0.0
+    return build_command(str(name), values, content_name), wait or 0.0
 
 
 def _read_value(name: str, value: Any, kind: Any) -> Any:
@@ -174,37 +183,47 @@ def _read_value(name: str, value: Any, kind: Any) -> Any:
     return getattr(value, f'{wanted.name.lower()}_value')
 
 
-def build_command(name: str, given: Mapping[str, Any]) -> Any:
+def build_command(name: str, given: Mapping[str, Any], content_name: str = '') -> Any:
     """Return the command of a request with its arguments, by name.
 
+    Args:
+        content_name: What the element holds, `level` or `word`; empty if that is not known.
+
     Raises:
-        Refused: An argument is missing, or level and word disagree.
+        Refused: An argument is missing, or a content is named twice or not as the element's.
     """
     from mlmem.commands import FollowTrajectory  # a client needs none, and no physics
 
     others = {'follow': FollowTrajectory, 'record': Record}
     kind = PROCEDURES[name].command if name in PROCEDURES else others[name]
-    values = {'level': _select_content(given)} if kind is Write else dict(given)
+    values = {'level': _select_content(given, content_name)} if kind is Write else dict(given)
     needed = (field.name for field in fields(kind) if field.default is MISSING)
     if missing := [argument for argument in needed if argument not in values]:
         raise Refused(f'{name} must be given {", ".join(missing)}')
     return kind(**values)
 
 
-def _select_content(given: Mapping[str, Any]) -> Any:
+def _select_content(given: Mapping[str, Any], content_name: str) -> Any:
     """Return what to write; raises as `build_command`."""
     contents = {
         name: given[name]
-        for name in CONTENT_NAMES
+        for name in WRITE_ARGUMENTS
         if given.get(name, UNSET_CONTENT) != UNSET_CONTENT
     }
     if not contents:
-        raise Refused('write must be given level (of one wall) or word (of a register)')
-    first, *others = contents.values()
-    if others and others != [first]:
-        named = ' and '.join(f'{name} {short_repr(value)}' for name, value in contents.items())
-        raise Refused(f'level and word must be the same; got {named}')
-    return first
+        raise Refused(
+            'write must be given level (of one wall), word (of a register) or content (of either)'
+        )
+    for name in CONTENT_NAMES:
+        if name in contents and content_name not in ('', name):
+            kind = 'a register' if name == 'level' else 'an element with one wall'
+            expected = f'{UNSET_CONTENT} (not set) for {kind}, which holds a {content_name}'
+            raise Refused.of_value(ErrorCode.UNSUPPORTED, name, contents[name], expected)
+    (first, content), *others = contents.items()
+    if others:
+        expected = f'{UNSET_CONTENT} (not set) next to {first}'
+        raise Refused.of_value(ErrorCode.CONFLICT, *others[0], expected)
+    return content
 
 
 # --- services ---------------------------------------------------------------------------------

@@ -56,6 +56,7 @@ class Host:
 
     Attributes:
         element: The element; None while unconfigured.
+        content_name: What the element holds, `level` or `word`; empty while unconfigured.
         loop: Its running loop; None while it is not active.
         stopped: Why there is no device, if it has stopped or is waited for; empty otherwise.
         preparing: What is being done to configure the device; empty if nothing is.
@@ -80,6 +81,7 @@ class Host:
         """
         self.log = ThrottledLog(write_line)
         self.element: MemoryElement | None = None
+        self.content_name = ''
         self.loop: Loop | None = None
         self.sessions = Sessions(self.log, now)
         self.stopped = self.preparing = self.held_up = ''
@@ -146,6 +148,7 @@ class Host:
         element, store = device
         self.stopped = ''
         self.element, self._store = element, store
+        self.content_name = element.content_name
         rescued, self._rescued = self._rescued, None
         if rescued is not None and not blank:
             self._restore_rescued(element, rescued)
@@ -259,6 +262,7 @@ class Host:
         """Release the device."""
         self._close_device(self._store, self.element)
         self.element = self._store = None
+        self.content_name = ''
 
     def _close_device(self, store: Store | None, element: MemoryElement | None) -> None:
         if store is not None:

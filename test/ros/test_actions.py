@@ -63,14 +63,14 @@ def test_goal_writes_reads_and_erases(tool):
     assert (result.level, result.code, result.end, result.attempts) == (3, '011', 'left', 1)
     assert result.confidence > 0.5
     assert tool('read').do(end='right').result.level == 3
-    assert write.do(level=2, word=2).result.level == 2
+    assert write.do(content=2).result.level == 2
 
 
 @pytest.mark.parametrize(
     ('name', 'goal', 'field'),
     [
         ('write', {}, 'level'),
-        ('write', {'level': 2, 'word': 3}, 'level'),
+        ('write', {'level': 2, 'content': 3}, 'content'),
         ('write', {'level': 99}, 'level'),
         ('write', {'level': 65541}, 'level'),  # 5, if it were cut to 16 bits
         ('write', {'level': -(2**63)}, 'level'),

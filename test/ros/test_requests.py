@@ -13,6 +13,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from mlmem import Abort, Erase, FollowTrajectory, Kick, Read, Refused, Write
 from mlmem.instrument.instrument import Units
 from mlmem.physics import CASE_II
+from mlmem.rejections import ErrorCode
 from mlmem.settings import ScaleSettings
 from mlmem_ros.contract.commands import COMMAND_TOPICS
 from mlmem_ros.contract.requests import Record, build_request, parse_request
@@ -28,6 +29,7 @@ def parameters(**values):
     ('name', 'arguments', 'command'),
     [
         ('write', {'level': 5}, Write(5)),
+        ('write', {'content': 5}, Write(5)),
         ('read', {}, Read()),
         ('read', {'end': 'both'}, Read('both')),
         ('erase', {}, Erase()),
@@ -104,7 +106,8 @@ def test_trajectory_point_without_one_position_is_rejected(points):
         ({'level': 1}, 'request'),
         ({'request': 'write'}, 'write must be given level'),
         ({'request': 'write', 'level': -1, 'word': -1}, 'write must be given level'),
-        ({'request': 'write', 'level': 5, 'word': 6}, 'level and word'),
+        ({'request': 'write', 'level': 5, 'word': 5}, 'word must be -1'),
+        ({'request': 'write', 'level': 5, 'content': 6}, 'content must be -1'),
         ({'request': 'write', 'level': '5'}, 'level'),
         ({'request': 'write', 'level': True}, 'level'),
         ({'request': 'write', 'level': 2, 'end': 'left'}, 'write takes level, word'),
@@ -119,6 +122,17 @@ def test_trajectory_point_without_one_position_is_rejected(points):
 def test_invalid_request_is_rejected(values, field):
     with pytest.raises(Refused, match=f'^{field}'):
         parse_request(parameters(**values))
+
+
+@pytest.mark.parametrize(('held', 'other'), [('level', 'word'), ('word', 'level')])
+def test_content_of_the_other_kind_is_rejected_by_name(held, other):
+    for values in ({other: 2}, {held: 2, other: 2}, {'content': 2, other: 2}):
+        with pytest.raises(Refused, match=f'which holds a {held}') as caught:
+            parse_request(parameters(request='write', **values), held)
+        assert (caught.value.code, caught.value.field) == (ErrorCode.UNSUPPORTED, other)
+    for name in (held, 'content'):
+        request = parameters(request='write', **{name: 2})
+        assert parse_request(request, held) == (Write(2), 0.0)
 
 
 def test_argument_that_is_named_twice_is_rejected():

@@ -27,7 +27,7 @@ def memory(start_shared, root):
 
 
 def test_client_reads_the_word_it_wrote(client):
-    for name in ('level', 'word'):  # a request may name the content either way
+    for name in ('word', 'content'):
         assert client.request('write', **{name: OTHER}).wait().details['word'] == OTHER
     client.write(WORD).wait()
     read = client.read().wait()

@@ -102,7 +102,7 @@ class MemoryClient:
         Raises:
             ValueError: The level is not a whole number from 0.
         """
-        return self.procedure('write', timeout, level=check_content(level))
+        return self.procedure('write', timeout, content=check_content(level))
 
     def read(self, timeout: float = 10.0, *, end: str = '') -> ProcedureReply[Decoded]:
         """Fire a pulse and decode its echo.

@@ -153,7 +153,7 @@ class Action:
         try:
             if not wait >= 0.0:
                 raise Refused(f'deadline must be a number of seconds, or 0; got {wait:g}')
-            command = build_command(self._name, wanted)
+            command = build_command(self._name, wanted, self._host.content_name)
         except Refused as refusal:
             self._host.refused += 1
             return Request[Any](None).refuse(refusal)

@@ -68,7 +68,7 @@ class Services:
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
     ) -> SetParametersAtomically.Response:
         try:
-            asked, wait = parse_request(request.parameters)
+            asked, wait = parse_request(request.parameters, self._host.content_name)
         except Refused:
             self._host.refused += 1
             raise
