@@ -3,8 +3,9 @@
 """The actions, if their types are built: goals are handled like requests, with feedback.
 
 An action is three services and two topics (design.ros2.org/articles/actions.html). They are
-created here like the node's other services. rclpy's own action server is a single waitable, in
-which a message that cannot be decoded blocks all that follow, and its goals are executor tasks.
+created here like the node's other services. On the events executor rclpy's own action server gave
+no answer within 20 s. It is also a single waitable, in which a message that cannot be decoded
+blocks all that follow.
 """
 
 from __future__ import annotations
