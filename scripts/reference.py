@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Write the generated parts of docs/reference and the SROS 2 policy from the code.
+"""Write the generated parts of docs/reference, actions and the SROS 2 policy from the code.
 
 .venv/bin/python scripts/reference.py
 
@@ -13,7 +13,7 @@ from pathlib import Path
 
 from reference_pages.commands import generate_commands
 from reference_pages.elements import generate_checks, generate_elements
-from reference_pages.interface import generate_interfaces
+from reference_pages.interface import ACTION_FOLDER, generate_actions, generate_interfaces
 from reference_pages.parameters import generate_parameters
 from reference_pages.problems import generate_standard_problems
 from reference_pages.rig import generate_rig
@@ -99,6 +99,9 @@ def policy() -> str:
 
 
 if __name__ == '__main__':
+    for name, text in generate_actions().items():  # which the pages list
+        (ACTION_FOLDER / name).write_text(text, encoding='utf-8')
+        print(f'mlmem_interfaces/action/{name}')
     for name, text in pages().items():
         (REFERENCE_FOLDER / name).write_text(text, encoding='utf-8')
         print(f'docs/reference/{name}')

@@ -35,7 +35,7 @@ def test_versions_of_setup_and_package_agree():
     assert version in (ROOT / 'setup.py').read_text(encoding='utf-8')
 
 
-def test_reference_pages_and_policy_are_up_to_date():
+def test_reference_pages_actions_and_policy_are_up_to_date():
     pytest.importorskip('rclpy')
     import reference
 
@@ -43,4 +43,7 @@ def test_reference_pages_and_policy_are_up_to_date():
     found = {name: (folder / name).read_text(encoding='utf-8') for name in pages}
     found['sros2_policy.xml'] = (ROOT / 'config/sros2_policy.xml').read_text(encoding='utf-8')
     pages['sros2_policy.xml'] = reference.policy()
+    actions = reference.generate_actions()
+    found |= {name: (reference.ACTION_FOLDER / name).read_text('utf-8') for name in actions}
+    pages |= actions
     assert found == pages, 'run .venv/bin/python scripts/reference.py'

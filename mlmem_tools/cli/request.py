@@ -87,15 +87,19 @@ def _as_dict(answer: Answer) -> dict[str, Any]:
 
 
 def _format_decoded(answer: Decoded) -> str:
+    """Return the content, and whatever else is known of its reading, in one line."""
+    from mlmem_ros.contract.answers import Decoded, Done, describe_fields
+
     text = describe_content('level' if answer.word is None else 'word', answer.content)
     if answer.code:
         text += f' (code {answer.code})'
-    if answer.delay is not None:
-        text += f', echo delay {answer.delay:.2f}'
-    return (
-        f'{text}, margin {answer.level_margin:.2f}, '
-        f'threshold margin {answer.threshold_margin:.2f}, confidence {answer.confidence:.2f}'
-    )
+    for name, row in describe_fields(Decoded):
+        value = getattr(answer, name)
+        if name in ('level', 'word', 'code', *Done.__annotations__) or value in (None, ''):
+            continue
+        label = (row.short or name).replace('_', ' ')
+        text += f', {label} {value:.4g}' if isinstance(value, float) else f', {label} {value}'
+    return text
 
 
 def _format_calibrated(answer: Calibrated) -> str:
@@ -124,7 +128,7 @@ def _format_found(answer: Decoded) -> str:
     """Return a decoded content, and whatever else was measured, one line each."""
     from mlmem_ros.contract.answers import Decoded
 
-    more = () if type(answer) is Decoded else type(answer).__annotations__
+    more = [name for name in type(answer).__annotations__ if name not in Decoded.__annotations__]
     others = {name: getattr(answer, name) for name in more}
     lines = (f'{name} {value}' for name, value in others.items() if value not in (None, ''))
     return '\n'.join([_format_decoded(answer), *lines])

@@ -3,6 +3,7 @@
 """What a node is seen by: topics, services, actions, diagnostics."""
 
 import inspect
+import re
 import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -54,6 +55,23 @@ def generate_interfaces() -> dict[str, str]:
         'feedback': make_list(_describe_section(2)),
         'diagnostics': _list_diagnostics(),
     }
+
+
+def generate_actions() -> dict[str, str]:
+    """Return the text of every action whose result is declared, by the name of its file."""
+    texts = {}
+    for request, kind in ACTION_TYPE_NAMES.items():
+        fields = list(
+            answers.describe_wire_fields(answers.ANSWER_TYPES.get(request, answers.Decoded))
+        )
+        if not fields:  # a self-test reports checks
+            continue
+        path = ACTION_FOLDER / f'{kind}.action'
+        goal, result, feedback = path.read_text(encoding='utf-8').split('---\n')
+        error = re.sub(r'(\nstring error [^\n]*\n).*', r'\1', result, flags=re.DOTALL)
+        lines = (f'{f"{wire} {name}":26}# {meaning}\n' for wire, name, meaning in fields)
+        texts[path.name] = '---\n'.join([goal, error + ''.join(lines), feedback])
+    return texts
 
 
 def _list_topics(chosen: Iterable[Topic]) -> str:

@@ -5,7 +5,6 @@
 import json
 import math
 from dataclasses import dataclass
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -20,11 +19,9 @@ from mlmem_ros.contract.answers import (
     describe_fields,
     outcome_to_dict,
 )
-from mlmem_ros.contract.requests import ACTION_TYPE_NAMES, build_parameter
+from mlmem_ros.contract.requests import build_parameter
 from mlmem_ros.contract.streams import describe_outcome
 from mlmem_tools.cli import request
-
-DEFINITIONS = Path(__file__).parents[2] / 'mlmem_interfaces' / 'action'
 
 
 def test_outcome_becomes_plain_values():
@@ -142,25 +139,14 @@ def test_value_absent_from_a_result_is_none():
     assert {'walls', 'right_delay', 'reason'}.isdisjoint(found)
 
 
-@pytest.mark.parametrize('name', [name for name in ACTION_TYPE_NAMES if name != 'self_test'])
-def test_action_definition_holds_the_declared_fields(name):
-    """In this order, with these types and comments; by end, a field for each."""
-    text = (
-        (DEFINITIONS / f'{ACTION_TYPE_NAMES[name]}.action')
-        .read_text(encoding='utf-8')
-        .split('---\n')[1]
-    )
-    lines = [line.partition('#') for line in text.splitlines() if '=' not in line.split('#')[0]]
-    found = [(code.split(), comment.strip()) for code, _, comment in lines][2:]  # an error
-    wanted = [
-        ([row.wire, field], row)
-        for each, row in describe_fields(answers.ANSWER_TYPES.get(name, Decoded))
-        for field, _ in answers.wire_fields(each, row)
-    ]
-    assert [code for code, _ in found] == [code for code, _ in wanted]
-    for (_, comment), (_, row) in zip(found, wanted, strict=True):
-        unit = f'[{row.unit}]' if row.unit else ''
-        assert '[]' in row.wire or comment.startswith(f'{row.text} {unit}'.strip())
+def test_line_of_the_command_has_every_declared_field():
+    outcome = Outcome('read', True, '', READING, 1, 0, 60)
+    answer = answers.parse_answer(Decoded, True, answers.format_answer(outcome))
+    line = request._format_decoded(answer)
+    assert line.startswith('level 5 (code 101), end both, delay 694.2, ')
+    for name, row in describe_fields(Decoded):
+        if name in Decoded.__annotations__ and getattr(answer, name) not in (None, '', 5, '101'):
+            assert f', {row.short or name} '.replace('_', ' ') in line, name
 
 
 # --- what a message's field cannot hold is refused -------------------------------------------

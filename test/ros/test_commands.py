@@ -72,7 +72,7 @@ def test_calibrate_command_prints_the_delays(robot, output_of, monkeypatch):
     monkeypatch.setattr(MemoryClient.calibrate, '__defaults__', (0.01,))
     assert robot.write(1).success
     content, heading, *rows = output_of('calibrate').splitlines()
-    assert content.startswith('level 1 (code 001), echo delay ')
+    assert content.startswith('level 1 (code 001), end left, delay ')
     assert heading.split() == ['level', 'left', 'right']
     table = [[float(word) for word in row.split()] for row in rows]
     levels, left, right = zip(*table, strict=True)
