@@ -36,6 +36,7 @@ class QueuedWriter:
     Attributes:
         messages: Messages written, including the counts of dropped ones.
         size: Bytes written.
+        full_files: Files that have reached the bag's maximum size.
         dropped: Messages refused because too many were waiting.
         error: Why the recording failed, or None.
         max_messages: Most messages that may wait.
@@ -79,6 +80,7 @@ class QueuedWriter:
         self._longest_wait = 0.0
         self.messages = 0
         self.size = 0
+        self.full_files = 0
         self.error: BagError | None = None
         first = [_Item(self._last_sync, *message) for message in before]
         self._thread = threads.Thread(
@@ -113,6 +115,12 @@ class QueuedWriter:
         if self.error is not None:
             return 'failed'
         return 'recording' if self._thread.is_alive() else 'closed'
+
+    @property
+    def has_margin(self) -> bool:
+        """Whether messages are accepted, and at least half of the queue is free."""
+        few = 2 * len(self._queue) <= self.max_messages
+        return self._accepting and few and 2 * self._queued_bytes <= self.max_bytes
 
     @property
     def queued(self) -> int:
@@ -191,6 +199,7 @@ class QueuedWriter:
     def _update_counts(self) -> None:
         self.messages = self._writer.message_count
         self.size = self._writer.size
+        self.full_files = self._writer.full_files
 
     def _fail_recording(self, error: BagError) -> None:
         self.error = error

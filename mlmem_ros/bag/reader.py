@@ -158,7 +158,8 @@ class BagReader:
         missing = tuple(number for number in range(count) if number not in known)
         for number in missing:
             if number >= listed:
-                reason = f'part {number + 1} of {count} is missing; a session is read up to there'
+                until = '; a session is read up to there' if number > known[0] else ''
+                reason = f'part {number + 1} of {count} is missing{until}'
                 self._losses.append(Loss(self.path, 0, 0, reason))
         gaps = [n for n, number in enumerate(known) if number != known[0] + n]
         self._parts_before_gap = min(gaps, default=len(known))

@@ -23,9 +23,8 @@ from .errors import BagError, storage_errors
 
 @dataclass
 class _Channel(TopicInfo):
-    latch: bool = False
+    begins_file: bool = False
     id: int = 0  # in the file being written
-    last: tuple[bytes, int] | None = None  # if latched: data, publish time
 
 
 class BagWriter:
@@ -41,8 +40,8 @@ class BagWriter:
 
         Args:
             path: Directory of the bag; must not exist. Missing parents are made.
-            max_bytes: Begin a new file once the current one has this size; 0 never does. A file
-                exceeds it by at most a chunk (256 KiB) and its summary.
+            max_bytes: Once a file has this size, the next message of a topic with `begins_file`
+                begins a new one; 0 never does.
 
         Raises:
             BagError: `max_bytes` is too small, or the path exists or cannot be created.
@@ -70,13 +69,18 @@ class BagWriter:
 
     @property
     def message_count(self) -> int:
-        """Messages written so far, including those repeated at splits."""
+        """Messages written so far."""
         return sum(file.message_count for file in self._files)
 
     @property
     def size(self) -> int:
         """Bytes written so far, without the open chunk."""
         return self._closed_bytes + self._file.tell()
+
+    @property
+    def full_files(self) -> int:
+        """Number of files that have reached `max_bytes`, with the present one if it has."""
+        return len(self._files) - 1 + self._is_file_full()
 
     def add_topic(
         self,
@@ -85,18 +89,14 @@ class BagWriter:
         reliability: str = 'reliable',
         durability: str = 'volatile',
         *,
-        latch: bool = False,
+        begins_file: bool = False,
     ) -> None:
         """Declare a topic, once, before its first message.
 
-        With `latch`, the topic's last message is repeated as the first in every new file, so that
-        each file of a split bag can be understood alone. A repeated message is like any other: it
-        is counted, and ``ros2 bag play`` publishes it. Its log time is that of the split, its
-        publish time the original one, which tells a reader that it is repeated.
-
         Args:
             reliability: That its publishers offer, as `durability`.
-            latch: Repeat the last message in every new file.
+            begins_file: Begin a new file with its next message once the present one is full, so
+                that each file of a split bag can be understood alone.
 
         Raises:
             BagError: The topic is there already, the type is not known, the bag is closed, or the
@@ -107,7 +107,7 @@ class BagWriter:
             raise BagError(f'Topic {name} must be added only once; {self.path} already has it.')
         digest = jazzy.find_definition(type_name).hash
         offered = [describe_qos(reliability, durability)]
-        channel = _Channel(name, type_name, digest, offered_qos=offered, latch=latch)
+        channel = _Channel(name, type_name, digest, offered_qos=offered, begins_file=begins_file)
         with self._abandon_on_error():
             self._declare_channel(channel)
         self._channels[name] = channel
@@ -127,9 +127,14 @@ class BagWriter:
             raise BagError(f'A message on {topic} must be bytes; got {type(cdr).__name__}.')
         log_time = _check_nanoseconds(log_time)
         with self._abandon_on_error():
-            if self._files[-1].message_count and 0 < self._max_bytes <= self._file.tell():
-                self._split_file(log_time)
-            self._write_message(channel, cdr, log_time, log_time)
+            if channel.begins_file and self._is_file_full():
+                self._close_file()
+                self._closed_bytes += self._file.tell()
+                self._open_file()
+            self._mcap.add_message(channel.id, log_time, cdr, log_time)
+            self._files[-1].add(log_time)
+            channel.message_count += 1
+            self.unsynced = True
 
     def sync(self) -> None:
         """Make all messages so far safe on the disk and update ``metadata.yaml``.
@@ -176,6 +181,9 @@ class BagWriter:
             self._error = error
             atomic_files.close_quietly(self._file)
             raise
+
+    def _is_file_full(self) -> bool:
+        return self._files[-1].message_count > 0 and 0 < self._max_bytes <= self._file.tell()
 
     def _create_directory(self) -> None:
         with storage_errors(f'create {self.path}'):
@@ -231,25 +239,6 @@ class BagWriter:
         channel.id = self._mcap.register_channel(
             channel.name, 'cdr', self._schemas[channel.type], metadata
         )
-
-    def _write_message(
-        self, channel: _Channel, cdr: bytes, log_time: int, publish_time: int
-    ) -> None:
-        self._mcap.add_message(channel.id, log_time, cdr, publish_time)
-        self._files[-1].add(log_time)
-        channel.message_count += 1
-        if channel.latch:
-            channel.last = cdr, publish_time
-        self.unsynced = True
-
-    def _split_file(self, log_time: int) -> None:
-        self._close_file()
-        self._closed_bytes += self._file.tell()
-        self._open_file()
-        for channel in self._channels.values():
-            if channel.last is not None:
-                cdr, publish_time = channel.last
-                self._write_message(channel, cdr, log_time, publish_time)
 
     def _write_metadata(self) -> None:
         path = self.path / 'metadata.yaml'

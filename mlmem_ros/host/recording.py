@@ -145,12 +145,11 @@ class PreTriggerBuffer(Recording):
                     self._drop_segment()
 
     def list_messages(self) -> list[Message]:
-        """Return what is kept as one session, a header first; nothing is kept until an idle tick
-        has come.
+        """Return what is kept as one session, with the header of each segment; nothing is kept
+        until an idle tick has come.
         """
         with self._lock:
-            headers = [each.header for each in self._segments]
-            return [*headers[:1], *(each for part in self._segments for each in part.messages)]
+            return [each for part in self._segments for each in (part.header, *part.messages)]
 
     def clear(self) -> None:
         """Discard everything; start again with the next idle tick."""
@@ -190,6 +189,9 @@ class PreTriggerBuffer(Recording):
 class BagRecording(Recording):
     """Hands messages to the queue of a session's bag.
 
+    Each file of the bag begins with the state of the idle device, so it can be replayed alone. A
+    file that is full while a procedure runs grows until that ends.
+
     Attributes:
         bag: The queue, which tells how it fares.
     """
@@ -211,12 +213,25 @@ class BagRecording(Recording):
             sync_interval=plan.settings.sync_interval,
             on_error=lambda error: log.error(f'recording stopped: {error}'),
         )
+        self._full_files = 0  # that are followed by a header
         since = f', with the previous {len(before) - 1} messages' if before[1:] else ''
         log.info(f'recording a session into {writer.path}{since}')
 
     def keep_message(self, message: Message) -> None:
         """Queue a message."""
         self.bag.put(*message)
+
+    def record_tick(self, element: MemoryElement) -> None:
+        """Take the state's hash if due; begin a file if one is full and the device is idle."""
+        super().record_tick(element)
+        full_files = self.bag.full_files
+        if (
+            full_files > self._full_files
+            and not (element.procedure or self.full)
+            and self.bag.has_margin
+            and self.bag.put(*build_header(self.plan, element, self._now))
+        ):
+            self._full_files = full_files
 
     def record_hash(self, element: MemoryElement) -> None:
         """Take the hash of the present state; it is the last at the session's maximum size."""
@@ -246,9 +261,9 @@ def open_bag(plan: SessionPlan) -> BagWriter:
     for topic in plan.topics:
         writer.add_topic(topic.name, topic.type, topic.qos.reliability, topic.qos.durability)
     for own in SessionTopic:
-        latch = own is SessionTopic.HEADER
-        durability = 'transient_local' if latch else 'volatile'
-        writer.add_topic(f'{plan.node}/{own}', own.type, durability=durability, latch=latch)
+        first = own is SessionTopic.HEADER
+        durability = 'transient_local' if first else 'volatile'
+        writer.add_topic(f'{plan.node}/{own}', own.type, durability=durability, begins_file=first)
     return writer
 
 

@@ -131,7 +131,11 @@ class RecordSettings(Checked):
         'time within which recorded data is on the disk',
     )
     max_bytes: int = describe_field(
-        0, 'begin a new file at this size; 0: never', unit='bytes', low=0, high=2**31 - 1
+        0,
+        'begin a new file once one has this size and no procedure runs; 0: never',
+        unit='bytes',
+        low=0,
+        high=2**31 - 1,
     )
     most_megabytes: float = describe_field(
         0.0,

@@ -35,13 +35,14 @@ class SessionData:
 
     Attributes:
         node: Full name of the node.
-        header: Where a replay starts.
+        header: Where a replay starts: the first that can be read. Each file of a split recording
+            begins with one.
         stamped: Commands with the tick at which they took effect.
         events: The values of all event streams, by name, with their times: what a replay compares.
         dropped: Messages that were dropped from the recording.
         lost: What cannot be read, or was dropped from the recording: one line each.
-        missing_parts: Numbers, from 0, of the missing files of a split recording. What follows the
-            first gap is not read.
+        missing_parts: Numbers, from 0, of the missing files of a split recording. The session is
+            read from the first file that is there up to the next gap.
     """
 
     node: str

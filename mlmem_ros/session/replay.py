@@ -44,12 +44,6 @@ def build_element(session: SessionData) -> MemoryElement:
         BagError: The header is invalid, or describes a real element.
     """
     header = session.header
-    if 0 in session.missing_parts:
-        raise BagError(
-            'the session begins in the middle: its first part is missing, and a replay starts '
-            'from the state in it',
-            'begins_in_the_middle',
-        )
     if not header.simulated:
         raise BagError(
             'a session of a real element cannot be replayed, since its state is unknown'
@@ -73,14 +67,16 @@ def run_replay(session: SessionData, progress: Progress | None = None) -> Replay
     """Run a session again and compare states, levels and events.
 
     Raises:
-        BagError: The header is invalid, the records are implausible, or the material
-            diverges.
+        BagError: The header is invalid, the records are implausible or begin before it (code
+            `begins_in_the_middle`), or the material diverges.
     """
     element, header = build_element(session), session.header
+    first_hash = min((each.tick for each in session.hashes), default=element.ticks)
     report = ReplayReport(
         recorded_endings=[describe_ending(values) for _, values in session.outcomes],
         lost=session.lost,
         missing_parts=session.missing_parts,
+        begins_late=first_hash > element.ticks + header.hash_every,
         other_build=_find_other_build(header.versions),
     )
     player = _Player(element, report, session)
@@ -227,6 +223,11 @@ def find_last_tick(session: SessionData, first: int) -> int:
         raise BagError(
             'the records of a session must be in the order of their ticks: if the clock went back '
             'meanwhile, a copy sorted by time cannot be replayed, but the recorded bag can'
+        )
+    if (earliest := min([*hashed, *commanded], default=first)) < first:
+        raise BagError(
+            f'the session begins in the middle: with tick {earliest}, and its header with {first}',
+            'begins_in_the_middle',
         )
     longest = 10**9  # ticks: three weeks at the default pace
     for tick in (*hashed, *commanded):

@@ -28,6 +28,8 @@ VERDICT_TEXTS = {
     'nothing_to_compare': 'NOTHING TO COMPARE: the session has neither events nor states',
     'incomplete': 'NOT WHOLE: part of the recording is lost, perhaps with commands, and what '
     'remains does not replay to what was recorded',
+    'begins_in_the_middle': 'BEGINS IN THE MIDDLE: the records after the state in the header are '
+    'missing, and what remains does not replay to what was recorded',
     'levels_differ': 'THE LEVELS DIFFER from those that were recorded',
     'commands_rejected': 'THE BITS DIFFER, commands that took effect are refused; all levels '
     'agree',
@@ -80,6 +82,7 @@ class ReplayReport:
         events: How the recorded events agree, by topic.
         lost: What is missing from the recording, one line each.
         missing_parts: Numbers, from 0, of the missing files of a split recording.
+        begins_late: Whether the first state hash is later than the first that is due.
         other_build: Differences in the versions that the bits may depend on.
     """
 
@@ -95,6 +98,7 @@ class ReplayReport:
     events: dict[str, ComparedEvents] = field(default_factory=dict)
     lost: Sequence[str] = ()
     missing_parts: Sequence[int] = ()
+    begins_late: bool = False
     other_build: dict[str, tuple[str, str]] = field(default_factory=dict)
 
     @property
@@ -144,6 +148,8 @@ class ReplayReport:
         if not (self.hashes or self.events):
             return 'nothing_to_compare'
         if differs := self._find_disagreement():
+            if self.begins_late:
+                return 'begins_in_the_middle'
             is_damaged = any(NOT_CLOSED_REASON not in line for line in self.lost)
             return 'incomplete' if is_damaged else differs
         if self.missing_parts:
@@ -176,7 +182,8 @@ class ReplayReport:
         """Return how a verdict begins if something is missing from the recording."""
         if self.missing_parts:
             numbers = ', '.join(str(number + 1) for number in self.missing_parts)
-            return f'NOT WHOLE: part {numbers} is missing; up to there, '
+            where = 'in what is replayed' if 0 in self.missing_parts else 'up to there'
+            return f'NOT WHOLE: part {numbers} is missing; {where}, '
         if not self.lost:
             return ''
         if all(NOT_CLOSED_REASON in line for line in self.lost):

@@ -34,11 +34,14 @@ def messages():
 def record(tmp_path, messages):
     """Record these messages into `tmp_path / 'bag'`; options go to the writer."""
 
-    def record(name='bag', latch=False, sync_each=False, **options):
+    def record(name='bag', sync_each=False, begins_file=(LEVEL, RANGE, PROBE), **options):
         with BagWriter(tmp_path / name, **options) as writer:
-            writer.add_topic(*LEVEL, durability='transient_local', latch=latch)
-            writer.add_topic(*RANGE, 'best_effort')
-            writer.add_topic(*PROBE)
+            for topic, qos in (
+                (LEVEL, {'durability': 'transient_local'}),
+                (RANGE, {'reliability': 'best_effort'}),
+                (PROBE, {}),
+            ):
+                writer.add_topic(*topic, **qos, begins_file=topic in begins_file)
             for message in messages:
                 writer.write(message.topic, message.cdr, message.log_time)
                 if sync_each:

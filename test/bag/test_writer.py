@@ -43,7 +43,7 @@ def test_synced_messages_are_on_the_disk(writer):
 
 def test_file_of_the_size_is_followed_by_another(tmp_path):
     with BagWriter(tmp_path / 'bag', max_bytes=4096) as writer:
-        writer.add_topic('/level', 'std_msgs/msg/Int16')
+        writer.add_topic('/level', 'std_msgs/msg/Int16', begins_file=True)
         for i in range(600):
             writer.write('/level', level(i), i)
             if i % 10 == 0:
@@ -55,13 +55,14 @@ def test_file_of_the_size_is_followed_by_another(tmp_path):
     assert [m.cdr for m in BagReader(tmp_path / 'bag')] == [level(i) for i in range(600)]
 
 
-def test_latched_message_is_repeated_in_every_file(record, messages):
-    path = record(latch=True, sync_each=True, max_bytes=1024)
-    for file in sorted(path.glob('*.mcap'))[1:]:
-        first, *_ = BagReader(file)
-        # The repetition keeps its publish time but is logged when the file begins.
-        before = [m for m in messages if m.topic == first.topic and m.log_time < first.log_time]
-        assert (first.cdr, first.publish_time) == (before[-1].cdr, before[-1].publish_time)
+def test_file_begins_with_the_topic_that_begins_files(record, messages):
+    path = record(
+        sync_each=True, max_bytes=1024, begins_file=[('/mlmem/level', 'std_msgs/msg/Int16')]
+    )
+    files = [list(BagReader(file)) for file in path.glob('*.mcap')]
+    assert len(files) > 3
+    assert {file[0].topic for file in files} == {'/mlmem/level'}
+    assert list(BagReader(path)) == messages
 
 
 def test_existing_path_is_never_touched(record, tmp_path):

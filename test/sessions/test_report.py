@@ -12,7 +12,8 @@ import pytest
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.session.data import load_session
-from mlmem_ros.session.replay import ReplayReport, run_replay
+from mlmem_ros.session.records import build_header
+from mlmem_ros.session.replay import ReplayReport, build_element, run_replay
 from mlmem_ros.session.report import ComparedEvents
 from mlmem_ros.testing import assert_replays
 from mlmem_tools.cli.main import main
@@ -21,6 +22,7 @@ from .tampering import Tampered, string
 
 ROOT = Path(__file__).parent.parent.parent
 SESSION = ROOT / 'test' / 'data' / 'aborted_write'
+HEADER = '/mlmem/session'
 
 
 @pytest.fixture(scope='module')
@@ -98,12 +100,25 @@ def test_truncated_bag_is_not_whole(tmp_path, capsys, counted):
 
 @pytest.fixture(scope='module')
 def split(tmp_path_factory, session):
-    """The session in parts of some kilobytes, each beginning with the header."""
+    """The session in parts of some kilobytes, each beginning with a state of the idle device; the
+    last is a read.
+    """
     path = tmp_path_factory.mktemp('split') / 'bag'
+    loaded = load_session(SESSION)
+    element, commands = build_element(loaded), dict(loaded.stamped)
     with BagWriter(path, max_bytes=20_000) as writer:
         for name, info in session.topics.items():
-            writer.add_topic(name, info.type, latch=name == '/mlmem/session')
+            writer.add_topic(name, info.type, begins_file=name == HEADER)
         for message in session.messages:
+            if message.topic.startswith(f'{HEADER}/'):
+                record = jazzy.deserialize_message(message.cdr, message.type)
+                tick = json.loads(record.data)['tick']
+                while element.ticks < tick:
+                    if command := commands.get(element.ticks):
+                        element.apply(command)
+                    element.advance()
+                if not element.procedure:
+                    writer.write(HEADER, build_header(element, '/mlmem', {}), message.log_time)
             writer.write(message.topic, message.cdr, message.log_time)
             writer.sync()
     assert len(list(path.glob('*.mcap'))) > 3
@@ -114,11 +129,58 @@ def test_replay_of_a_split_session_is_exact(split, capsys):
     assert replayed(capsys, split)[0] == 0
 
 
+def test_each_part_of_a_split_session_is_exact_alone(split, capsys, same_build):
+    whole, alone = run_replay(load_session(split)), []
+    for part in range(len(list(split.glob('*.mcap')))):
+        session = load_session(split / f'bag_{part}.mcap')
+        report = run_replay(session)
+        assert (report.exact, report.missing_parts) == (True, tuple(range(part)))
+        alone.append(report)
+    for name, events in whole.events.items():
+        assert (
+            sum(each.events[name].equal for each in alone if name in each.events) == events.equal
+        )
+    assert sum(each.equal_hashes for each in alone) == whole.equal_hashes == 19
+    assert sum(each.commands for each in alone) == whole.commands
+
+
+def test_rewritten_part_is_exact(split, tmp_path, same_build):
+    """Another tool leaves out the number of the part."""
+    Tampered.read(split / 'bag_2.mcap').write(tmp_path / 'bag')
+    report = run_replay(load_session(tmp_path / 'bag'))
+    assert (report.code, report.whole) == ('exact', True)
+
+
+@pytest.mark.parametrize('numbered', [False, True])
+def test_part_with_an_older_state_begins_in_the_middle(
+    split, tmp_path, capsys, same_build, numbered
+):
+    """As a tool that repeats the first message of a latched topic in every file makes it."""
+    part = Tampered.read(max(split.glob('*.mcap')))
+    part.messages[0] = Tampered.read(split).messages[0]
+    part.write(tmp_path / 'bag')
+    session = load_session(tmp_path / 'bag')
+    if numbered:
+        session.missing_parts, session.lost = (0, 1), ['part 1 of 3 is missing']
+    report = run_replay(session)
+    assert (report.code, report.passed) == ('begins_in_the_middle', False)
+    assert replayed(capsys, tmp_path / 'bag')[0] == 1
+
+
+def test_part_with_a_newer_state_begins_in_the_middle(split, tmp_path, capsys):
+    """As a cut through a part leaves its end and the next part."""
+    made = Tampered.read(split)
+    del made.messages[: copies(made, 'session/command')[-1]]
+    made.write(tmp_path / 'bag')
+    assert main(['replay', str(tmp_path / 'bag'), '--json']) == 2
+    assert json.loads(capsys.readouterr().out)['code'] == 'begins_in_the_middle'
+
+
 @pytest.mark.parametrize(
     ('place', 'listed'), [(0, True), (0, False), (2, True), (2, False), (-1, True)]
 )
-def test_replay_without_a_part_ends_before_it(split, tmp_path, capsys, place, listed):
-    """Whether metadata.yaml lists the part or is missing, too; a first part has the header."""
+def test_replay_without_a_part_names_it(split, tmp_path, capsys, place, listed):
+    """Whether metadata.yaml lists the part or is missing, too."""
     bag = shutil.copytree(split, tmp_path / 'bag')
     part = place % len(list(split.glob('*.mcap')))
     (bag / f'bag_{part}.mcap').unlink()
@@ -126,11 +188,10 @@ def test_replay_without_a_part_ends_before_it(split, tmp_path, capsys, place, li
         (bag / 'metadata.yaml').unlink()
     status = main(['replay', str(bag), '--json'])
     report = json.loads(capsys.readouterr().out)
-    if part == 0:
-        assert (status, report['code']) == (2, 'begins_in_the_middle')
-        return
     assert (status, report['code'], report['missing_parts']) == (1, 'part_missing', [part + 1])
     assert report['passed']
+    where = 'up to there' if part else 'in what is replayed'
+    assert f'part {part + 1} is missing; {where}, ' in report['verdict']
     assert 0 < report['states']['equal'] == report['states']['recorded'] < 19
     assert replayed(capsys, bag, '--incomplete')[0] == 0
 
@@ -275,6 +336,11 @@ ROUNDED = {'first_difference': 500, 'state_difference': 1e-12}
         ({'recorded_endings': ['read 2']}, 'levels_differ', 'levels_differ'),
         ({'refused': ['busy'], 'lost': ['a chunk']}, 'incomplete', 'incomplete'),
         ({'missing_parts': [1]}, 'part_missing', 'part_missing'),
+        ({'begins_late': True}, 'exact', 'exact'),
+        (
+            {'begins_late': True, 'refused': ['busy'], 'lost': ['a chunk']},
+            *2 * ['begins_in_the_middle'],
+        ),
     ],
 )
 def test_verdict_depends_on_what_differs(values, code, code_of_another_build):

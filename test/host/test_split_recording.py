@@ -1,0 +1,85 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every file of a split recording begins with the state of an idle device, and replays alone."""
+
+import pytest
+
+from mlmem import Read, Write
+from mlmem_ros.bag.queued_writer import QueuedWriter
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.host.settings import RecordSettings
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
+
+TIMEOUT_S = 30.0
+HEADER = '/mlmem/session'
+
+
+def record_until_split(service, path, files=5):
+    """Write and read until a recording has so many full files; return the closed bag."""
+    host = service.host
+    settings = RecordSettings(str(path), sync_interval=0.02, max_bytes=30_000, hash_every=20)
+    bag = host.record(service.plan(settings)).result(TIMEOUT_S)
+    level = 0
+    while host.sessions.current.bag.full_files < files:
+        level = (level + 3) % 8
+        assert host.submit(Write(level)).answer.result(TIMEOUT_S).success
+        assert host.submit(Read()).answer.result(TIMEOUT_S).success
+    assert host.record(None).result(TIMEOUT_S) == bag
+    return bag
+
+
+def list_first_topics(bag):
+    """Return the topic of the first message of every file of a bag."""
+    return [next(iter(BagReader(file))).topic for file in bag.glob('*.mcap')]
+
+
+@pytest.mark.parametrize('last_seconds', [0.0, 3600.0], ids=['', 'last seconds'])
+def test_each_file_of_a_split_recording_replays_alone(serve, tmp_path, last_seconds):
+    service = serve(record=RecordSettings(last_seconds=last_seconds, hash_every=20))
+    host = service.activate()
+    assert host.submit(Write(5)).answer.result(TIMEOUT_S).success
+    bag = record_until_split(service, tmp_path / 'session')
+    whole = load_session(bag)
+    report = run_replay(whole)
+    assert report.exact
+    assert report.whole
+    assert set(list_first_topics(bag)) == {HEADER}
+    stamped, hashes = [], []
+    for part in range(len(list(bag.glob('*.mcap')))):
+        session = load_session(bag / f'session_{part}.mcap')
+        report = run_replay(session)
+        assert (report.exact, report.refused) == (True, [])
+        stamped += session.stamped
+        hashes += [each.tick for each in session.hashes]
+    assert part >= 5
+    assert stamped == whole.stamped
+    assert hashes == [each.tick for each in whole.hashes]
+
+
+def test_file_grows_while_a_procedure_runs(serve, tmp_path):
+    """A file of the least size is full within a write, and the next begins after it."""
+    service = serve()
+    host = service.activate()
+    settings = RecordSettings(
+        path=str(tmp_path / 'session'), hash_every=5, sync_interval=0.0, max_bytes=1024
+    )
+    bag = host.record(service.plan(settings)).result(TIMEOUT_S)
+    outcome = host.submit(Write(3)).answer.result(TIMEOUT_S)
+    host.record(None).result(TIMEOUT_S)
+    begun = [load_session(file).header.initial['ticks'] for file in bag.glob('*.mcap')]
+    assert not [tick for tick in begun if outcome.start_tick < tick < outcome.end_tick]
+
+
+def test_no_file_begins_while_the_disk_is_too_slow(serve, tmp_path, monkeypatch):
+    """The state of the device, which takes milliseconds, is not taken for a queue that is full."""
+    service = serve()
+    host = service.activate()
+    monkeypatch.setattr(QueuedWriter, 'has_margin', False)
+    settings = RecordSettings(path=str(tmp_path / 'session'), sync_interval=0.0, max_bytes=1024)
+    bag = host.record(service.plan(settings)).result(TIMEOUT_S)
+    for level in (3, 5):
+        assert host.submit(Write(level)).answer.result(TIMEOUT_S).success
+    host.record(None).result(TIMEOUT_S)
+    assert len(list(bag.glob('*.mcap'))) == 1
+    assert run_replay(load_session(bag)).exact
