@@ -20,10 +20,10 @@ def record_until_split(service, path, files=5):
     host = service.host
     settings = RecordSettings(str(path), sync_interval=0.02, max_bytes=30_000, hash_every=20)
     bag = host.record(service.plan(settings)).result(TIMEOUT_S)
-    level = 0
-    while host.sessions.current.bag.full_files < files:
-        level = (level + 3) % 8
-        assert host.submit(Write(level)).answer.result(TIMEOUT_S).success
+    for number in range(200):
+        if host.sessions.current.bag.full_files >= files:
+            break
+        assert host.submit(Write(3 * number % 8)).answer.result(TIMEOUT_S).success
         assert host.submit(Read()).answer.result(TIMEOUT_S).success
     assert host.record(None).result(TIMEOUT_S) == bag
     return bag

@@ -152,8 +152,9 @@ def test_hash_of_another_element_is_rejected(header, element):
 
 def test_record_from_before_the_session_is_rejected(header):
     late = session_of(json.dumps(header), [(5, SetStrain(0.0))])
-    with pytest.raises(BagError, match=r'must have ticks from 100 to .*; got 5'):
+    with pytest.raises(BagError, match='with tick 5, and its header with 100') as caught:
         find_last_tick(late, first=100)
+    assert caught.value.code == 'begins_in_the_middle'
 
 
 # --- the shots of a survey -------------------------------------------------------------------
