@@ -173,7 +173,7 @@ def _list_diagnostics() -> str:
         recorder.close()
         host.sessions = SimpleNamespace(current=SimpleNamespace(full=False, bag=recorder))
         asked = {
-            'loop': (Pace.health, Pace(host).health(Loop(element, lambda *_: None))),
+            'loop': (Pace.report_health, Pace(host).report_health(Loop(element, lambda *_: None))),
             **{name: (tell, tell(element)) for name, tell in diagnostics.ELEMENT_REPORTS.items()},
             'recorder': (diagnostics.report_recorder, diagnostics.report_recorder(host)),
             'twin': (report_twin, report_twin(monitor)),
