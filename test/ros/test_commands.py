@@ -48,7 +48,7 @@ def output_of(run):
 
 def test_commands_write_read_and_erase(robot, output_of):
     outputs = output_of('write', '3'), output_of('read')
-    assert outputs[0].startswith('wrote level 3 (code 011), echo delay ')
+    assert outputs[0].startswith('wrote level 3 (code 011), end left, delay ')
     assert robot.latest('level').data == 3
     delays = [float(re.search(r'delay ([\d.]+)', output)[1]) for output in outputs]
     assert delays[1] == pytest.approx(delays[0], abs=5.0)  # levels are 24 apart
