@@ -3,6 +3,7 @@
 """Studies keep each result at once, and go on where they were stopped."""
 
 import importlib
+import json
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -53,6 +54,16 @@ def test_a_study_without_cases_measures_what_is_missing_or_stale(lengths, monkey
     assert lengths.list_missing() == []
     monkeypatch.setattr(results, 'hash_modules', lambda modules: 'changed')
     assert lengths.list_missing() == list(lengths.cases)
+
+
+def test_time_of_a_whole_run_replaces_the_last_and_that_of_a_part_does_not(lengths):
+    run_study(*lengths.cases)
+    kept = results.load_result(lengths.path) | {'seconds': 3600}
+    lengths.path.write_text(json.dumps(kept))
+    run_study('byte')
+    assert results.load_result(lengths.path)['seconds'] == 3600
+    run_study(*lengths.cases)
+    assert results.load_result(lengths.path)['seconds'] < 3600
 
 
 def test_count_is_given_only_to_a_study_that_takes_it(lengths, monkeypatch):

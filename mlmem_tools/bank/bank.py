@@ -192,8 +192,11 @@ class MemoryBank:
                 except Exception as error:
                     combined.settle(error)
 
-        # whoever cancels the reply of the bank cancels those of the elements
-        Future.add_done_callback(combined, lambda _: [each.cancel() for each in replies])
+        def give_up_others(_: object) -> None:
+            for each in replies:  # whoever cancels the reply of the bank cancels theirs
+                each.cancel()
+
+        Future.add_done_callback(combined, give_up_others)
         for each in replies:
             Future.add_done_callback(each, end_if_done)
         return combined
