@@ -39,14 +39,10 @@ PICTURES_FILE = 'pictures.json'
 PICTURE_FOLDERS = ('docs/figures', 'docs/images')
 """The folders of the pictures of the pages."""
 
-DEVICE_MODULES = tuple(
-    f'mlmem/{name}'
-    for name in (
-        'element.py', 'factory.py', 'instrument', 'memory.py', 'move_settings.py', 'moves',
-        'physics', 'procedures', 'readers', 'rng.py', 'settings.py', 'simulation.py',
-    )
-)  # fmt: skip
-"""The modules that every study of a simulated element measures: no loop, which only waits."""
+DEVICE_MODULES = ('lab/results/behaviour.json',)
+"""What every study of a simulated element measures: what the device does, whatever its code (see
+`behaviour`).
+"""
 
 START_TIME_S = time.monotonic()
 

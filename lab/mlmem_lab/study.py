@@ -37,6 +37,7 @@ Result = TypeVar('Result')
 STUDY_MODULES = {
     'astray': 'windows.astray',
     'bad_cells': 'reads.bad_cells',
+    'behaviour': 'behaviour',
     'curves': 'measured.study',
     'forecasts': 'forecasts',
     'kicks': 'windows.kicks',
@@ -83,6 +84,7 @@ class Study:
         draw: Returns a Matplotlib figure of a result.
         is_sized: Whether `measure` takes how much is counted of a case, as `count`.
         file: The result file, if it is none of the pages.
+        device_modules: What is measured of the device.
     """
 
     name: str
@@ -94,6 +96,7 @@ class Study:
     draw: Callable[[Mapping[str, Any]], Any] | None = None
     is_sized: bool = False
     file: Path | None = None
+    device_modules: tuple[str, ...] = results.DEVICE_MODULES
 
     @property
     def path(self) -> Path:
@@ -138,7 +141,7 @@ class Study:
         known = kept.get('cases', {}) | {case: found}
         cases = {each: known[each] for each in self.cases if each in known}
         command = shlex.join(['mlmem', 'study', self.name, *cases])
-        modules = [*results.DEVICE_MODULES, *self.modules]
+        modules = [*self.device_modules, *self.modules]
         result = {'cases': cases, **self.summarise(cases)}
         results.save_result(self.path, result, command, modules, [case], self.seed, kept)
 

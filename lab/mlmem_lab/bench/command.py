@@ -31,7 +31,7 @@ from . import BENCHMARK_TITLES
 )  # fmt: skip
 def bench(arguments: argparse.Namespace) -> int:
     """Run the benchmarks; return the exit status."""
-    from ..results import DEVICE_MODULES, load_kept, save_result
+    from ..results import load_kept, save_result
     from .node import keep_column
 
     console = create_console(aside=arguments.json)
@@ -58,6 +58,6 @@ def bench(arguments: argparse.Namespace) -> int:
         if tables:
             kept = load_kept(file)
             result = {'tables': kept.get('tables', {}) | tables}
-            modules = [*DEVICE_MODULES, 'mlmem_ros/bag', 'lab/mlmem_lab/bench']
+            modules = ['mlmem', 'mlmem_ros/bag', 'lab/mlmem_lab/bench']
             save_result(file, result, 'mlmem bench --result FILE', modules, tables, kept=kept)
     return 0
