@@ -11,7 +11,6 @@ stuck cell a pulse of the right end must hear no wall.
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -22,14 +21,14 @@ import numpy as np
 
 from ..errors import SettingsError
 from ..instrument.end import End, Shot
-from ..physics import Design, Specimen, StateError
+from ..physics import Design, Specimen
 from ..physics.potential import Array
 from ..physics.waves import group_velocity, pass_band
 from ..rejections import ErrorCode
 from ..settings import Settings
 from .echo import pulse_duration
 from .reading import BLANK, UNDECODABLE, Reading
-from .register import Content, Forecasts, pin_walls
+from .register import Content, Forecasts, pin_contents, pin_walls
 from .waveforms import Ends, Listener
 
 MAX_FORECAST_DISTANCE = 0.5
@@ -179,20 +178,13 @@ def forecast_bad_cells(design: Design, settings: Settings) -> BadCells:
             pulse is not inside both pass bands, or no level is left.
     """
     made, settings = add_bad_cells(design, settings), _extend_listening(design, settings)
-    contents, at, lost = [Content(BLANK, (), '')], [pin_walls(made, ())], {}
-    for level in range(design.levels):
+    levels, lost = range(design.levels), dict[int, str]()
+    for level in levels:
         if why := settings.element.explain_blocked(design.defect_site(level)):
             lost[level] = f'cannot be reached: {why}'
-    for levels in _list_wall_sets(design.levels, design.levels - len(lost)):
-        try:
-            at.append(pin_walls(made, levels))
-        except StateError:
-            if len(levels) == 1:
-                lost.setdefault(levels[0], 'cannot be held: no wall rests there beside a bad cell')
-            continue
-        alone = len(levels) == 1
-        number, code = (levels[0], design.code(levels[0])) if alone else (UNDECODABLE, '')
-        contents.append(Content(number, levels, code))
+    contents, at = pin_contents(made, _list_wall_sets(design.levels, design.levels - len(lost)))
+    for level in sorted(set(levels) - {each.number for each in contents}):
+        lost.setdefault(level, 'cannot be held: no wall rests there beside a bad cell')
     listener = Listener(settings)
     ends = Ends(made, settings, listener)
     parts = ends.compute_answers(made, at)
@@ -210,13 +202,11 @@ def _forecast_hidden_part(
     if not settings.element.stuck_sites:
         return None
     design, cell = made.design, max(settings.element.stuck_sites)
-    contents, at = [Content(BLANK, (), '')], [pin_walls(made, ())]
     first = next((n for n in range(design.levels) if design.defect_site(n) > cell), design.levels)
-    for low, apart in itertools.product(range(first, design.levels), (1, 2)):
-        if low + apart < design.levels:
-            with contextlib.suppress(StateError):
-                at.append(pin_walls(made, (low, low + apart)))
-                contents.append(Content(UNDECODABLE, (low, low + apart), ''))
+    pairs = itertools.product(range(first, design.levels), (1, 2))
+    contents, at = pin_contents(
+        made, [(low, low + apart) for low, apart in pairs if low + apart < design.levels]
+    )
     return HiddenPart(contents, ends.compute_answers(made, at, End.RIGHT), listener, cell)
 
 

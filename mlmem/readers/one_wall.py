@@ -29,8 +29,8 @@ from ..physics.waves import group_velocity, pass_band
 from ..rejections import ErrorCode
 from ..settings import Settings
 from .calibration import Calibration, DelayTable
-from .reading import BLANK, UNDECODABLE
-from .register import Content, Forecasts, Match, pin_walls
+from .reading import UNDECODABLE
+from .register import Content, Forecasts, Match, pin_contents, pin_walls
 from .waveforms import Delays, Ends, Listener, simulate_answers
 
 
@@ -118,17 +118,14 @@ def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:
         SettingsError: The wall does not rest at a level.
     """
     design = made.design
-    contents, states = [Content(BLANK, (), '')], [pin_walls(made, ())]
-    for level in range(design.levels):
-        try:
-            states.append(pin_walls(made, (level,)))
-        except StateError as error:
-            raise SettingsError(f'level {level} cannot be held: {error}') from error
-        contents.append(Content(level, (level,), design.code(level)))
-    for pair in itertools.combinations(range(design.levels), 2):
-        with contextlib.suppress(StateError):  # walls so near each other annihilate
-            states.append(pin_walls(made, pair))
-            contents.append(Content(UNDECODABLE, pair, ''))
+    levels = range(design.levels)
+    wall_sets = [(level,) for level in levels] + list(itertools.combinations(levels, 2))
+    contents, states = pin_contents(made, wall_sets)
+    if missing := set(levels) - {each.number for each in contents}:
+        raise SettingsError(
+            f'level {min(missing)} cannot be held: no wall rests there',
+            ErrorCode.UNSUPPORTED, 'level', min(missing),
+        )  # fmt: skip
     end = End.RIGHT if settings.read.end == 'right' else End.LEFT
     listener = Listener(settings, compared_ends=2 if settings.read.end == 'both' else 1)
     forecast = make_forecast(made, settings, listener, end)

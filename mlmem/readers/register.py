@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
@@ -29,7 +29,7 @@ from ..physics.potential import Array
 from ..physics.waves import Complex, combine_rows, linearize_cells, multiply_matrices
 from ..rejections import ErrorCode
 from ..settings import Settings
-from .reading import UNDECODABLE, Reading
+from .reading import BLANK, UNDECODABLE, Reading
 from .waveforms import Ends, Listener
 from .words import Code, make_code
 
@@ -115,6 +115,24 @@ class Content(NamedTuple):
     number: int
     walls: tuple[int, ...]
     code: str
+
+
+def pin_contents(
+    made: Specimen, wall_sets: Iterable[tuple[int, ...]]
+) -> tuple[list[Content], list[Array]]:
+    """Return the contents of one wall that an element holds, blank first, and the displacements.
+
+    Several walls are no content. Sets of walls that do not rest at their levels are left out:
+    walls so near each other annihilate, and nothing may pin one beside a bad cell.
+    """
+    contents, states = [Content(BLANK, (), '')], [pin_walls(made, ())]
+    for walls in wall_sets:
+        with contextlib.suppress(StateError):
+            states.append(pin_walls(made, walls))
+            alone = len(walls) == 1
+            number, code = (walls[0], made.design.code(walls[0])) if alone else (UNDECODABLE, '')
+            contents.append(Content(number, walls, code))
+    return contents, states
 
 
 class Match(NamedTuple):

@@ -118,7 +118,7 @@ def start_c_program(*more_flags: str) -> tuple[Callable[[int], None], Array]:
     def advance(steps: int) -> None:
         function(
             steps, n, *state, height, shape, np.zeros(2 * steps),
-            design.eta, design.a, design.b, design.c, np.array(compute_coefficients(TIME_STEP)),
+            design.eta, design.a, design.b, design.c, compute_coefficients(TIME_STEP),
         )  # fmt: skip
 
     return advance, u[1:-1]

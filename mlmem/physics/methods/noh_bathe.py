@@ -21,7 +21,6 @@ a4 = a3^2 / 2, a prediction is one such velocity times a0 or a3: with h0 = a0 / 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -46,37 +45,15 @@ OMEGA_DT_LIMIT = 3.6
 """Largest omega dt considered stable: the undamped method bifurcates at 2 / p = 3.704."""
 
 
-class Coefficients(NamedTuple):
-    """The eight constants a0 ... a7 of one step size."""
-
-    a0: float
-    a1: float
-    a2: float
-    a3: float
-    a4: float
-    a5: float
-    a6: float
-    a7: float
-
-
-def compute_coefficients(dt: float, p: float = P) -> Coefficients:
-    """Return the integration constants of a step.
-
-    Args:
-        dt: Step size in time units, positive.
-        p: Split, in (0, 1); 1/2 gives two half-step velocity Verlets.
-
-    Returns:
-        a0 ... a7 in the notation of Noh & Bathe.
-    """
-    q1 = (1.0 - 2.0 * p) / (2.0 * p * (1.0 - p))
-    q2 = 0.5 - p * q1
+def compute_coefficients(dt: float) -> Array:
+    """Return the constants a0 ... a7 of a step of dt > 0 in the notation of Noh & Bathe, (8,)."""
+    q1 = (1.0 - 2.0 * P) / (2.0 * P * (1.0 - P))
+    q2 = 0.5 - P * q1
     q0 = 0.5 - q1 - q2
-    a0 = p * dt
-    a3 = (1.0 - p) * dt
-    return Coefficients(
-        a0, 0.5 * a0 * a0, 0.5 * a0, a3, 0.5 * a3 * a3, q0 * a3, (0.5 + q1) * a3, q2 * a3
-    )
+    a0 = P * dt
+    a3 = (1.0 - P) * dt
+    a1, a2, a4 = 0.5 * a0 * a0, 0.5 * a0, 0.5 * a3 * a3
+    return np.array([a0, a1, a2, a3, a4, q0 * a3, (0.5 + q1) * a3, q2 * a3])
 
 
 @compile_kernel
@@ -283,7 +260,7 @@ class NohBathe(Integrator):
 
     def constants(self, dt: float, mobility: Array, eta: Array | float) -> Array:
         """Return a0 ... a7 (see `Integrator`)."""
-        return np.array(compute_coefficients(dt))
+        return compute_coefficients(dt)
 
     def step_matrix(self, stiffness: Complex, eta: float, dt: float) -> Complex:
         """Return the matrix of a step on (U, dU, ddU), shape (m, 3, 3) (see `Integrator`)."""
@@ -300,4 +277,4 @@ class NohBathe(Integrator):
 
 
 NOH_BATHE = NohBathe()
-"""The paper's method, and our default."""
+"""The paper's method."""
