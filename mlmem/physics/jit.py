@@ -23,7 +23,6 @@ import contextlib
 import hashlib
 import inspect
 import logging
-import platform
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -132,17 +131,6 @@ def _emit_fma(context: Any, builder: Any, signature: Any, arguments: Any) -> Any
         builder.function.attributes, '"prefer-vector-width"="512"'
     )  # llvmlite's own `add` rejects this attribute
     return builder.fma(*arguments)
-
-
-def has_fma() -> bool:
-    """Return whether the processor has the instruction behind `fma`.
-
-    NUMBA_CPU_FEATURES, if set, decides, as it does for the compiler.
-    """
-    features: str | None = cast(Any, numba.config).CPU_FEATURES
-    if features is None:
-        features = llvmlite.binding.get_host_cpu_features().flatten()
-    return platform.machine() not in ('x86_64', 'AMD64') or '+fma' in features.split(',')
 
 
 def is_cached(compiled: Callable[..., Any], *arguments: object) -> bool:

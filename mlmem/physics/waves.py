@@ -35,16 +35,6 @@ from .specimen import Specimen
 Complex = NDArray[np.complex128]
 
 
-def wave_frequency(kappa: ArrayLike, k_s: float) -> NDArray[np.float64]:
-    """Return the angular frequency of a propagating wave.
-
-    Args:
-        kappa: Wavenumber in rad per lattice constant, any shape.
-        k_s: On-site stiffness of the phase, in k_r.
-    """
-    return np.sqrt(k_s + 2.0 - 2.0 * np.cos(np.asarray(kappa, dtype=np.float64)))
-
-
 def wavenumber(omega: ArrayLike, k_s: float) -> NDArray[np.complex128]:
     """Return the complex wavenumber kappa_R + i kappa_I of a frequency (Fig. 3a).
 

@@ -6,9 +6,11 @@ import dataclasses
 import errno
 import importlib.util
 import os
+import platform
 import re
 from pathlib import Path
 
+import llvmlite.binding
 import numba
 import numpy as np
 import pytest
@@ -25,7 +27,15 @@ def test_loops_release_gil_and_keep_ieee_arithmetic(integrator):
     assert not integrator.advance.targetoptions.get('fastmath', False)
 
 
-@pytest.mark.skipif(not jit.has_fma(), reason='every fma is a call')
+def has_fma():
+    """Return whether the processor has the instruction; NUMBA_CPU_FEATURES, if set, decides."""
+    features = numba.config.CPU_FEATURES
+    if features is None:
+        features = llvmlite.binding.get_host_cpu_features().flatten()
+    return platform.machine() not in ('x86_64', 'AMD64') or '+fma' in features.split(',')
+
+
+@pytest.mark.skipif(not has_fma(), reason='every fma is a call')
 @INTEGRATOR
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 def test_loops_are_vectorised(integrator, substrate):
