@@ -43,14 +43,10 @@ def describe_level(level: int) -> str:
     return 'blank' if level == BLANK else 'undecodable'
 
 
-def describe_word(word: int) -> str:
-    """Return a word of a register as text, in decimal and in hexadecimal."""
-    return f'word {word} ({word:#x})'
-
-
 def describe_content(name: str, content: int) -> str:
     """Return a content in words, by its name: `level` of one wall, `word` of a register."""
-    return describe_word(content) if name == 'word' and content >= 0 else describe_level(content)
+    is_word = name == 'word' and content >= 0
+    return f'word {content} ({content:#x})' if is_word else describe_level(content)
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ def self_test(element: Memory) -> Procedure[Result]:
     checks = []
     for end in element.transducer.ends:
         checks.append((yield from _run_test(f'transducer {end}', _test_transducer(element, end))))
-    able = _has_passed(checks)
+    able = all(check.passed for check in checks)
     if able and element.settings.actuator.present:
         checks.append((yield from _run_test('actuator', _test_actuator(element))))
         able = checks[-1].passed or _is_strainless(element)
@@ -72,10 +72,6 @@ def _run_test(name: str, test: Procedure[Tested]) -> Procedure[Check]:
     except ProcedureFailed as failure:
         return Check(name, False, str(failure))
     return Check(name, passed, message, values)
-
-
-def _has_passed(checks: list[Check]) -> bool:
-    return all(check.passed for check in checks)
 
 
 def _is_strainless(element: Memory) -> bool:

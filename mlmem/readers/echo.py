@@ -120,15 +120,10 @@ MIN_THRESHOLD_CELLS = 1e-13
 """Least threshold in cells: the rounding noise of an end that rests near 0."""
 
 
-def decaying_threshold(probe: ProbeSettings, t: Array) -> Array:
-    """Return v_th exp(-gain_decay t) at times t since the pulse began, without a lower bound."""
-    return probe.v_th * exponential(-probe.gain_decay * t)
-
-
 def detection_threshold(
     probe: ProbeSettings, t: Array, floor: float = 0.0, least: float = MIN_THRESHOLD_CELLS
 ) -> Array:
-    """Return the threshold of v_c at times t since the pulse began.
+    """Return the threshold of v_c at times t since the pulse began, v_th exp(-gain_decay t).
 
     On-site damping makes every wave decay as exp(-eta t / 2), echoes as well as the ring-down of
     the pulse; the threshold decays with them. Sensor noise does not decay and adds to v_c in
@@ -141,7 +136,7 @@ def detection_threshold(
         floor: Contribution of noise alone to v_c, in cells.
         least: Lower bound, in cells.
     """
-    plain = np.maximum(decaying_threshold(probe, t), least)
+    plain = np.maximum(probe.v_th * exponential(-probe.gain_decay * t), least)
     return np.sqrt(plain * plain + floor * floor) if floor else plain
 
 

@@ -57,13 +57,6 @@ class WallForecasts(Forecasts):
         self.tail_parts, self.late_parts = tail_parts, late_parts
         self.end, self.max_residual = end, max_residual
 
-    def replace_tail(self, tail_parts: Array) -> WallForecasts:
-        """Return these forecasts with others of a wall that is no content."""
-        return WallForecasts(
-            self.contents, self.parts, tail_parts, self.late_parts,
-            self.listener, self.end, self.max_residual,
-        )  # fmt: skip
-
     def find_late_content(
         self, part: Array, found: Match, max_share: float = 0.45
     ) -> Content | None:

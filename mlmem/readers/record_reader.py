@@ -9,6 +9,7 @@ that breaks later fits none of them, and the element asks for a new calibration.
 
 from __future__ import annotations
 
+import copy
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,7 +51,9 @@ class RecordReader(WaveformReader):
         """
         # In elements that scatter, a wall at the last level is often nearer to the forecast of
         # one behind it. Their own records tell them.
-        super().__init__(forecasts.replace_tail(departed))
+        known = copy.copy(forecasts)
+        known.tail_parts = departed
+        super().__init__(known)
         self.by_forecast = WaveformReader(self.forecasts)
         self._records: Records = ()
         self._tail_parts = np.concatenate((forecasts.tail_parts, departed))
