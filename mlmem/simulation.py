@@ -9,6 +9,7 @@ constant)^2.
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -384,17 +385,10 @@ def _advance_chain(chain: Chain, steps: int, inputs: _InputFunctions) -> None:
     V_N = chain.design.end_displacement(1.0) * inputs.sample_strain(times)
     motion = inputs.sample_motion(times, chain.dt)
     held = np.isfinite(motion[0])
-    step = 0
-    while step < steps:
-        first = step * substeps
-        free = np.flatnonzero(~held[first:])
-        let_go = int(free[0]) if len(free) else len(held) - first
-        taken = np.flatnonzero(held[first + let_go :])
-        end = (
-            steps
-            if not len(taken)
-            else max(step + 1, -(-(first + let_go + int(taken[0])) // substeps))
-        )
-        held_cell = HeldCell(inputs.site, motion[:, first : first + let_go]) if let_go else None
-        chain.advance(V_N[first : end * substeps], held_cell)
-        step = end
+    by_step = held.reshape(steps, substeps)
+    taken = 1 + np.flatnonzero(by_step[1:].any(axis=1) & ~by_step[:-1].all(axis=1))
+    for first, last in itertools.pairwise([0, *taken.tolist(), steps]):
+        run = slice(first * substeps, last * substeps)
+        free = np.flatnonzero(~held[run])
+        driven = run.start + (int(free[0]) if len(free) else len(held[run]))
+        chain.advance(V_N[run], HeldCell(inputs.site, motion[:, run.start : driven]))
