@@ -353,7 +353,7 @@ class MemoryElement(Memory):
 
         Kicks that went astray are right again once they are calibrated.
         """
-        if None not in (self.phase(End.LEFT), self.phase(End.RIGHT)) or self.procedure == 'reset':
+        if None not in self.phases or self.procedure == 'reset':
             return ''
         reset = ', and if this remains so without faults, reset replaces it by a blank one'
         return f'; calibrate the element{reset if self.is_simulated else ""}'

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass
 from functools import partial
 
@@ -142,15 +142,6 @@ class Memory(Instrument):
         """Return a content in words: a word of a register, or a level."""
         return describe_content(self.content_name, content)
 
-    def _prove_reading(self, reading: Reading) -> Reading:
-        """Return a reading, undecodable if the wall may have moved since the pulse."""
-        spoilt = self.transducer.shaken and reading.level != UNDECODABLE
-        why = (
-            'the base shook by more than disturbance.safe_limit: the wall may have moved since '
-            'the pulse'
-        )
-        return make_undecodable(reading, why) if spoilt else reading
-
     def forget_content(self, reason: str, after: int = 0) -> None:
         """Treat the content as unknown, after so many ticks, because the wall may move.
 
@@ -213,18 +204,25 @@ class Memory(Instrument):
         # an element may be a tenth slower than its calibration
         return 1.1 * self.calibration.table(end).longest_delay
 
+    def store_reading(self, reading: Reading, echoes: Iterable[Echo] = ()) -> Reading:
+        """Store what was read, which is undecodable if the wall may have moved since the pulse;
+        report it with its echoes, and return it.
+        """
+        if self.transducer.shaken and reading.level != UNDECODABLE:
+            reading = make_undecodable(
+                reading,
+                'the base shook by more than disturbance.safe_limit: the wall may have moved '
+                'since the pulse',
+            )
+        self.reading, self.unknown = reading, None
+        self._events += [EchoReceived(echo, reading) for echo in echoes]
+        return reading
+
     def store_unreadable(self, reason: str) -> Reading:
         """Store why no pulse was fired."""
-        self.reading = Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf, reason)
-        self.unknown = None
-        return self.reading
-
-    def store_word(self, found: Reading, echo: Echo) -> Reading:
-        """Store what waveforms say, unless the walls may have moved since, and report it."""
-        self.reading = self._prove_reading(found)
-        self.unknown = None
-        self._events.append(EchoReceived(echo, self.reading))
-        return self.reading
+        return self.store_reading(
+            Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf, reason)
+        )
 
     def store_echoes(self, echoes: Mapping[End, Echo], end: str = '') -> Reading:
         """Decode the echoes at the ends, store the reading and report it.
@@ -233,15 +231,12 @@ class Memory(Instrument):
             end: The end whose delay is reported: 'left', 'right' or 'both'; empty for the one in
                 the settings.
         """
-        phases = self.phase(End.LEFT), self.phase(End.RIGHT)
-        self.reading = self._prove_reading(
-            decode_echoes(self.design, self.settings.read, self.calibration, echoes, phases, end)
-        )
-        self.unknown = None
-        if self.reading.level != UNDECODABLE:  # all that is under way was seen
+        settings = self.settings.read
+        reading = decode_echoes(self.design, settings, self.calibration, echoes, self.phases, end)
+        last = End.RIGHT if reading.end == End.RIGHT else End.LEFT  # which is reported
+        in_order = sorted(echoes.values(), key=lambda echo: echo.end is last)
+        reading = self.store_reading(reading, in_order)
+        if reading.level != UNDECODABLE:  # all that is under way was seen
             for each in echoes:
                 self.transducer.reverberation[each].mark_returned()
-        last = End.RIGHT if self.reading.end == End.RIGHT else End.LEFT  # which is reported
-        for echo in sorted(echoes.values(), key=lambda echo: echo.end is last):
-            self._events.append(EchoReceived(echo, self.reading))
-        return self.reading
+        return reading

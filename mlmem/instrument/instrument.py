@@ -143,6 +143,11 @@ class Instrument:
         substrate = end.find_displacement(self.design, self.transmission.encoder_strain)
         return find_phase(self.design, self.transducer.measure_rest(end) - substrate)
 
+    @property
+    def phases(self) -> tuple[int | None, int | None]:
+        """The phases of the left and of the right end."""
+        return self.phase(End.LEFT), self.phase(End.RIGHT)
+
     def require_phase(self, end: End) -> None:
         """Make sure that an end rests where a pulse about its rest begins without a jump.
 

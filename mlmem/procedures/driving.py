@@ -12,7 +12,6 @@ from dataclasses import replace
 from ..commands import Result
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, ramp_strain
-from ..instrument.end import End
 from ..memory import Memory
 from ..moves.corrections import PulseCorrection
 from ..moves.kick import kick_to_other_phase
@@ -56,7 +55,7 @@ def seems_blank(element: Memory) -> Procedure[bool]:
     if element.settings.register.spacing:
         return False
     yield from catch_up(element)
-    return (element.phase(End.LEFT), element.phase(End.RIGHT)) == (0, 0)
+    return element.phases == (0, 0)
 
 
 def kick_by_hand(element: Memory, speed: float) -> Procedure[Result]:

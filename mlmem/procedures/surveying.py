@@ -88,7 +88,7 @@ def survey(element: Memory) -> Procedure[Result]:
             continue
         yield from go_to_level(element, place, level)
         yield from wait_for_decay(element)
-        if _is_wall_inside(element):
+        if element.phases == (1, 0):  # the wall is between the ends
             yield from _record_shots(element, design.defect_site(level), aims)
             shots, place = shots + len(aims), level
         elif level > 1:  # try half of the way
@@ -105,16 +105,11 @@ def _launch_wall(element: Memory) -> Procedure[int]:
     for correction in (known[0], PulseCorrection(peak=1.25, times=0.3, speed=2.0)):
         yield from go_to_level(element, BLANK, 0, corrections=[correction])
         yield from wait_for_decay(element)
-        if _is_wall_inside(element):
+        if element.phases == (1, 0):  # the wall is between the ends
             return 0
         if element.phase(End.LEFT) != 0:
             yield from erase(element)
     raise ProcedureFailed('no pulse launches a wall into the element')
-
-
-def _is_wall_inside(element: Memory) -> bool:
-    """Return whether there is a wall between the ends, by their phases."""
-    return (element.phase(End.LEFT), element.phase(End.RIGHT)) == (1, 0)
 
 
 def _record_shots(element: Memory, wall: float, aims: tuple[Aim, ...]) -> Procedure[None]:

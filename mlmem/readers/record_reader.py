@@ -115,8 +115,7 @@ class RecordReader(WaveformReader):
             shot, noise = yield from record_waveforms(element, forecasts)
         except Astray as error:
             raise ProcedureFailed(str(error)) from error
-        phases = element.phase(End.LEFT), element.phase(End.RIGHT)
-        reading = forecasts.decode(shot, noise, phases, 0.0)
+        reading = forecasts.decode(shot, noise, element.phases, 0.0)
         return reading, tuple(map(float, forecasts.listener.project_shot(shot)))
 
 

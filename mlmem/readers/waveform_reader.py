@@ -117,14 +117,13 @@ class WaveformReader:
             shot, noise = yield from record_waveforms(element, forecasts, forecasts.end)
             row = forecasts.end.row
             detector.feed_displacements(shot.samples[row] - shot.rest[row])
-            phases = element.phase(End.LEFT), element.phase(End.RIGHT)
-            reading = forecasts.decode(shot, noise, phases, settings.min_margin)
+            reading = forecasts.decode(shot, noise, element.phases, settings.min_margin)
             if hidden is not None and reading.level != UNDECODABLE:
                 shot, noise = yield from record_waveforms(element, hidden, End.RIGHT)
                 reading = hidden.confirm_reading(reading, shot, noise, settings.min_margin)
         except Astray as error:
             return element.store_unreadable(str(error))
-        return element.store_word(reading, detector.build_echo(forecasts.end))
+        return element.store_reading(reading, [detector.build_echo(forecasts.end)])
 
     def needs_calibration(self, element: Memory) -> bool:
         """Return False: forecasts serve."""
