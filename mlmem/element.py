@@ -27,9 +27,6 @@ from .rejections import ErrorCode
 from .schema import find_descriptions, find_problems
 from .settings import Settings
 
-PROCEDURE_NAMES = {row.command: name for name, row in PROCEDURES.items()}
-"""Names of procedures by their commands."""
-
 
 class MemoryElement(Memory):
     """A device that advances by ticks and takes commands between them."""
@@ -120,7 +117,9 @@ class MemoryElement(Memory):
         Raises:
             Refused: A procedure runs, or a value is out of range; nothing is changed.
         """
-        name = PROCEDURE_NAMES.get(type(command))
+        name = next(
+            (name for name, row in PROCEDURES.items() if row.command is type(command)), None
+        )
         wanted = self.check_arguments(command) if name is not None else {}
         match command:  # allowed at any time
             case Abort(why):

@@ -18,7 +18,7 @@ from ..physics import CASE_II, Chain, Design, DesignError, Specimen, StateError,
 from ..physics.equilibrium import make_blank
 from ..physics.jit import compile_kernel
 from ..physics.potential import Array
-from ..readers.decoding import REST_TOLERANCE, find_phase
+from ..readers.decoding import find_phase
 from ..readers.echo import listening_time
 from ..rejections import ErrorCode
 from ..settings import ScaleSettings, Settings
@@ -160,7 +160,8 @@ class Instrument:
         # At the left a strain moves the rest by 0.06 of the distance of ground states, and a
         # pulse that begins with a jump of 0.13 takes a wall away. The right end follows the
         # substrate, whose strain may have an offset that the encoder does not measure.
-        if find_phase(self.design, rest, 0.1 if end is End.LEFT else REST_TOLERANCE) is None:
+        tolerances = (0.1,) if end is End.LEFT else ()
+        if find_phase(self.design, rest, *tolerances) is None:
             raise Astray(
                 f'the {end} end rests in neither phase, at {rest:.2f} cells: no pulse is fired '
                 'there, which would begin with a jump'

@@ -30,13 +30,6 @@ class PulseCorrection(Checked):
     speed: float = describe_field(1.0, 'on the speed of a launch or kick; 0: no kick', high=10.0)
 
 
-TIME_FIELDS = ('ramp', 'hold', 'ease', 'release', 'settle')
-"""The fields of `WriteSettings` whose time a correction scales."""
-
-STRAIN_FIELDS = ('compression', 'tension', 'start_strain')
-"""The fields whose strain it scales, within the limit of the actuator."""
-
-
 def apply_correction(settings: Settings, correction: PulseCorrection) -> Settings:
     """Return settings that make every step with the corrected pulse."""
     write = correct_write(settings.write, correction, settings.actuator.max_strain)
@@ -47,11 +40,23 @@ def correct_write(
     write: WriteSettings, correction: PulseCorrection, limit: float = math.inf
 ) -> WriteSettings:
     """Return the cycle of a write times a correction; its strains stay within a limit."""
-    changed = {name: correction.times * getattr(write, name) for name in TIME_FIELDS}
-    changed['launch_speed'] = min((correction.speed or 1.0) * write.launch_speed, 10.0)
-    for name in STRAIN_FIELDS:
-        changed[name] = max(-limit, min(correction.peak * getattr(write, name), limit))
-    return dataclasses.replace(write, **changed)
+    times = correction.times
+    compression, tension, start_strain = (
+        max(-limit, min(correction.peak * strain, limit))
+        for strain in (write.compression, write.tension, write.start_strain)
+    )
+    return dataclasses.replace(
+        write,
+        compression=compression,
+        tension=tension,
+        start_strain=start_strain,
+        ramp=times * write.ramp,
+        hold=times * write.hold,
+        ease=times * write.ease,
+        release=times * write.release,
+        settle=times * write.settle,
+        launch_speed=min((correction.speed or 1.0) * write.launch_speed, 10.0),
+    )
 
 
 @dataclass(frozen=True)
@@ -87,10 +92,21 @@ def remove_kicks(settings: Settings, levels: Collection[int]) -> Settings:
 def hash_schedule(settings: Settings) -> str:
     """Return a hash of all settings that shape the pulses of a write."""
     write, actuator = settings.write, settings.actuator
-    values = [
-        getattr(write, name) for name in (*TIME_FIELDS, *STRAIN_FIELDS, 'ease_to', 'launch_speed')
+    values: list[float | str] = [
+        write.ramp,
+        write.hold,
+        write.ease,
+        write.release,
+        write.settle,
+        write.compression,
+        write.tension,
+        write.start_strain,
+        write.ease_to,
+        write.launch_speed,
+        write.last_release,
+        actuator.max_strain,
+        actuator.max_rate,
     ]
-    values += [write.last_release, actuator.max_strain, actuator.max_rate]
     if write.method == 'kick':
         values += [settings.kick.speeds, settings.kick.hold]
         values += [given for given in (settings.kick.late, settings.kick.kinks) if given]

@@ -47,9 +47,6 @@ DISABLED: bool = bool(cast(Any, numba.config).DISABLE_JIT)
 ARITHMETIC_VERSION = 'fused 2'
 """Version of the loops' exact results: it changes whenever a bit does."""
 
-NUMBA_SETTINGS: dict[str, Any] = {'nogil': True, 'error_model': 'numpy'}
-"""How a loop is compiled."""
-
 
 def compile_kernel(function: Function) -> Function:
     """Compile a loop over scalars, arrays, and tuples of them; it releases the GIL and is cached
@@ -60,7 +57,7 @@ def compile_kernel(function: Function) -> Function:
     """
     if DISABLED:
         return function
-    compiled: Any = numba.njit(**NUMBA_SETTINGS)(function)
+    compiled: Any = numba.njit(nogil=True, error_model='numpy')(function)
     # Where neither the package nor a home folder is writable, it is compiled each time.
     with contextlib.suppress(RuntimeError):
         compiled._cache = _Cache(cast(FunctionType, function))

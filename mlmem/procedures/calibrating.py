@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import singledispatch
@@ -30,10 +30,6 @@ from ..readers.waveform_reader import WaveformReader
 from .driving import erase, go_to_level, seems_blank
 from .reading import take_settled_reading
 from .writing import correct_speed, restore_content, went_too_far, write
-
-KICK_FACTORS = tuple(1.04**power for power in range(-9, 6))
-"""Factors on the speed of a kick that a calibration tries, times the factor on the losses: slow
-kicks need less than that, fast ones more."""
 
 MIN_KICK_MARGIN = 0.7
 """Least level margin of a wall that a kick took to its level; one that stopped on its way has at
@@ -140,29 +136,35 @@ def _find_kick_factors(element: Memory, reader: Reader) -> Procedure[float]:
     Raises:
         ProcedureFailed: No factor reaches any level, or the element cannot be made blank.
     """
-    levels, losses, found = element.design.levels, element.calibration.loss_factor, {}
+    levels, found = element.design.levels, {}
+    # slow kicks need less than the factor on the losses, fast ones more
+    factors = [element.calibration.loss_factor * 1.04**power for power in range(-9, 6)]
     last = levels - 1 if element.settings.has_one_transducer else levels
     for level, content in reader.single_walls.items():
-        if level < last and (good := (yield from _try_kicks(element, level, content))):
+        if level >= last:
+            continue
+        if good := (yield from _try_kicks(element, level, content, factors)):
             found[level] = round(math.sqrt(good[0] * good[-1]), 6)
     if not found:
         raise ProcedureFailed(
-            f'no factor from {losses * KICK_FACTORS[0]:.2f} to {losses * KICK_FACTORS[-1]:.2f} on '
-            'the speeds of kicks reaches any level'
+            f'no factor from {factors[0]:.2f} to {factors[-1]:.2f} on the speeds of kicks reaches '
+            'any level'
         )
     mean = round(math.exp(math.fsum(map(math.log, found.values())) / len(found)), 6)
     _set_corrections(element, [PulseCorrection(speed=found.get(k, mean)) for k in range(levels)])
     return mean
 
 
-def _try_kicks(element: Memory, level: int, content: int) -> Procedure[list[float]]:
-    """Return the factors that take the wall to a level.
+def _try_kicks(
+    element: Memory, level: int, content: int, factors: Sequence[float]
+) -> Procedure[list[float]]:
+    """Return those of some factors that take the wall to a level.
 
     They rise until it goes too far: a wall that runs against what is behind the last level comes
     back, and what is read then tells nothing.
     """
     good = []
-    for factor in (element.calibration.loss_factor * each for each in KICK_FACTORS):
+    for factor in factors:
         _set_corrections(element, [PulseCorrection(speed=factor)] * element.design.levels)
         yield from go_to_level(element, UNDECODABLE, level)
         reading = yield from element.reader.read(element)

@@ -25,18 +25,18 @@ from .calibration import Calibration
 from .echo import ECHO_TAIL_TIME, Echo, Shape, is_hidden
 from .reading import Reading
 
-REST_TOLERANCE = 0.25
-"""Largest offset of a rest displacement from a ground state, as a fraction of their distance."""
-
 MAX_THRESHOLD_FACTOR = 1.4
 """Most by which noise may raise the threshold. Beyond, an echo's slow flank crosses it so late
 that the delay may be that of the next level."""
 
 
-def find_phase(design: Design, rest: float, tolerance: float = REST_TOLERANCE) -> int | None:
+def find_phase(design: Design, rest: float, tolerance: float = 0.25) -> int | None:
     """Return the phase of an end: 0 inactive, 1 active, None in between.
 
-    `rest` is the rest displacement of the end minus that of the substrate under it, in cells.
+    Args:
+        design: The element.
+        rest: Rest displacement of the end minus that of the substrate under it, in cells.
+        tolerance: Largest offset of `rest` from a ground state, as a fraction of their distance.
     """
     active = (rest - design.D_s1) / (design.D_s2 - design.D_s1)
     phase = round(active)

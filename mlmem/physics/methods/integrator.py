@@ -122,6 +122,7 @@ class Integrator(ABC):
         accurate_step: Largest step with the rigid substrate.
         accurate_turn: Largest omega dt of the cells: they swing from barrier to barrier, and steps
             that are stable for small waves only were seen to heat them until they diverged.
+        stable_turn: Largest omega dt considered stable without damping.
         keeps_accelerations: Whether a chain's state holds accelerations.
         damps_each: Whether every cell may have a damping of its own, over a rigid substrate.
         advance: The loop of both substrates; see `noh_bathe`.
@@ -131,6 +132,7 @@ class Integrator(ABC):
     nodes: tuple[float, ...]
     accurate_step: float
     accurate_turn: float
+    stable_turn: float
     keeps_accelerations: bool
     damps_each: bool = False
     advance: Callable[..., tuple[int, bool]]

@@ -41,9 +41,6 @@ from .integrator import (
 P = 0.54
 """The paper's split of the step."""
 
-OMEGA_DT_LIMIT = 3.6
-"""Largest omega dt considered stable: the undamped method bifurcates at 2 / p = 3.704."""
-
 
 def compute_coefficients(dt: float) -> Array:
     """Return the constants a0 ... a7 of a step of dt > 0 in the notation of Noh & Bathe, (8,)."""
@@ -235,16 +232,17 @@ class NohBathe(Integrator):
     nodes = (P, 1.0)
     accurate_step = 0.25  # 12 steps per period of the probe's carrier
     accurate_turn = 0.6
+    stable_turn = 3.6  # undamped it bifurcates at 2 / p = 3.704
     keeps_accelerations = True
     advance = staticmethod(advance)
 
     def limit(self, omega: float, eta: float) -> float:
         """Return the largest stable step (see `Integrator`).
 
-        Explicit damping lowers it: x = omega dt / OMEGA_DT_LIMIT has to satisfy
-        x^2 + 2 eta dt / OMEGA_DT_LIMIT <= 1.
+        Explicit damping lowers it: x = omega dt / stable_turn has to satisfy
+        x^2 + 2 eta dt / stable_turn <= 1.
         """
-        return OMEGA_DT_LIMIT / omega * (math.hypot(omega, eta) - eta) / omega
+        return self.stable_turn / omega * (math.hypot(omega, eta) - eta) / omega
 
     def make_arrays(self, n: int) -> Chained:
         """Return u, du, ddu, u_p, du_p and ddu_p (see `Integrator`)."""

@@ -39,9 +39,6 @@ DRIFT_FRACTIONS = (XI, CHI, 1.0 - 2.0 * (CHI + XI), CHI, XI)
 KICK_FRACTIONS = (0.5 - LAMBDA, LAMBDA, LAMBDA, 0.5 - LAMBDA)
 """Fractions of the step, between the drifts."""
 
-OMEGA_DT_LIMIT = 2.98
-"""Largest omega dt considered stable: undamped it is 2.9895, and damping only adds to it."""
-
 
 class Constants(NamedTuple):
     """The constants of a step; rows: for the outer kicks, then the inner ones.
@@ -196,13 +193,14 @@ class Pefrl(Integrator):
     nodes = (XI + CHI, XI, 1.0 - XI, 1.0 - XI - CHI, 1.0)
     accurate_step = 0.5  # 6 steps per period of the probe's carrier
     accurate_turn = 1.2
+    stable_turn = 2.98  # undamped it is 2.9895, and damping only adds to it
     keeps_accelerations = False
     damps_each = True
     advance = staticmethod(advance)
 
     def limit(self, omega: float, eta: float) -> float:
         """Return the largest stable step (see `Integrator`)."""
-        return OMEGA_DT_LIMIT / omega
+        return self.stable_turn / omega
 
     def make_arrays(self, n: int) -> Chained:
         """Return u, du, ddu and the loop's two rows of displacements (see `Integrator`)."""
