@@ -11,10 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, get_args
 
+from .instrument.echo import Echo
 from .instrument.end import Shot
 from .instrument.faults import Faults
 from .procedure_table import JOINT_NAME, UNDECODABLE, Procedures
-from .readers.echo import Echo
 from .readers.reading import Reading, Unknown
 
 

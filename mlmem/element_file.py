@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from .atomic_files import write_atomically
-from .moves.corrections import (
+from .corrections import (
     PulseCorrection,
     PulseCorrections,
     corrections_by_level,

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from .errors import ProcedureFailed, SettingsError
 from .instrument.blocks import run, wait
 from .instrument.drivers import Simulation
+from .instrument.echo import Echo
 from .instrument.end import End
 from .instrument.instrument import Instrument
 from .memory import Memory
@@ -23,7 +24,6 @@ from .procedures.driving import erase
 from .procedures.writing import write
 from .readers.calibration import Calibration, DelayTable
 from .readers.decoding import primary_end
-from .readers.echo import Echo
 from .readers.listening import probe_ends
 from .readers.reading import BLANK
 from .rejections import ErrorCode

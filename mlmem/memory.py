@@ -16,6 +16,7 @@ from functools import partial
 
 from .commands import EchoReceived, Event, Outcome
 from .instrument.drivers import Driver
+from .instrument.echo import Echo
 from .instrument.end import End, Shot
 from .instrument.instrument import Instrument
 from .physics import Design, Specimen
@@ -23,7 +24,6 @@ from .physics.potential import Array
 from .procedure_table import CONTENT_NAMES, describe_content
 from .readers.calibration import Calibration
 from .readers.decoding import decode_echoes, make_undecodable, primary_end
-from .readers.echo import Echo
 from .readers.reader import choose_reader
 from .readers.reading import BLANK, UNDECODABLE, Reading, Unknown
 from .schema import describe_field

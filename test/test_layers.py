@@ -18,6 +18,9 @@ LAYERS = (
 BASE_MODULES = ('schema', 'rejections', 'rng', 'atomic_files', 'parsing', 'threads')
 """Modules of mlmem that any package may use, physics too."""
 
+PARTS = ('mlmem.instrument', 'mlmem.readers', 'mlmem.moves', 'mlmem.procedures')
+"""Parts of the library, from the bottom to the top."""
+
 
 def list_imports(file):
     """Return the dotted names that a file imports, late imports included."""
@@ -51,4 +54,17 @@ def test_imports_run_one_way_and_library_imports_no_ros():
                 above = None not in (layer, target) and target > layer and not base
                 if above or (ros and package == 'mlmem'):
                     upward.append(f'{file} imports {imported}')
+    assert upward == []
+
+
+def test_library_parts_import_none_above_them():
+    upward = []
+    for number, part in enumerate(PARTS):
+        for file in sorted((ROOT / part.replace('.', '/')).rglob('*.py')):
+            above = tuple(f'{part}.' for part in PARTS[number + 1 :])
+            upward += [
+                f'{file} imports {imported}'
+                for imported in list_imports(file)
+                if above and f'{imported}.'.startswith(above)
+            ]
     assert upward == []

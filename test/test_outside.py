@@ -27,10 +27,10 @@ from mlmem import (
 )
 from mlmem import snapshot as snapshots
 from mlmem.commands import COMMANDS_BY_NAME
+from mlmem.corrections import PulseCorrection, PulseCorrections
 from mlmem.element_file import Element
 from mlmem.instrument.end import End
 from mlmem.instrument.motion import Profile, Ramp
-from mlmem.moves.corrections import PulseCorrection, PulseCorrections
 from mlmem.parsing import (
     MAX_MESSAGE_CHARS,
     DecodeError,

@@ -20,11 +20,11 @@ from typing import Any
 
 from mlmem import Erase, MemoryElement, Write, load_element
 from mlmem.element_file import Element
+from mlmem.instrument.echo import blanking_time, compute_weights, listening_time, window_width
 from mlmem.instrument.end import BoundaryMotion, End, KickMotion, Pulse
 from mlmem.instrument.motion import Ramp
 from mlmem.physics import Chain
 from mlmem.physics.potential import Array
-from mlmem.readers.echo import blanking_time, compute_weights, listening_time, window_width
 from mlmem.readers.reading import BLANK
 from mlmem.settings import ProbeSettings, Settings
 from mlmem_tools.view.about import About

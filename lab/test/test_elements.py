@@ -11,8 +11,8 @@ import pytest
 from small_register import first_levels
 
 from mlmem import element_file, load_element
+from mlmem.corrections import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.element_file import Element
-from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.physics import Scatter, draw_specimen
 from mlmem_lab.studies.proof import Proof
 from mlmem_tools.cli.main import main

@@ -18,13 +18,12 @@ from ..physics import CASE_II, Chain, Design, DesignError, Specimen, StateError,
 from ..physics.equilibrium import make_blank
 from ..physics.jit import compile_kernel
 from ..physics.potential import Array
-from ..readers.decoding import find_phase
-from ..readers.echo import listening_time
 from ..rejections import ErrorCode
 from ..settings import ScaleSettings, Settings
 from .actuator import Actuator, Transmission, TransmissionState
 from .base import NO_SHAKES, Base, BaseState, Shakes
 from .drivers import Driver, Simulation
+from .echo import listening_time
 from .end import End
 from .faults import NO_FAULTS, Faults, Sensors, apply_faults
 from .transducer import UNLIMITED_SAMPLES, Transducer
@@ -290,6 +289,19 @@ class Instrument:
         self.base.state = BaseState()
         self.substrate_speed = 0.0
         self.transducer.release_ends()
+
+
+def find_phase(design: Design, rest: float, tolerance: float = 0.25) -> int | None:
+    """Return the phase of an end: 0 inactive, 1 active, None in between.
+
+    Args:
+        design: The element.
+        rest: Rest displacement of the end minus that of the substrate under it, in cells.
+        tolerance: Largest offset of `rest` from a ground state, as a fraction of their distance.
+    """
+    active = (rest - design.D_s1) / (design.D_s2 - design.D_s1)
+    phase = round(active)
+    return phase if phase in (0, 1) and abs(active - phase) <= tolerance else None
 
 
 @compile_kernel

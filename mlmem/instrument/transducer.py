@@ -19,11 +19,11 @@ from ..physics import Design, HeldCell, substep_times
 from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..physics.waves import pass_band
-from ..readers.echo import MIN_THRESHOLD_CELLS, EchoDetector, carrier_amplitudes, compute_weights
 from ..rejections import ErrorCode
 from ..schema import describe_field
 from ..settings import ProbeSettings, Settings
 from .drivers import Driver
+from .echo import MIN_THRESHOLD_CELLS, EchoDetector, carrier_amplitudes, compute_weights
 from .end import BoundaryMotion, End, EndMove, KickMotion, Pulse, WaveformRecorder
 from .faults import NO_FAULTS, Faults, apply_transducer_faults
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ..instrument.blocks import Procedure, wait, wait_for_ends
+from ..instrument.echo import pulse_duration
 from ..instrument.end import End
 from ..memory import Memory
 from ..physics import Design
-from ..readers.echo import pulse_duration
 from ..settings import Settings
 from .ends import bring_ends_back
 from .move import Drive, Move, blank_content

@@ -15,11 +15,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from ..corrections import PulseCorrection
 from ..instrument.blocks import Procedure
 from ..memory import Memory
 from ..readers.reading import BLANK
 from ..settings import Settings
-from .corrections import PulseCorrection
 
 MIN_MARGIN = 0.1
 """Least margin of a move that the planner uses."""

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
+from ..corrections import apply_correction
 from ..errors import NotFollowed, ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, follow_ramps, wait_for_ends
 from ..instrument.end import End
@@ -21,7 +22,6 @@ from ..move_settings import EraseSettings, WriteSettings, select_peak
 from ..physics import Design
 from ..readers.reading import BLANK, UNDECODABLE, Reading, describe_level
 from ..settings import Settings
-from .corrections import apply_correction
 from .ends import bring_back
 from .move import Drive, Move
 

@@ -12,11 +12,11 @@ from functools import singledispatch
 from typing import Any
 
 from ..commands import Result
+from ..corrections import PulseCorrection, is_kicked, make_corrections
 from ..errors import Astray, ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
 from ..instrument.end import End
 from ..memory import Memory
-from ..moves.corrections import PulseCorrection, is_kicked, make_corrections
 from ..moves.kick import kick_out
 from ..moves.strain_cycle import return_to_zero
 from ..readers.calibration import Calibration, DelayTable

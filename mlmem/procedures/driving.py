@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..commands import Result
+from ..corrections import PulseCorrection
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, ramp_strain
 from ..memory import Memory
-from ..moves.corrections import PulseCorrection
 from ..moves.kick import kick_to_other_phase
 from ..moves.move import Drive, Move, blank_content
 from ..moves.planner import disable_kicks, erasing_moves, find_route

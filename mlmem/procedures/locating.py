@@ -13,6 +13,7 @@ import numpy as np
 from ..commands import Result
 from ..errors import ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
+from ..instrument.echo import Echo
 from ..instrument.end import End
 from ..memory import Memory
 from ..physics.potential import Array
@@ -20,7 +21,6 @@ from ..physics.waves import group_velocity
 from ..readers.calibration import DelayTable
 from ..readers.decoding import MAX_THRESHOLD_FACTOR, WALL_GONE_REASON
 from ..readers.delay_reader import DelayReader
-from ..readers.echo import Echo
 from ..readers.listening import probe_ends, record_waveforms, wait_for_decay
 from ..readers.reader import Reader
 from ..readers.reading import BLANK, UNDECODABLE, Reading

@@ -11,18 +11,18 @@ import math
 import numpy as np
 
 from ..commands import Check, Result
+from ..corrections import is_kicked
 from ..errors import ProcedureFailed, Refused
 from ..instrument.blocks import Procedure, catch_up, ramp_strain, wait
+from ..instrument.echo import detection_threshold
 from ..instrument.end import End
 from ..memory import Memory
-from ..moves.corrections import is_kicked
 from ..moves.kick import erase_speed
 from ..moves.move import blank_content
 from ..moves.strain_cycle import return_to_zero
 from ..physics import StateError
 from ..procedure_table import UNSET_SEED
 from ..readers.decoding import MAX_THRESHOLD_FACTOR
-from ..readers.echo import detection_threshold
 from ..readers.listening import noise_floor, wait_for_decay
 from ..readers.reading import BLANK, UNDECODABLE, Reading
 from .driving import erase

@@ -12,11 +12,11 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ..commands import Result
+from ..corrections import PulseCorrection
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, ramp_strain, wait
 from ..instrument.end import End
 from ..memory import Memory
-from ..moves.corrections import PulseCorrection
 from ..moves.strain_cycle import return_to_zero
 from ..physics import Design
 from ..physics.waves import pass_band

@@ -20,13 +20,13 @@ from functools import lru_cache
 import numpy as np
 
 from ..errors import SettingsError
+from ..instrument.echo import pulse_duration
 from ..instrument.end import End, Shot
 from ..physics import Design, Specimen
 from ..physics.potential import Array
 from ..physics.waves import group_velocity, pass_band
 from ..rejections import ErrorCode
 from ..settings import Settings
-from .echo import pulse_duration
 from .reading import BLANK, UNDECODABLE, Reading
 from .register import Content, Forecasts, pin_contents, pin_walls
 from .waveforms import Ends, Listener

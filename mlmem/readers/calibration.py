@@ -14,19 +14,19 @@ from statistics import median
 
 import numpy as np
 
-from ..errors import SettingsError
-from ..instrument.end import End
-from ..moves.corrections import (
+from ..corrections import (
     PulseCorrection,
     PulseCorrections,
     corrections_by_level,
     remove_kicks,
 )
+from ..errors import SettingsError
+from ..instrument.echo import Crossings, Shape, earliest_delay
+from ..instrument.end import End
 from ..physics import Design
 from ..physics.potential import Array
 from ..rejections import ErrorCode
 from ..settings import ProbeSettings, Settings
-from .echo import Crossings, Shape, earliest_delay
 
 Records = tuple[tuple[float, ...], ...]
 """What the left end does after the pulse of a read, in its band (`Listener.project_shot`): of the

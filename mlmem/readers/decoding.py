@@ -16,31 +16,18 @@ from dataclasses import replace
 from statistics import median_low
 from typing import Any
 
+from ..instrument.echo import ECHO_TAIL_TIME, Echo, Shape, is_hidden
 from ..instrument.end import End
 from ..physics import Design
 from ..physics.waves import fastest_speed
 from ..procedure_table import BLANK, UNDECODABLE, describe_level
 from ..settings import ProbeSettings, ReadSettings, Settings
 from .calibration import Calibration
-from .echo import ECHO_TAIL_TIME, Echo, Shape, is_hidden
 from .reading import Reading
 
 MAX_THRESHOLD_FACTOR = 1.4
 """Most by which noise may raise the threshold. Beyond, an echo's slow flank crosses it so late
 that the delay may be that of the next level."""
-
-
-def find_phase(design: Design, rest: float, tolerance: float = 0.25) -> int | None:
-    """Return the phase of an end: 0 inactive, 1 active, None in between.
-
-    Args:
-        design: The element.
-        rest: Rest displacement of the end minus that of the substrate under it, in cells.
-        tolerance: Largest offset of `rest` from a ground state, as a fraction of their distance.
-    """
-    active = (rest - design.D_s1) / (design.D_s2 - design.D_s1)
-    phase = round(active)
-    return phase if phase in (0, 1) and abs(active - phase) <= tolerance else None
 
 
 def decode_echoes(
@@ -51,7 +38,7 @@ def decode_echoes(
     phases: tuple[int | None, int | None],
     end: str = '',
 ) -> Reading:
-    """Decode the echoes at one end or both, given the phases of the ends (see `find_phase`).
+    """Decode the echoes at one end or both, given the phases of the ends.
 
     A stored level has the active phase at the left end and the inactive one at the right; one end
     names it, and the other must confirm it. A blank element is inactive at both, and its far end
@@ -63,7 +50,7 @@ def decode_echoes(
         settings: How to judge an echo.
         calibration: The delays of the levels.
         echoes: The echoes, by end.
-        phases: Of the left and the right end.
+        phases: Of the left and the right end; see `Instrument.phase`.
         end: The end whose delay and distance are reported, or both; by default the settings'.
     """
     if len(echoes) == 1:

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ..errors import Astray
 from ..instrument.blocks import Procedure
+from ..instrument.echo import ECHO_TAIL_TIME
 from ..instrument.end import End
 from ..physics import Design
-from .echo import ECHO_TAIL_TIME
 from .listening import probe_ends, wait_for_decay
 from .reading import UNDECODABLE, Reading
 

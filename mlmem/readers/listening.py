@@ -16,10 +16,10 @@ import numpy as np
 
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, pass_ticks, wait, wait_for_strain
+from ..instrument.echo import ECHO_TAIL_TIME, Echo, detection_threshold, pulse_duration
 from ..instrument.end import End, Shot
 from ..instrument.instrument import Instrument
 from ..settings import ProbeSettings
-from .echo import ECHO_TAIL_TIME, Echo, detection_threshold, pulse_duration
 
 if TYPE_CHECKING:
     from ..memory import Memory

@@ -8,12 +8,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field
 
+from ..instrument.echo import Shape
 from ..instrument.end import End
 from ..procedure_table import BLANK as BLANK
 from ..procedure_table import UNDECODABLE as UNDECODABLE
 from ..procedure_table import describe_level as describe_level
 from ..schema import describe_field
-from .echo import Shape
 
 
 @dataclass(frozen=True)

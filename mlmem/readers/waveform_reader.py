@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 from ..errors import Astray
 from ..instrument.blocks import Procedure
+from ..instrument.echo import EchoDetector
 from ..instrument.end import End, Shot
 from ..physics import Specimen
 from ..settings import Settings
-from .echo import EchoDetector
 from .listening import record_waveforms, swinging_time, wait_until_pinned
 from .one_wall import fit_loss_factor, forecast_levels, scale_losses
 from .reading import UNDECODABLE, Reading

@@ -19,13 +19,13 @@ import numpy as np
 
 from ..instrument.blocks import run
 from ..instrument.drivers import Simulation, steps_per_tick
+from ..instrument.echo import pulse_duration
 from ..instrument.end import End, Pulse, Shot
 from ..instrument.instrument import Instrument
 from ..physics import PEFRL, Specimen
 from ..physics.potential import Array
 from ..physics.waves import Complex, Tones, combine_rows, linearize_cells, multiply_matrices
 from ..settings import Settings
-from .echo import pulse_duration
 from .listening import fire_pulse
 
 PERIOD_RATIO, DECAY_EXPONENT = 1.4, 6.0

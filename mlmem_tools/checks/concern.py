@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property, lru_cache
 
-from mlmem.moves.corrections import PulseCorrection
+from mlmem.corrections import PulseCorrection
 from mlmem.physics import Design, Specimen, StateError, wall_energy
 from mlmem.settings import Settings
 

@@ -19,6 +19,7 @@ import numpy as np
 from mlmem.errors import SettingsError
 from mlmem.factory import compute_calibration
 from mlmem.instrument.drivers import steps_per_tick
+from mlmem.instrument.echo import Echo, EchoDetector, listening_time
 from mlmem.instrument.end import End, Pulse
 from mlmem.physics import INTEGRATORS, PEFRL, Design, Integrator, Specimen, StateError
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
@@ -26,7 +27,6 @@ from mlmem.physics.methods.integrator import Complex
 from mlmem.physics.potential import Array
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.readers.decoding import find_exchanged_levels, primary_end
-from mlmem.readers.echo import Echo, EchoDetector, listening_time
 from mlmem.settings import ProbeSettings, ReadSettings
 
 from .concern import Finding, Subject, Verdict, find_worst_verdict, grade_finding, judge_value

@@ -13,12 +13,12 @@ import dataclasses
 import math
 from collections.abc import Iterator
 
+from mlmem.corrections import apply_correction
 from mlmem.element import MemoryElement
 from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
-from mlmem.moves.corrections import apply_correction
 from mlmem.moves.strain_cycle import launch_wall
 from mlmem.physics import StateError, find_walls
 from mlmem.physics.held_wall import cut_excerpt

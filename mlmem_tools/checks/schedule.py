@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from mlmem.errors import ProcedureFailed
+from mlmem.instrument.echo import listening_time
 from mlmem.instrument.end import End
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
 from mlmem.moves.planner import find_reachable_levels, find_route
-from mlmem.readers.echo import listening_time
 from mlmem.readers.reading import BLANK
 from mlmem.settings import RegisterSettings
 

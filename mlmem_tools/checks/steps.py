@@ -13,9 +13,9 @@ import itertools
 import math
 from collections.abc import Iterator
 
+from mlmem.corrections import correct_write
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import WriteSettings, select_peak
-from mlmem.moves.corrections import correct_write
 from mlmem.physics import (
     NOH_BATHE,
     Chain,

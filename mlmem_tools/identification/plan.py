@@ -12,11 +12,11 @@ from functools import cache
 
 import numpy as np
 
+from mlmem.corrections import PulseCorrection, PulseCorrections, hash_schedule, is_kicked
 from mlmem.element_file import Element
 from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
 from mlmem.memory import Memory
-from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule, is_kicked
 from mlmem.physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank, relax_to_equilibrium
 from mlmem.physics.potential import Array

@@ -24,13 +24,13 @@ from mlmem import (
     load_element,
     snapshot,
 )
-from mlmem.instrument.end import End
-from mlmem.moves.corrections import (
+from mlmem.corrections import (
     PulseCorrection,
     PulseCorrections,
     apply_correction,
     hash_schedule,
 )
+from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, Scatter, StateError, draw_specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.procedures import calibrating

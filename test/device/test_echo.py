@@ -14,14 +14,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mlmem import Settings
-from mlmem.instrument.end import End
-from mlmem.readers.echo import (
+from mlmem.instrument.echo import (
     MIN_THRESHOLD_CELLS,
     EchoDetector,
     compute_weights,
     detection_threshold,
     filter_carrier,
 )
+from mlmem.instrument.end import End
 from mlmem.settings import ProbeSettings
 
 from . import rig

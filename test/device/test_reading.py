@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from mlmem import BLANK, UNDECODABLE, Calibration, DelayTable, Reading, Settings
+from mlmem.instrument.echo import ECHO_TAIL_TIME, Echo, detection_threshold
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II
 from mlmem.readers.decoding import decode_echoes
-from mlmem.readers.echo import ECHO_TAIL_TIME, Echo, detection_threshold
 from mlmem.settings import ReadSettings
 
 CALIBRATION = Calibration(

@@ -10,6 +10,7 @@ import pytest
 
 from mlmem import Read, Settings, SettingsError
 from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.echo import compute_weights, filter_carrier
 from mlmem.instrument.end import End, Pulse
 from mlmem.instrument.transducer import (
     UNLIMITED_SAMPLES,
@@ -19,7 +20,6 @@ from mlmem.instrument.transducer import (
 )
 from mlmem.physics import CASE_II, INTEGRATORS, NOH_BATHE, Chain
 from mlmem.physics.waves import pass_band
-from mlmem.readers.echo import compute_weights, filter_carrier
 from mlmem.settings import ProbeSettings
 
 from . import rig

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mlmem import MemoryElement, Read, element_file, load_element, snapshot
-from mlmem.moves.corrections import PulseCorrection, PulseCorrections
+from mlmem.corrections import PulseCorrection, PulseCorrections
 from mlmem.physics import Specimen
 from mlmem_ros.bag import jazzy
 from mlmem_ros.host import store

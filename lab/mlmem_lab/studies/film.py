@@ -18,8 +18,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from mlmem import End, Erase, MemoryElement, Read, Write, load_element
+from mlmem.instrument.echo import Echo, detection_threshold
 from mlmem.physics import CASE_II
-from mlmem.readers.echo import Echo, detection_threshold
 
 from ..results import CHECKOUT_ROOT, DEVICE_MODULES, keep_picture
 from . import style

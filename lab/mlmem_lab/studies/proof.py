@@ -35,10 +35,10 @@ from mlmem import (
     factory_calibration,
     load_element,
 )
+from mlmem.corrections import make_corrections
 from mlmem.element_file import Element
 from mlmem.factory import compute_calibration
 from mlmem.instrument.drivers import Simulation
-from mlmem.moves.corrections import make_corrections
 from mlmem.physics import Design, Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.wall import arrival_tolerance

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from mlmem.instrument.echo import detection_threshold
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Units
 from mlmem.physics.potential import Array
-from mlmem.readers.echo import detection_threshold
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.contract import answers

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from mlmem import Command, EchoReceived, MemoryElement, Outcome
+from mlmem.instrument.echo import Echo
 from mlmem.physics import Design, find_walls
 from mlmem.physics.potential import Array
-from mlmem.readers.echo import Echo
 
 
 @dataclass

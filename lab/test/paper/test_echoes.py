@@ -5,10 +5,10 @@
 import pytest
 
 from mlmem import MemoryElement, Settings
+from mlmem.instrument.echo import EchoDetector
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
-from mlmem.readers.echo import EchoDetector
 from mlmem_lab.paper.echoes import record_echo
 
 

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from mlmem.instrument.echo import Echo, blanking_time
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.waves import pass_band
-from mlmem.readers.echo import Echo, blanking_time
 from mlmem.settings import ProbeSettings
 
 from ...studies import style

@@ -18,7 +18,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ..instrument.end import End, Shot
 from ..move_settings import ClearingPulseSettings
 from ..physics import Design
 from ..physics.formulas import cosine, exponential
@@ -26,6 +25,7 @@ from ..physics.jit import compile_kernel
 from ..physics.potential import Array
 from ..physics.waves import group_velocity
 from ..settings import ProbeSettings
+from .end import End, Shot
 
 
 def compute_weights(probe: ProbeSettings, dt: float) -> Array:

@@ -15,10 +15,10 @@ import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
-from ..errors import Checked
-from ..move_settings import WriteSettings
-from ..schema import describe_field
-from ..settings import Settings
+from .errors import Checked
+from .move_settings import WriteSettings
+from .schema import describe_field
+from .settings import Settings
 
 
 @dataclass(frozen=True)
