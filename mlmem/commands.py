@@ -14,8 +14,9 @@ from typing import Any, Literal, NamedTuple, get_args
 from .instrument.echo import Echo
 from .instrument.end import Shot
 from .instrument.faults import Faults
-from .procedure_table import JOINT_NAME, UNDECODABLE, Procedures
+from .procedure_table import JOINT_NAME, Procedures
 from .readers.reading import Reading, Unknown
+from .rejections import OutcomeCode
 
 
 @dataclass(frozen=True)
@@ -99,40 +100,36 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Result:
-    """What a procedure returns: last reading, attempts, checks, delays, other findings."""
+class Outcome:
+    """How a procedure ended. Its generator returns it; the element adds which one and when.
+
+    Attributes:
+        reading: The last reading it made, or None.
+        checks: Those of a self-test.
+        delays: Echo delay of every level in time units, by end, from a calibration.
+        found: What else was measured, by name: as `contract.answers` declares it.
+        code: How it ended, in a word.
+        error: Why it did not succeed; empty if it did.
+        procedure: Its name, one of `PROCEDURES`.
+        content_name: What the content in the reading is called, `level` or `word`.
+    """
 
     reading: Reading | None
     attempts: int = 1
     checks: tuple[Check, ...] = ()
     delays: dict[str, tuple[float, ...]] = field(default_factory=dict)
     found: dict[str, float | str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How a procedure ended.
-
-    Attributes:
-        procedure: Its name, one of `PROCEDURES`.
-        error: Why not; empty on success.
-        reading: The last reading it made, or None.
-        delays: Echo delay of every level in time units, by end, from a calibration.
-        found: What else was measured, by name: as `contract.answers` declares it.
-        content_name: What the content in the reading is called, `level` or `word`.
-    """
-
-    procedure: str
-    success: bool
-    error: str
-    reading: Reading | None
-    attempts: int
-    start_tick: int
-    end_tick: int
-    checks: tuple[Check, ...] = ()
-    delays: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    found: dict[str, float | str] = field(default_factory=dict)
+    code: OutcomeCode = OutcomeCode.OK
+    error: str = ''
+    procedure: str = ''
+    start_tick: int = 0
+    end_tick: int = 0
     content_name: str = 'level'
+
+    @property
+    def success(self) -> bool:
+        """Whether it did what it was to do."""
+        return self.code is OutcomeCode.OK
 
     @property
     def level(self) -> int | None:
@@ -148,16 +145,6 @@ class Outcome:
         if self.reading is None or self.content_name != name:
             return None
         return self.reading.content
-
-    @property
-    def code(self) -> str:
-        """How it ended, in a word: ok, aborted, undecodable (the last echo was), or failed."""
-        if self.success:
-            return 'ok'
-        if self.error.startswith('aborted'):
-            return 'aborted'
-        unreadable = self.reading is not None and self.reading.level == UNDECODABLE
-        return 'undecodable' if unreadable else 'failed'
 
     @property
     def ticks(self) -> int:

@@ -4,13 +4,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 from . import commands, factory, procedures
-from .commands import Command, Event, Feedback, Outcome, Progress, Result
+from .commands import Command, Event, Feedback, Outcome, Progress
 from .element_file import Element
 from .errors import ProcedureFailed, Refused, SettingsError
 from .instrument.base import NO_SHAKES, Shakes
@@ -23,7 +22,7 @@ from .physics import Design
 from .procedure_table import PROCEDURES, Abort, Calibrate, Procedures, Reset
 from .procedures import Procedure
 from .readers.calibration import Calibration
-from .rejections import ErrorCode
+from .rejections import ErrorCode, OutcomeCode
 from .schema import find_descriptions, find_problems
 from .settings import Settings
 
@@ -257,10 +256,10 @@ class MemoryElement(Memory):
         """End the running procedure, if there is one."""
         if self._running:
             self._running.steps.close()
-            self._end_procedure(False, why, Result(None))
+            self._end_procedure(Outcome(None, code=OutcomeCode.ABORTED, error=why))
             self.statistics.aborted += 1
             if self.unknown is not None and self.unknown.since >= self.progress.start_tick:
-                self.unknown = dataclasses.replace(self.unknown, reason='aborted')
+                self.unknown = replace(self.unknown, reason='aborted')
 
     # --- time ----------------------------------------------------------------------------
 
@@ -326,12 +325,12 @@ class MemoryElement(Memory):
         try:
             ticks = next(run.steps)
         except StopIteration as stop:
-            result: Result = stop.value
-            failed = ', '.join(check.name for check in result.checks if not check.passed)
-            self._finish_procedure(not failed, f'failed: {failed}' if failed else '', result)
+            self._finish_procedure(stop.value)
         except ProcedureFailed as failure:
-            result = Result(self.reading, failure.attempts)
-            self._finish_procedure(False, f'{failure}{self._describe_remedy()}', result)
+            error = f'{failure}{self._describe_remedy()}'
+            self._finish_procedure(
+                Outcome(self.reading, failure.attempts, code=failure.code, error=error)
+            )
         else:
             run.due = self.ticks + ticks
             return ticks
@@ -343,8 +342,9 @@ class MemoryElement(Memory):
         self.forget_content(why)
         if self._running:
             self._running.steps.close()
+            error = f'{why}{self._describe_remedy()}'
             self.statistics.count(
-                self._end_procedure(False, f'{why}{self._describe_remedy()}', Result(None))
+                self._end_procedure(Outcome(None, code=OutcomeCode.FAILED, error=error))
             )
 
     def _describe_remedy(self) -> str:
@@ -357,23 +357,23 @@ class MemoryElement(Memory):
         reset = ', and if this remains so without faults, reset replaces it by a blank one'
         return f'; calibrate the element{reset if self.is_simulated else ""}'
 
-    def _finish_procedure(self, success: bool, error: str, result: Result) -> None:
+    def _finish_procedure(self, ended: Outcome) -> None:
         """End the running procedure, successful or not: release cells, return the strain to zero.
 
         What changes nothing, such as a read, keeps a strain that was set by hand.
         """
-        outcome = self._end_procedure(success, error, result)
+        outcome = self._end_procedure(ended)
         self.statistics.count(outcome)
         self.transducer.release_ends()
         if PROCEDURES[outcome.procedure].changes and self.actuator.motion.target != 0.0:
             self.actuator.ramp_to(0.0, self.settings.erase.release)
 
-    def _end_procedure(self, success: bool, error: str, result: Result) -> Outcome:
+    def _end_procedure(self, ended: Outcome) -> Outcome:
         run, self._running = self._running, None
         assert run is not None
-        run.outcome = Outcome(
-            self.progress.procedure, success, error, start_tick=self.progress.start_tick,
-            end_tick=self.ticks, content_name=self.content_name, **vars(result),
+        run.outcome = replace(
+            ended, procedure=self.progress.procedure, start_tick=self.progress.start_tick,
+            end_tick=self.ticks, content_name=self.content_name,
         )  # fmt: skip
         self._events.append(run.outcome)
         return run.outcome

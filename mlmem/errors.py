@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .rejections import Rejected
+from .rejections import OutcomeCode, Rejected
 from .schema import find_problems
 
 
@@ -36,11 +36,18 @@ class DriverHangs(DriverError):
 
 
 class ProcedureFailed(Exception):
-    """A procedure that ran and failed; the message says what was observed."""
+    """A procedure that ran and failed; the message says what was observed.
 
-    def __init__(self, message: str, attempts: int = 1) -> None:
+    Attributes:
+        attempts: How often it was tried.
+        code: Whether an echo could not be decoded, or it failed for another reason.
+    """
+
+    def __init__(
+        self, message: str, attempts: int = 1, code: OutcomeCode = OutcomeCode.FAILED
+    ) -> None:
         super().__init__(message)
-        self.attempts = attempts
+        self.attempts, self.code = attempts, code
 
 
 class Astray(ProcedureFailed):

@@ -1,6 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Why something from outside is rejected: all codes, and how their sentences are made.
+"""Why something from outside is rejected, and how a procedure ended: all codes, and how the
+sentences of rejections are made.
 
 A test asserts code and field, never the sentence.
 """
@@ -46,6 +47,25 @@ class ErrorCode(str, Enum):
 
     OTHER = 'other'
     """None of these; the sentence says it."""
+
+
+class OutcomeCode(str, Enum):
+    """How a procedure ended."""
+
+    OK = 'ok'
+    """It succeeded."""
+
+    ABORTED = 'aborted'
+    """It was stopped."""
+
+    UNDECODABLE = 'undecodable'
+    """It failed because the last echo could not be decoded."""
+
+    FAILED = 'failed'
+    """It failed for another reason; the sentence says it."""
+
+    def __str__(self) -> str:
+        return self.value
 
 
 class Rejected(Exception):

@@ -109,7 +109,8 @@ class WordKickOut(Move):
                 return reading
         raise ProcedureFailed(
             f'the element is not blank after {design.levels} turns of kicks; read last: '
-            f'{element.describe_content(content)}'
+            f'{element.describe_content(content)}',
+            code=reading.failure_code,
         )
 
 

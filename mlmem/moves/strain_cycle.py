@@ -114,7 +114,8 @@ class KinkDrive(Move):
             kink += 1
         raise ProcedureFailed(
             f'the element is not blank after {cycles} strain cycles; read last: '
-            f'{describe_level(reading.level)}'
+            f'{describe_level(reading.level)}',
+            code=reading.failure_code,
         )
 
 

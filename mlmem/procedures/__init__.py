@@ -13,12 +13,12 @@ from functools import cache
 from importlib import import_module
 from typing import NamedTuple
 
-from ..commands import Result
+from ..commands import Outcome
 from ..instrument.blocks import Procedure, run
 from ..procedure_table import PROCEDURES
 from . import estimates
 
-__all__ = ['Procedure', 'ProcedureSteps', 'Result', 'find_steps', 'run']
+__all__ = ['Procedure', 'ProcedureSteps', 'find_steps', 'run']
 
 
 class ProcedureSteps(NamedTuple):
@@ -29,7 +29,7 @@ class ProcedureSteps(NamedTuple):
         expected: Returns how long it will take, in time units.
     """
 
-    begin: Callable[..., Procedure[Result]]
+    begin: Callable[..., Procedure[Outcome]]
     expected: Callable[..., float]
 
 

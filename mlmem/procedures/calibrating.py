@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import singledispatch
 from typing import Any
 
-from ..commands import Result
+from ..commands import Outcome
 from ..corrections import PulseCorrection, is_kicked, make_corrections
 from ..errors import Astray, ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
@@ -36,7 +36,7 @@ MIN_KICK_MARGIN = 0.7
 most 0.6."""
 
 
-def calibrate(element: Memory) -> Procedure[Result]:
+def calibrate(element: Memory) -> Procedure[Outcome]:
     """Calibrate the reader of an element, and restore the content in any case but an abort.
 
     Raises:

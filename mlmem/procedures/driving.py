@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..commands import Result
+from ..commands import Outcome
 from ..corrections import PulseCorrection
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, ramp_strain
@@ -20,9 +20,10 @@ from ..moves.planner import disable_kicks, erasing_moves, find_route
 from ..moves.strain_cycle import return_to_zero
 from ..readers.listening import try_wait_for_decay
 from ..readers.reading import UNDECODABLE, Reading
+from ..rejections import OutcomeCode
 
 
-def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
+def erase(element: Memory, *, plainly: bool = False) -> Procedure[Outcome]:
     """Make the element blank: without strain unless `plainly`, or else with it.
 
     Raises:
@@ -34,19 +35,20 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
     reading: Reading | None = None
     for move in erasing_moves(element.design, settings):
         if move.listens:
-            return Result((yield from move.drive(element, how)))
+            return Outcome((yield from move.drive(element, how)))
         for attempt in range(1, settings.write.attempts + 1):
             element.progress.record_attempts('erase', attempt)
             if attempt > 1 or not (yield from seems_blank(element)):
                 yield from move.drive(element, how)
             reading = yield from element.reader.read(element)
             if reading.level == blank_content(settings):
-                return Result(reading, attempt)
+                return Outcome(reading, attempt)
     seen = reading and (reading.reason or element.describe_content(reading.level))
     raise ProcedureFailed(
         f'the element is not blank after {settings.write.attempts} attempts ({seen}); no other '
         'move erases it: strain does, with an actuator and one wall',
         settings.write.attempts,
+        reading.failure_code if reading else OutcomeCode.FAILED,
     )
 
 
@@ -58,7 +60,7 @@ def seems_blank(element: Memory) -> Procedure[bool]:
     return element.phases == (0, 0)
 
 
-def kick_by_hand(element: Memory, speed: float) -> Procedure[Result]:
+def kick_by_hand(element: Memory, speed: float) -> Procedure[Outcome]:
     """Kick a wall off from the left end, or a kink if that end is active; nothing is read.
 
     Args:
@@ -71,10 +73,10 @@ def kick_by_hand(element: Memory, speed: float) -> Procedure[Result]:
     yield from return_to_zero(element)
     element.forget_content('kicked by hand')
     yield from kick_to_other_phase(element, speed)
-    return Result(None)
+    return Outcome(None)
 
 
-def abort(element: Memory) -> Procedure[Result]:
+def abort(element: Memory) -> Procedure[Outcome]:
     """Release a held cell and bring the strain to zero, smoothly.
 
     As slowly as an erase: at the highest rate, one element in twenty was left with cells in a
@@ -84,7 +86,7 @@ def abort(element: Memory) -> Procedure[Result]:
     element.transducer.release_ends()
     if element.actuator.strain != 0.0 or element.actuator.is_moving:
         yield from ramp_strain(element, 0.0, times.release)
-    return Result(None)
+    return Outcome(None)
 
 
 def go_to_level(

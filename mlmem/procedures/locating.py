@@ -10,7 +10,7 @@ from functools import singledispatch
 
 import numpy as np
 
-from ..commands import Result
+from ..commands import Outcome
 from ..errors import ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
 from ..instrument.echo import Echo
@@ -30,7 +30,7 @@ WELL_ERROR_CELLS = 0.25
 by up to 0.4 cells from that of a level."""
 
 
-def locate(element: Memory) -> Procedure[Result]:
+def locate(element: Memory) -> Procedure[Outcome]:
     """Find the walls of an element, as its reader can; see `locate_walls` and `locate_by_delays`.
 
     Raises:
@@ -40,7 +40,7 @@ def locate(element: Memory) -> Procedure[Result]:
 
 
 @singledispatch
-def locate_walls(reader: Reader, element: Memory) -> Procedure[Result]:
+def locate_walls(reader: Reader, element: Memory) -> Procedure[Outcome]:
     """Read the content, and answer where its walls are: at levels, or nowhere.
 
     Found are `walls`; of one wall its `position` and `position_std` in cells from the left; and of
@@ -51,7 +51,7 @@ def locate_walls(reader: Reader, element: Memory) -> Procedure[Result]:
     """
     reading = yield from reader.read(element)
     if reading.level == UNDECODABLE:
-        raise ProcedureFailed(reading.reason)
+        raise ProcedureFailed(reading.reason, code=reading.failure_code)
     sites = [element.design.defect_site(level) for level in reader.list_walls(reading.level)]
     found: dict[str, float | str] = {'walls': len(sites)}
     if reader.holds_words:
@@ -60,11 +60,11 @@ def locate_walls(reader: Reader, element: Memory) -> Procedure[Result]:
         found['kinds'] = ' '.join(reversed(kinds[: len(sites)]))  # they alternate from the right
     elif sites:
         found |= {'position': float(sites[0]), 'position_std': WELL_ERROR_CELLS}
-    return Result(reading, found=found)
+    return Outcome(reading, found=found)
 
 
 @locate_walls.register
-def locate_by_delays(reader: DelayReader, element: Memory) -> Procedure[Result]:
+def locate_by_delays(reader: DelayReader, element: Memory) -> Procedure[Outcome]:
     """Probe from every end, and turn delays into cells between the levels of the calibration.
 
     Found are `walls`, 0 or 1, and of a wall `position` and `position_std` in cells from the left.
@@ -86,18 +86,19 @@ def locate_by_delays(reader: DelayReader, element: Memory) -> Procedure[Result]:
         raise ProcedureFailed('the base shakes: hold it still to locate a wall')
     for end, echo in echoes.items():
         if echo.delay is None or echo.threshold_factor > MAX_THRESHOLD_FACTOR:
-            raise ProcedureFailed(reading.reason or f'the echo at the {end} end is unclear')
+            reason = reading.reason or f'the echo at the {end} end is unclear'
+            raise ProcedureFailed(reason, code=reading.failure_code)
     if reading.level == BLANK:
-        return Result(reading, found={'walls': 0})
+        return Outcome(reading, found={'walls': 0})
     if phases[End.LEFT] == 0 and (
         cell := (yield from _find_stuck_cell(element, echoes[End.RIGHT]))
     ):
-        return Result(reading, found={'walls': 0, 'stuck_cell': cell})
+        return Outcome(reading, found={'walls': 0, 'stuck_cell': cell})
     if phases[End.LEFT] == phases[End.RIGHT]:
-        raise ProcedureFailed(reading.reason)
+        raise ProcedureFailed(reading.reason, code=reading.failure_code)
     position, deviation = _combine_places(element, reading, echoes)
     found = {'position': round(position, 3), 'position_std': round(deviation, 3)}
-    return Result(reading, found={'walls': 1, **found})
+    return Outcome(reading, found={'walls': 1, **found})
 
 
 def _find_stuck_cell(element: Memory, echo: Echo) -> Procedure[int]:
@@ -203,7 +204,7 @@ def _combine_places(
         either = (left - right) / most  # whichever end errs is off by no more
         return position, math.hypot(float(weights.sum() ** -0.5), either)
     if reading.level == UNDECODABLE:
-        raise ProcedureFailed(reading.reason)
+        raise ProcedureFailed(reading.reason, code=reading.failure_code)
     if not heard:
         raise ProcedureFailed('something is heard at both ends when listening begins')
     ((position, deviation),) = heard.values()

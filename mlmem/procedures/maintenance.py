@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ..commands import Check, Result
+from ..commands import Check, Outcome
 from ..corrections import is_kicked
 from ..errors import ProcedureFailed, Refused
 from ..instrument.blocks import Procedure, catch_up, ramp_strain, wait
@@ -25,6 +25,7 @@ from ..procedure_table import UNSET_SEED
 from ..readers.decoding import MAX_THRESHOLD_FACTOR
 from ..readers.listening import noise_floor, wait_for_decay
 from ..readers.reading import BLANK, UNDECODABLE, Reading
+from ..rejections import OutcomeCode
 from .driving import erase
 from .reading import take_settled_reading
 from .writing import restore_content, write
@@ -33,7 +34,7 @@ Tested = tuple[bool, str, dict[str, float]]
 """Whether a test passed, its result in words, and the measured values."""
 
 
-def self_test(element: Memory) -> Procedure[Result]:
+def self_test(element: Memory) -> Procedure[Outcome]:
     """Test everything, with one check each, and restore the content.
 
     If a transducer or the actuator fails, nothing is written and the content stays; but kicks
@@ -48,7 +49,8 @@ def self_test(element: Memory) -> Procedure[Result]:
     if content.level == UNDECODABLE:
         raise ProcedureFailed(
             f'not tested: the content cannot be read now ({content.reason}) and so could not be '
-            'restored; write a level or erase first'
+            'restored; write a level or erase first',
+            code=content.failure_code,
         )
     checks = []
     for end in element.transducer.ends:
@@ -62,7 +64,9 @@ def self_test(element: Memory) -> Procedure[Result]:
         for level, number in element.reader.single_walls.items():
             checks.append((yield from _run_test(f'level {level}', _test_level(element, number))))
         checks.append((yield from _run_test('restore', _test_restore(element, content))))
-    return Result(element.reading, checks=tuple(checks))
+    failed = ', '.join(check.name for check in checks if not check.passed)
+    code, error = (OutcomeCode.FAILED, f'failed: {failed}') if failed else (OutcomeCode.OK, '')
+    return Outcome(element.reading, checks=tuple(checks), code=code, error=error)
 
 
 def _run_test(name: str, test: Procedure[Tested]) -> Procedure[Check]:
@@ -157,7 +161,7 @@ def _test_restore(element: Memory, content: Reading) -> Procedure[Tested]:
     return True, element.describe_content(content.level), {}
 
 
-def reset(element: Memory, content: int = BLANK, seed: int = UNSET_SEED) -> Procedure[Result]:
+def reset(element: Memory, content: int = BLANK, seed: int = UNSET_SEED) -> Procedure[Outcome]:
     """Replace a simulated element by a fresh one, unstrained and at rest, and read it.
 
     Cells driven out of their two phases stay in another ground state, from which neither an erase
@@ -189,6 +193,7 @@ def reset(element: Memory, content: int = BLANK, seed: int = UNSET_SEED) -> Proc
     if reading.level != expected:
         why = reading.reason or element.describe_content(reading.level)
         raise ProcedureFailed(
-            f'the new element is not read as {element.describe_content(expected)}: {why}'
+            f'the new element is not read as {element.describe_content(expected)}: {why}',
+            code=reading.failure_code,
         )
-    return Result(reading)
+    return Outcome(reading)

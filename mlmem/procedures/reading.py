@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from ..commands import Result
+from ..commands import Outcome
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure
 from ..memory import Memory
@@ -25,7 +25,7 @@ def take_settled_reading(element: Memory, end: str = '') -> Procedure[Reading]:
     return reading
 
 
-def read(element: Memory, end: str = '') -> Procedure[Result]:
+def read(element: Memory, end: str = '') -> Procedure[Outcome]:
     """Read the content (see `take_settled_reading`), and answer with the delay at one end.
 
     Args:
@@ -37,5 +37,5 @@ def read(element: Memory, end: str = '') -> Procedure[Result]:
     """
     reading = yield from take_settled_reading(element, end)
     if reading.level == UNDECODABLE:
-        raise ProcedureFailed(reading.reason)
-    return Result(reading)
+        raise ProcedureFailed(reading.reason, code=reading.failure_code)
+    return Outcome(reading)

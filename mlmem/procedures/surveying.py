@@ -11,7 +11,7 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from ..commands import Result
+from ..commands import Outcome
 from ..corrections import PulseCorrection
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, ramp_strain, wait
@@ -44,7 +44,7 @@ class Aim(NamedTuple):
     strain: float = 0.0
 
 
-def survey(element: Memory) -> Procedure[Result]:
+def survey(element: Memory) -> Procedure[Outcome]:
     """Pulse the element in several states, record both ends, and restore the content.
 
     The pulses were chosen for what they tell of the cells. The wall is driven to a level without a

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from ..commands import Result
+from ..commands import Outcome
 from ..errors import NotFollowed, ProcedureFailed
 from ..instrument.blocks import Procedure
 from ..instrument.end import End
@@ -16,7 +16,7 @@ from .driving import erase, go_to_level
 from .reading import take_settled_reading
 
 
-def write(element: Memory, level: int) -> Procedure[Result]:
+def write(element: Memory, level: int) -> Procedure[Outcome]:
     """Write a level: step up to it, down to it, or erase and start again; verify by reading.
 
     A further attempt continues from the level that was read, with peak strains `write.escalation`
@@ -58,18 +58,19 @@ def write(element: Memory, level: int) -> Procedure[Result]:
             if element.reader.needs_second_read(reading):  # the wall has only just arrived
                 reading = yield from element.reader.read(element)
         except ProcedureFailed as failure:
-            raise ProcedureFailed(str(failure), attempt) from failure
+            raise ProcedureFailed(str(failure), attempt, failure.code) from failure
         present, said = reading.level, reading.reason or element.describe_content(reading.level)
         if present >= 0 and reading.level_margin < least:
             present, said = UNDECODABLE, f'{said} with a margin of {reading.level_margin:.2f}'
         nudge *= correct_speed(element, reading, level, attempt)
         if present == level:
-            return Result(reading, attempt)
+            return Outcome(reading, attempt)
         seen.append(said)
     raise ProcedureFailed(
         f'{element.describe_content(level)} was not reached in {attempts} attempts; read instead: '
         f'{", ".join(seen)}',
         attempts,
+        reading.failure_code,
     )
 
 
@@ -90,7 +91,7 @@ def went_too_far(element: Memory, reading: Reading, level: int) -> bool:
     return left or reading.level > level
 
 
-def restore_content(element: Memory, content: Reading) -> Procedure[Result]:
+def restore_content(element: Memory, content: Reading) -> Procedure[Outcome]:
     """Restore a reading: write its level, or erase if it was blank.
 
     Raises:

@@ -13,6 +13,7 @@ from ..instrument.end import End
 from ..procedure_table import BLANK as BLANK
 from ..procedure_table import UNDECODABLE as UNDECODABLE
 from ..procedure_table import describe_level as describe_level
+from ..rejections import OutcomeCode
 from ..schema import describe_field
 
 
@@ -58,6 +59,11 @@ class Reading:
     def content(self) -> int:
         """A level of one wall, or the word of a register; -1 if blank, -2 if not known."""
         return self.level
+
+    @property
+    def failure_code(self) -> OutcomeCode:
+        """The code of a procedure that failed with this as its last reading."""
+        return OutcomeCode.UNDECODABLE if self.level == UNDECODABLE else OutcomeCode.FAILED
 
     @property
     def confidence(self) -> float:

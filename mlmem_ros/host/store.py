@@ -29,6 +29,7 @@ from mlmem.loop.mailbox import Asked
 from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError, decode_value, parse_json
 from mlmem.physics import StateError
 from mlmem.procedure_table import PROCEDURES
+from mlmem.rejections import OutcomeCode
 from mlmem.schema import make_printable
 
 from .settings import FileSettings, StateSettings
@@ -190,7 +191,8 @@ def _apply_save_result(outcome: Outcome, error: BaseException | None) -> Outcome
     if error is None:
         return outcome
     done = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
-    return dataclasses.replace(outcome, success=False, error=f'{done}, but is not saved: {error}')
+    code = OutcomeCode.FAILED if outcome.success else outcome.code
+    return dataclasses.replace(outcome, code=code, error=f'{done}, but is not saved: {error}')
 
 
 def save_snapshot(path: Path, taken: Mapping[str, Any]) -> None:

@@ -26,7 +26,7 @@ from mlmem_tools.cli import request
 
 def test_outcome_becomes_plain_values():
     reading = Reading(5, '101', 'left', 694.25004, 0.93841234, 2.14264321, 149.0)
-    outcome = Outcome('write', True, '', reading, 2, 100, 368)
+    outcome = Outcome(reading, 2, procedure='write', start_tick=100, end_tick=368)
     assert json.loads(answers.format_answer(outcome, asked=5)) == {
         'procedure': 'write', 'level': 5, 'code': '101', 'delay': 694.25, 'asked': 5,
         'level_margin': 0.9384, 'margin': 0.9384, 'threshold_margin': 2.1426,
@@ -36,13 +36,15 @@ def test_outcome_becomes_plain_values():
 
 def test_readings_of_both_ends_are_reported():
     reading = Reading(5, '101', 'both', 694.25, 0.9, 2.1, 149.0, walls=2, right_delay=84.12344)
-    values = outcome_to_dict(Outcome('read', True, '', reading, 1, 0, 60))
+    values = outcome_to_dict(Outcome(reading, procedure='read', end_tick=60))
     assert (values['delay'], values['right_delay'], values['walls']) == (694.25, 84.1234, 2)
 
 
 def test_failure_is_reported_without_infinity():
     reading = Reading(-2, '', 'left', None, 0.0, 0.5, math.inf, 'no echo came back')
-    outcome = Outcome('read', False, 'no echo came back', reading, 1, 7, 9)
+    outcome = Outcome(
+        reading, code=OutcomeCode.UNDECODABLE, error='no echo came back', procedure='read'
+    )
     found = outcome_to_dict(outcome)
     assert found['error'] == found['reason'] == 'no echo came back'
     assert found['delay'] is None
@@ -89,7 +91,7 @@ def test_field_declared_once_is_in_every_answer(monkeypatch):
 
     monkeypatch.setitem(answers.ANSWER_TYPES, 'read', Warmed)
     measured = {'warmth': 293.5, 'warmths': {'left': [1.0, 2.0], 'right': [3.0]}}
-    outcome = Outcome('read', True, '', READING, 1, 0, 60, found=measured)
+    outcome = Outcome(READING, procedure='read', end_tick=60, found=measured)
     texts = describe_outcome(None, outcome).values
     assert (texts['warmth'], texts['warmths_left']) == ('293.5', '1 2')
     by_service = answers.parse_answer(Warmed, True, answers.format_answer(outcome))
@@ -107,7 +109,7 @@ def test_field_declared_once_is_in_every_answer(monkeypatch):
     [(READING, {'left': (1.5, 2.5)}), (None, {'left': (1.5,)}), (READING, {})],
 )
 def test_result_of_an_action_says_what_the_service_says(reading, delays):
-    outcome = Outcome('calibrate', True, '', reading, 1, 0, 60, delays=delays)
+    outcome = Outcome(reading, procedure='calibrate', end_tick=60, delays=delays)
     result = answers.build_result(result_type(Calibrated), outcome, 0)
     assert (result.left_delays, result.right_delays) == (list(delays.get('left', ())), [])
     said = answers.extract_values('calibrate', result)
@@ -118,7 +120,7 @@ def test_result_of_an_action_says_what_the_service_says(reading, delays):
 
 
 def test_outcome_of_a_register_has_a_word_and_no_level():
-    outcome = Outcome('read', True, '', READING, 1, 0, 60, content_name='word')
+    outcome = Outcome(READING, procedure='read', end_tick=60, content_name='word')
     assert (outcome.word, outcome.level) == (5, None)
     by_service = answers.parse_answer(Decoded, True, answers.format_answer(outcome))
     result = answers.build_result(result_type(Decoded), outcome, 0)
@@ -140,7 +142,7 @@ def test_value_absent_from_a_result_is_none():
 
 
 def test_line_of_the_command_has_every_declared_field():
-    outcome = Outcome('read', True, '', READING, 1, 0, 60)
+    outcome = Outcome(READING, procedure='read', end_tick=60)
     answer = answers.parse_answer(Decoded, True, answers.format_answer(outcome))
     line = request._format_decoded(answer)
     assert line.startswith('level 5 (code 101), end both, delay 694.2, ')
