@@ -59,11 +59,10 @@ class MemoryElement(Memory):
             calibration = factory.factory_calibration(design, settings)
         if driver is None and isinstance(element, Element):
             driver = Simulation.build_blank(element.timed_specimen, settings.time)
-        super().__init__(design, settings, calibration, driver)
-        if settings.element.bad_cells:
-            from .readers.waveform_reader import WaveformReader  # few elements have any
-
-            self.reader = WaveformReader(factory.rehearse_levels(design, settings))
+        rehearsed = (
+            factory.rehearse_levels(design, settings) if settings.element.bad_cells else None
+        )
+        super().__init__(design, settings, calibration, driver, rehearsed)
         self._running: ProcedureRun | None = None
 
     # --- commands ------------------------------------------------------------------------

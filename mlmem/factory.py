@@ -118,16 +118,15 @@ def rehearse_levels(design: Design, settings: Settings) -> BadCells:
     """
     from .readers.bad_cells import add_bad_cells, forecast_bad_cells  # few elements have bad cells
     from .readers.register import pin_walls
-    from .readers.waveform_reader import WaveformReader
 
     found, weak = forecast_bad_cells(design, settings), settings.element.weak_factors
     if not weak:
         return found
     plain = replace(settings, element=ElementSettings())
-    made, once = add_bad_cells(design, settings), replace(settings.write, attempts=1)
+    made = add_bad_cells(design, settings)
+    once = replace(settings, write=replace(settings.write, attempts=1))
     body = Simulation.build_blank(made, settings.time)
-    twin = Memory(design, plain, factory_calibration(design, plain), body)
-    twin.settings, twin.reader = replace(settings, write=once), WaveformReader(found)
+    twin = Memory(design, once, factory_calibration(design, plain), body, found)
     lost: dict[int, str] = {}
     for level in found.usable:
         site = min(weak, key=lambda site: abs(site - design.defect_site(level)))

@@ -13,6 +13,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
 from .commands import EchoReceived, Event, Outcome
 from .instrument.drivers import Driver
@@ -23,11 +24,14 @@ from .physics import Design, Specimen
 from .physics.potential import Array
 from .procedure_table import CONTENT_NAMES, describe_content
 from .readers.calibration import Calibration
-from .readers.decoding import decode_echoes, make_undecodable, primary_end
+from .readers.decoding import make_undecodable, primary_end
 from .readers.reader import choose_reader
 from .readers.reading import BLANK, UNDECODABLE, Reading, Unknown
 from .schema import describe_field
 from .settings import Settings
+
+if TYPE_CHECKING:
+    from .readers.bad_cells import BadCells
 
 _count = partial(describe_field, low=0, high=2**62)
 
@@ -110,8 +114,10 @@ class Memory(Instrument):
         settings: Settings,
         calibration: Calibration,
         driver: Driver | None = None,
+        bad_cells: BadCells | None = None,
     ) -> None:
-        """Make an instrument, as `Instrument` does, with the echo delay of every level.
+        """Make an instrument, as `Instrument` does, with the echo delay of every level, and with
+        rehearsed forecasts if cells are known to be bad.
 
         Raises:
             SettingsError: The calibration has a different number of levels.
@@ -123,7 +129,7 @@ class Memory(Instrument):
         self.reading: Reading | None = None
         self.unknown: Unknown | None = None
         self.loudest: Mapping[End, float] = {}
-        self.reader = choose_reader(design, settings)
+        self.reader = choose_reader(design, settings, bad_cells=bad_cells)
         self.twin: Specimen | None = None
         self.statistics = MemoryStatistics.for_contents(self.reader.content_count)
         self._events: list[Event] = []
@@ -190,15 +196,6 @@ class Memory(Instrument):
         self.statistics.cycles += 1
         self.forget_content(f'{how} by a procedure')
 
-    @property
-    def detecting_ends(self) -> tuple[End, ...]:
-        """The ends that can hear something: both, if the wall lies between their phases."""
-        if self.phase(End.LEFT) == 0:
-            return (End.RIGHT,)
-        if self.phase(End.RIGHT) == 1:
-            return (End.LEFT,)
-        return tuple(End)
-
     def passage_time(self, end: End) -> float:
         """Return in which time a pulse of an end comes back from the farthest reflector."""
         # an element may be a tenth slower than its calibration
@@ -223,20 +220,3 @@ class Memory(Instrument):
         return self.store_reading(
             Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf, reason)
         )
-
-    def store_echoes(self, echoes: Mapping[End, Echo], end: str = '') -> Reading:
-        """Decode the echoes at the ends, store the reading and report it.
-
-        Args:
-            end: The end whose delay is reported: 'left', 'right' or 'both'; empty for the one in
-                the settings.
-        """
-        settings = self.settings.read
-        reading = decode_echoes(self.design, settings, self.calibration, echoes, self.phases, end)
-        last = End.RIGHT if reading.end == End.RIGHT else End.LEFT  # which is reported
-        in_order = sorted(echoes.values(), key=lambda echo: echo.end is last)
-        reading = self.store_reading(reading, in_order)
-        if reading.level != UNDECODABLE:  # all that is under way was seen
-            for each in echoes:
-                self.transducer.reverberation[each].mark_returned()
-        return reading

@@ -192,7 +192,7 @@ PROCEDURES = {
     'calibrate': Procedure(
         Calibrate,
         'measure the echo delay of every level, then restore the content',
-        'calibrating.calibrate',
+        'maintenance.calibrate',
         'estimate_all_levels',
     ),
     'self_test': Procedure(
@@ -204,7 +204,7 @@ PROCEDURES = {
     'locate': Procedure(
         Locate,
         'measure the position of the wall in cells, or of every wall of a register',
-        'locating.locate',
+        'reading.locate',
         'estimate_read',
         changes=False,
         action=False,

@@ -1,12 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Maintenance: the self-test of actuator, transducers, erase and every level; and the reset, the
-way home of an element that no strain brings back.
+"""Maintenance: the calibration; the self-test of actuator, transducers, erase and every level; and
+the reset, the way home of an element that no strain brings back.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,18 +18,40 @@ from ..instrument.blocks import Procedure, catch_up, ramp_strain, wait
 from ..instrument.echo import detection_threshold
 from ..instrument.end import End
 from ..memory import Memory
-from ..moves.kick import erase_speed
+from ..moves.kick import erase_speed, kick_out
 from ..moves.move import blank_content
 from ..moves.strain_cycle import return_to_zero
 from ..physics import StateError
 from ..procedure_table import UNSET_SEED
 from ..readers.decoding import MAX_THRESHOLD_FACTOR
 from ..readers.listening import noise_floor, wait_for_decay
+from ..readers.reader import Writer
 from ..readers.reading import BLANK, UNDECODABLE, Reading
 from ..rejections import OutcomeCode
-from .driving import erase
-from .reading import take_settled_reading
+from .driving import erase, go_to_level
 from .writing import restore_content, write
+
+
+def calibrate(element: Memory) -> Procedure[Outcome]:
+    """Calibrate the reader of an element, and restore the content in any case but an abort.
+
+    Raises:
+        ProcedureFailed: As `Reader.calibrate`, or the content could not be restored.
+    """
+    yield from return_to_zero(element)
+    content = yield from element.reader.read_settled(element)
+    writer = Writer(write, erase, go_to_level, kick_out)
+    try:
+        found = yield from element.reader.calibrate(element, writer)
+    except ProcedureFailed as failure:
+        try:
+            yield from restore_content(element, content)
+        except ProcedureFailed as lost:
+            text = f'{failure}; nor was the content restored: {lost}'
+            raise ProcedureFailed(text, code=lost.code) from failure
+        raise
+    return replace((yield from restore_content(element, content)), **found)
+
 
 Tested = tuple[bool, str, dict[str, float]]
 """Whether a test passed, its result in words, and the measured values."""
@@ -45,7 +68,7 @@ def self_test(element: Memory) -> Procedure[Outcome]:
             written.
     """
     yield from return_to_zero(element)
-    content = yield from take_settled_reading(element)
+    content = yield from element.reader.read_settled(element)
     if content.level == UNDECODABLE:
         raise ProcedureFailed(
             f'not tested: the content cannot be read now ({content.reason}) and so could not be '

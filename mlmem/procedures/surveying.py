@@ -25,7 +25,6 @@ from ..readers.reading import BLANK
 from ..settings import ProbeSettings
 from .driving import erase, go_to_level
 from .estimates import QUIET_DAMPING_TIMES, RECORD_TIME
-from .reading import take_settled_reading
 from .writing import restore_content
 
 
@@ -61,7 +60,7 @@ def survey(element: Memory) -> Procedure[Outcome]:
     if element.settings.element.bad_cells:
         raise ProcedureFailed('a survey needs the whole element: element.bad_cells must be empty')
     yield from return_to_zero(element)
-    content = yield from take_settled_reading(element)
+    content = yield from element.reader.read_settled(element)
     yield from erase(element)
     blank_shots = (  # no wall is there that a strain could free
         Aim(End.RIGHT, 0.30, 4.0),

@@ -7,13 +7,11 @@ from __future__ import annotations
 from ..commands import Outcome
 from ..errors import NotFollowed, ProcedureFailed
 from ..instrument.blocks import Procedure
-from ..instrument.end import End
 from ..memory import Memory
 from ..moves.strain_cycle import return_to_zero
-from ..readers.reading import UNDECODABLE, Reading
+from ..readers.reading import UNDECODABLE, Reading, correct_speed
 from . import estimates
 from .driving import erase, go_to_level
-from .reading import take_settled_reading
 
 
 def write(element: Memory, level: int) -> Procedure[Outcome]:
@@ -34,7 +32,7 @@ def write(element: Memory, level: int) -> Procedure[Outcome]:
     yield from return_to_zero(element)
     reading = element.reading
     if reading is None or reading.level == UNDECODABLE:
-        reading = yield from take_settled_reading(element)
+        reading = yield from element.reader.read_settled(element)
     present, seen, nudge = reading.level, [], 1.0
     method = element.settings.write.method
     strained = element.settings.actuator.present
@@ -72,23 +70,6 @@ def write(element: Memory, level: int) -> Procedure[Outcome]:
         attempts,
         reading.failure_code,
     )
-
-
-def correct_speed(element: Memory, reading: Reading, level: int, attempt: int) -> float:
-    """Return the factor on the speed of the next kick, as the last one went too far or fell short.
-
-    It changes the speed by a quarter of the way to the next level at first, then by less.
-    """
-    change: float = 1.06 ** (1.0 / attempt)
-    if went_too_far(element, reading, level):
-        return 1.0 / change
-    return change if 0 <= reading.level < level else 1.0
-
-
-def went_too_far(element: Memory, reading: Reading, level: int) -> bool:
-    """Return whether a kick took the wall past its level: to another, or out of the right end."""
-    left = reading.level == UNDECODABLE and element.phase(End.RIGHT) != 0
-    return left or reading.level > level
 
 
 def restore_content(element: Memory, content: Reading) -> Procedure[Outcome]:

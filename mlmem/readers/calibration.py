@@ -7,7 +7,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
@@ -18,6 +18,7 @@ from ..corrections import (
     PulseCorrection,
     PulseCorrections,
     corrections_by_level,
+    make_corrections,
     remove_kicks,
 )
 from ..errors import SettingsError
@@ -216,6 +217,13 @@ class Calibration:
     def corrections_by_level(self, settings: Settings) -> list[PulseCorrection]:
         """Return the corrections by the level to which a pulse takes the wall."""
         return corrections_by_level(self.pulse_corrections, settings, len(self.right.delays))
+
+    def with_corrections(
+        self, corrections: Iterable[PulseCorrection], settings: Settings
+    ) -> Calibration:
+        """Return the calibration with corrections by the level to which a pulse takes the wall."""
+        known = make_corrections(corrections, settings)
+        return dataclasses.replace(self, pulse_corrections=known)
 
     def remove_missed_kicks(self, settings: Settings) -> Settings:
         """Return settings without the kicks that do not arrive."""

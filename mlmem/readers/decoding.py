@@ -72,8 +72,7 @@ def primary_end(settings: ReadSettings) -> End:
 def _report_end(design: Design, calibration: Calibration, reading: Reading, end: str) -> Reading:
     """Return a reading with the delay and the distance at an end; for both, at the left."""
     which = End.RIGHT if end == End.RIGHT else End.LEFT
-    delay = reading.right_delay if which is End.RIGHT else reading.left_delay
-    distance = reading.distance
+    delay, distance = reading.get_delay(which), reading.distance
     if reading.level >= 0 and delay is not None:
         distance = _reflector_distance(design, calibration, which, delay)
     return replace(reading, end=end, delay=delay, distance=distance)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reading one wall by the delay of its echoes, as in the paper.
+"""Reading one wall by the delay of its echoes, as in the paper; and locating it by them.
 
 A pulse of either end is reflected by the wall. Both ends listen at the same time, for both must
 detect the same wall (see `decoding.decode_echoes`).
@@ -8,33 +8,37 @@ detect the same wall (see `decoding.decode_echoes`).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any
 
-from ..errors import Astray
+import numpy as np
+
+from ..commands import Outcome
+from ..errors import Astray, ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
-from ..instrument.echo import ECHO_TAIL_TIME
+from ..instrument.echo import ECHO_TAIL_TIME, Echo
 from ..instrument.end import End
 from ..physics import Design
-from .listening import probe_ends, wait_for_decay
-from .reading import UNDECODABLE, Reading
+from ..physics.potential import Array
+from ..physics.waves import group_velocity
+from .decoding import MAX_THRESHOLD_FACTOR, WALL_GONE_REASON, decode_echoes
+from .delay_calibration import measure_delays
+from .listening import probe_ends, record_waveforms, wait_for_decay
+from .reader import Reader, Writer, keep_unless_measured
+from .reading import BLANK, UNDECODABLE, WELL_ERROR_CELLS, Reading
 
 if TYPE_CHECKING:
     from ..memory import Memory
 
 
-class DelayReader:
+class DelayReader(Reader):
     """Decodes the level of one wall from the delays at both ends; see `Reader`."""
-
-    holds_words: ClassVar[bool] = False
-    unusable_reasons: ClassVar[Mapping[int, str]] = MappingProxyType({})
-    limits: ClassVar[str] = ''
 
     def __init__(self, design: Design) -> None:
         """Make the reader of a design."""
         self.content_count = design.levels
-        self.single_walls: Mapping[int, int] = {level: level for level in range(design.levels)}
+        self.single_walls = {level: level for level in range(design.levels)}
 
     def list_walls(self, content: int) -> tuple[int, ...]:
         """Return the level of the wall; nothing for a blank element."""
@@ -57,20 +61,198 @@ class DelayReader:
         for _ in range(element.settings.read.attempts):
             yield from wait_for_decay(element)
             try:
-                echoes = yield from probe_ends(element, element.detecting_ends)
+                echoes = yield from probe_ends(element, _find_detecting_ends(element))
             except Astray as error:
                 return element.store_unreadable(str(error))
-            reading = element.store_echoes(echoes, end)
+            reading = _store_echoes(element, echoes, end)
             shaken = any(echo.shaken for echo in echoes.values())
             if not shaken or reading.level != UNDECODABLE or reading.walls is not None:
                 break
         return reading
 
-    def needs_calibration(self, element: Memory) -> bool:
-        """Return False: the delays of an ideal element serve."""
-        return False
-
     def needs_second_read(self, reading: Reading) -> bool:
         """Return whether both ends detect an echo, but not of the same wall."""
         delays = reading.left_delay, reading.right_delay
         return reading.level == UNDECODABLE and None not in delays
+
+    def calibrate(self, element: Memory, writer: Writer) -> Procedure[dict[str, Any]]:
+        """Measure the delay of every level from both ends.
+
+        The wall is taken up from level to level with the pulses of the settings, times the
+        corrections of the calibration. Every new delay must be nearest to that of the same level
+        in the present calibration, because a failed step would shift all levels of the table by
+        one. The speed of a kick that misses its level is found by bisection, within
+        `write.kick_tries`. A twin's forecast takes the place of the present calibration, if there
+        is one.
+
+        Raises:
+            ProcedureFailed: The wall did not follow, or the delays do not distinguish the levels;
+                the old calibration is kept.
+        """
+        with keep_unless_measured(element):
+            element.calibration = measured = yield from measure_delays(element, writer)
+        return {'delays': {end: measured.table(end).delays for end in End}}
+
+    def locate(self, element: Memory) -> Procedure[Outcome]:
+        """Probe from every end, and turn delays into cells between the levels of the calibration.
+
+        Found are `walls`, 0 or 1, and of a wall `position` and `position_std` in cells from the
+        left. Both ends must hear the wall at the same place. Where only one end tells the place,
+        a read must prove the level, and the error is that which a read allows. In a blank element
+        it is the site of a `stuck_cell` instead, as `element.bad_cells` takes it. A read that
+        follows knows no more than before.
+
+        Raises:
+            ProcedureFailed: The base shakes, an echo is missing or unclear, the wall has left, the
+                ends hear different places, there are two walls or more, or an end rests in neither
+                phase.
+        """
+        yield from wait_for_decay(element)
+        phases = element.phases
+        if None in phases:
+            end = list(End)[phases.index(None)]
+            raise ProcedureFailed(f'the {end} end rests in neither phase')
+        if phases == (0, 1):
+            raise ProcedureFailed(WALL_GONE_REASON)
+        echoes = yield from probe_ends(element, _find_detecting_ends(element))
+        reading = _store_echoes(element, echoes)
+        if any(echo.shaken for echo in echoes.values()):
+            raise ProcedureFailed('the base shakes: hold it still to locate a wall')
+        for end, echo in echoes.items():
+            if echo.delay is None or echo.threshold_factor > MAX_THRESHOLD_FACTOR:
+                reason = reading.reason or f'the echo at the {end} end is unclear'
+                raise ProcedureFailed(reason, code=reading.failure_code)
+        if reading.level == BLANK:
+            return Outcome(reading, found={'walls': 0})
+        if phases[0] == 0 and (cell := (yield from _find_stuck_cell(element, echoes[End.RIGHT]))):
+            return Outcome(reading, found={'walls': 0, 'stuck_cell': cell})
+        if phases != (1, 0):
+            raise ProcedureFailed(reading.reason, code=reading.failure_code)
+        position, deviation = _combine_places(element, reading, echoes)
+        found = {'position': round(position, 3), 'position_std': round(deviation, 3)}
+        return Outcome(reading, found={'walls': 1, **found})
+
+
+def _find_detecting_ends(element: Memory) -> tuple[End, ...]:
+    """Return the ends that can hear something: both, if the wall lies between their phases."""
+    if element.phase(End.LEFT) == 0:
+        return (End.RIGHT,)
+    if element.phase(End.RIGHT) == 1:
+        return (End.LEFT,)
+    return tuple(End)
+
+
+def _store_echoes(element: Memory, echoes: Mapping[End, Echo], end: str = '') -> Reading:
+    """Decode the echoes at the ends, store the reading and report it.
+
+    `end` is the one whose delay is reported; empty for the one in the settings.
+    """
+    settings, calibration = element.settings.read, element.calibration
+    reading = decode_echoes(element.design, settings, calibration, echoes, element.phases, end)
+    last = End.RIGHT if reading.end == End.RIGHT else End.LEFT  # which is reported
+    in_order = sorted(echoes.values(), key=lambda echo: echo.end is last)
+    reading = element.store_reading(reading, in_order)
+    if reading.level != UNDECODABLE:  # all that is under way was seen
+        for each in echoes:
+            element.transducer.reverberation[each].mark_returned()
+    return reading
+
+
+def _find_stuck_cell(element: Memory, echo: Echo) -> Procedure[int]:
+    """Return the site of the stuck cell that answers in a blank element, or 0 if it is none.
+
+    It answers to the right end as a wall some cells beside it does; so the waveforms of a pulse
+    are compared with the forecast for every cell about there.
+    """
+    from .bad_cells import forecast_stuck_cells  # few elements have one
+
+    design = element.design
+    reach = 20  # cells by which a stuck cell may be from the wall with the same echo
+    if echo.is_early:  # behind the last level, or the element is short
+        sites = range(max(2, design.defect_site(design.levels - 1) - reach), design.N)
+    else:
+        where = round(_locate_reflector(element, echo)[0])
+        sites = range(max(2, where - reach), min(where + reach, design.N))
+    try:
+        forecasts = forecast_stuck_cells(design, element.settings, sites)
+    except SettingsError:
+        return 0
+    shot, noise = yield from record_waveforms(element, forecasts)
+    least = element.settings.register.min_margin
+    return max(0, forecasts.decode(shot, noise, (0, 0), least).level)
+
+
+def _locate_reflector(element: Memory, echo: Echo) -> tuple[float, float]:
+    """Return the position of what an echo comes from, in cells, and its standard deviation.
+
+    Straight lines lead from level to level and beyond the outermost. Their error is a quarter of
+    that which they would have at a level left out, for their intervals are half as wide; that of
+    the delay is a sample, and noise over the slope of v_c where it crosses the threshold.
+    """
+    design, end = element.design, echo.end
+    table = element.calibration.table(end)
+    order = np.argsort(table.delays)
+    delays = np.asarray(table.delays)[order]
+    sites = np.array([design.defect_site(level) for level in range(design.levels)], dtype=float)[
+        order
+    ]
+    assert echo.delay is not None
+    away = 1.0 if end is End.LEFT else -1.0
+    if len(delays) == 1:
+        slope = 0.5 * away * float(group_velocity(echo.probe.omega_c, end.k_s(design)))
+        below = 0
+    else:
+        below = int(np.clip(np.searchsorted(delays, echo.delay) - 1, 0, len(delays) - 2))
+        slope = float(np.diff(sites)[below] / np.diff(delays)[below])
+    position = float(sites[below] + slope * (echo.delay - delays[below]))
+    step = float(echo.t[1] - echo.t[0])
+    at = int(np.searchsorted(echo.t, echo.delay))
+    rising = max(0.0, float(np.gradient(echo.v_c[max(0, at - 2) : at + 3], step).mean()))
+    timing = math.hypot(step, echo.floor / rising if echo.floor else 0.0)
+    if len(delays) < 3:  # nothing is known between them
+        bend = min(float(np.abs(sites - position).min()), design.J / math.sqrt(12.0))
+    else:
+        bend = _interpolation_error(delays, sites)
+    return position, math.hypot(WELL_ERROR_CELLS, slope * timing, bend)
+
+
+def _interpolation_error(delays: Array, sites: Array) -> float:
+    """Return the error of straight lines between three levels or more, in cells."""
+    share = (delays[1:-1] - delays[:-2]) / (delays[2:] - delays[:-2])
+    drawn = sites[:-2] + share * (sites[2:] - sites[:-2])
+    return float(np.sqrt(np.mean((drawn - sites[1:-1]) ** 2)) / 4.0)
+
+
+def _combine_places(
+    element: Memory, reading: Reading, echoes: Mapping[End, Echo]
+) -> tuple[float, float]:
+    """Return position and deviation of the wall that the ends hear.
+
+    An echo that begins before listening does comes from near its end, but does not say how near.
+
+    Raises:
+        ProcedureFailed: The ends hear different places, or one alone is not confirmed by a read.
+    """
+    # standard deviations within which both ends detect the same wall, and within which it is
+    most = 3.0
+    heard = {
+        end: _locate_reflector(element, echo) for end, echo in echoes.items() if not echo.is_early
+    }
+    if len(heard) == 2:
+        (left, left_std), (right, right_std) = heard[End.LEFT], heard[End.RIGHT]
+        if abs(left - right) > most * math.hypot(left_std, right_std):
+            raise ProcedureFailed(
+                f'the left end hears something near cell {left:.1f}, and the right end near cell '
+                f'{right:.1f}: an end errs, something else answers, or there are three walls'
+            )
+        weights = np.array([left_std, right_std]) ** -2.0
+        position = float(np.average([left, right], weights=weights))
+        either = (left - right) / most  # whichever end errs is off by no more
+        return position, math.hypot(float(weights.sum() ** -0.5), either)
+    if reading.level == UNDECODABLE:
+        raise ProcedureFailed(reading.reason, code=reading.failure_code)
+    if not heard:
+        raise ProcedureFailed('something is heard at both ends when listening begins')
+    ((position, deviation),) = heard.values()
+    allowed = 0.5 * element.design.J * (1.0 - element.settings.read.min_margin)
+    return position, math.hypot(deviation, allowed / most)

@@ -3,58 +3,78 @@
 """What a reader is: one way to tell the content of an element by pulses at its ends.
 
 The reader of an element is chosen once, from its settings. The contents of an element belong to
-its reader: how many there are, which can be used, and at which levels each has its walls.
+its reader: how many there are, which can be used, and at which levels each has its walls. So do
+calibrating the element and locating its walls.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from ..errors import SettingsError
 from ..instrument.blocks import Procedure
 from ..physics import Design, Specimen
 from ..rejections import ErrorCode
 from ..settings import Settings
-from .delay_reader import DelayReader
-from .reading import Reading
+from .listening import swinging_time, wait_until_pinned
+from .reading import UNDECODABLE, Reading
 
 if TYPE_CHECKING:
+    from ..commands import Outcome
     from ..memory import Memory
+    from .bad_cells import BadCells
 
 T = TypeVar('T')
 
 
-class Reader(Protocol):
-    """One way to read an element."""
+class Writer(NamedTuple):
+    """What takes the walls of an element somewhere during a calibration; see `procedures`.
 
-    @property
-    def holds_words(self) -> bool:
-        """Whether contents are words of a register, with many walls, rather than levels."""
+    Attributes:
+        write: Writes a content, and verifies it.
+        erase: Makes the element blank, and reads it.
+        go_to_level: Drives the walls from a content to another, and reads nothing.
+        kick_out: Kicks the wall out, and reads nothing.
+    """
 
-    @property
-    def content_count(self) -> int:
-        """How many contents it tells apart, as numbers from 0."""
+    write: Callable[[Memory, int], Procedure[Outcome]]
+    erase: Callable[[Memory], Procedure[Outcome]]
+    go_to_level: Callable[..., Procedure[None]]
+    kick_out: Callable[[Memory], Procedure[None]]
 
-    @property
-    def unusable_reasons(self) -> Mapping[int, str]:
-        """Why a content cannot be used, by content; empty if all can."""
 
-    @property
-    def limits(self) -> str:
-        """Which contents cannot be used and why, in words; empty if no cell is known to be bad."""
+class Reader(ABC):
+    """One way to read an element.
 
-    @property
-    def single_walls(self) -> Mapping[int, int]:
-        """The content with one wall, by level, for every level that can be used."""
+    Attributes:
+        holds_words: Whether contents are words of a register, with many walls, rather than levels.
+        content_count: How many contents it tells apart, as numbers from 0.
+        unusable_reasons: Why a content cannot be used, by content; empty if all can.
+        limits: Which contents cannot be used and why, in words; empty if no cell is known to be
+            bad.
+        single_walls: The content with one wall, by level, for every level that can be used.
+    """
 
+    holds_words = False
+    content_count: int
+    unusable_reasons: Mapping[int, str] = MappingProxyType({})
+    limits = ''
+    single_walls: Mapping[int, int]
+
+    @abstractmethod
     def list_walls(self, content: int) -> tuple[int, ...]:
         """Return the levels at which the walls of a content rest, the lowest first."""
 
+    @abstractmethod
     def read_duration(self, element: Memory) -> float:
         """Return the time units that a read of an element at equilibrium takes."""
 
+    @abstractmethod
     def read(self, element: Memory, end: str = '') -> Procedure[Reading]:
         """Fire its pulses, decode what the ends do, store the reading and return it.
 
@@ -67,15 +87,71 @@ class Reader(Protocol):
             ProcedureFailed: The element does not come to rest.
         """
 
-    def needs_calibration(self, element: Memory) -> bool:
-        """Return whether nothing can be decoded before the element is calibrated."""
+    def read_settled(self, element: Memory, end: str = '') -> Procedure[Reading]:
+        """Read; if a wall that still swings gave no content, read again once it has settled.
 
+        The echo of a wall that swings after a strain or a kick is too strong, too early or too
+        late.
+        """
+        reading = yield from self.read(element, end)
+        answers = reading.left_delay is not None or reading.right_delay is not None
+        if answers and reading.level == UNDECODABLE and swinging_time(element) > 0.0:
+            yield from wait_until_pinned(element)
+            reading = yield from self.read(element, end)
+        return reading
+
+    @abstractmethod
     def needs_second_read(self, reading: Reading) -> bool:
         """Return whether a second read may decode what this one, after a move, has not."""
 
+    def needs_calibration(self, element: Memory) -> bool:
+        """Return whether nothing can be decoded before the element is calibrated."""
+        return False
 
-def choose_reader(design: Design, settings: Settings, twin: Specimen | None = None) -> Reader:
+    @abstractmethod
+    def calibrate(self, element: Memory, writer: Writer) -> Procedure[dict[str, Any]]:
+        """Take the walls through the levels and set the element's calibration.
+
+        Returns:
+            Fields of the outcome.
+
+        Raises:
+            ProcedureFailed: A level was not reached; the old calibration is kept.
+        """
+
+    @abstractmethod
+    def locate(self, element: Memory) -> Procedure[Outcome]:
+        """Find the walls, between levels too if the reader can.
+
+        Raises:
+            ProcedureFailed: The walls cannot be located.
+        """
+
+
+@contextmanager
+def keep_unless_measured(element: Memory) -> Iterator[None]:
+    """Take the old calibration back if measuring ends early: by a failure, an abort or a fault."""
+    known = element.calibration
+    try:
+        yield
+    except BaseException:  # an abort closes the procedure
+        element.calibration = known
+        raise
+
+
+def choose_reader(
+    design: Design,
+    settings: Settings,
+    twin: Specimen | None = None,
+    bad_cells: BadCells | None = None,
+) -> Reader:
     """Return the reader of an element, which forecasts by a twin of it, or by the ideal one.
+
+    Args:
+        design: The element.
+        settings: How it is read, and which cells are known to be bad.
+        twin: What it is, if that is known.
+        bad_cells: Its rehearsed forecasts, if cells are known to be bad.
 
     Raises:
         SettingsError: Its contents cannot be forecast, or not be told; see `forecast_words`,
@@ -83,13 +159,14 @@ def choose_reader(design: Design, settings: Settings, twin: Specimen | None = No
             cells are known to be bad, which a twin has already.
     """
     if not settings.compares_waveforms:
+        from .delay_reader import DelayReader
+
         return DelayReader(design)
     # most are read by delays
     from .bad_cells import forecast_bad_cells
     from .one_wall import forecast_levels
-    from .record_reader import RecordReader, forecast_records
     from .register import forecast_words
-    from .waveform_reader import WaveformReader
+    from .waveform_reader import RecordReader, WaveformReader, forecast_records
 
     def forecast_contents(forecast: Callable[[Specimen, Settings], T]) -> T:
         if twin is not None:
@@ -105,7 +182,7 @@ def choose_reader(design: Design, settings: Settings, twin: Specimen | None = No
                 ErrorCode.CONFLICT, 'element.bad_cells', settings.element.bad_cells,
                 'empty for a reader that forecasts by a twin',
             )  # fmt: skip
-        return WaveformReader(forecast_bad_cells(design, settings))
+        return WaveformReader(bad_cells or forecast_bad_cells(design, settings))
     if settings.read.method == 'records':
         return RecordReader(*forecast_contents(forecast_records))
     return WaveformReader(forecast_contents(forecast_levels), twin or Specimen(design))

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field
+from typing import TYPE_CHECKING
 
 from ..instrument.echo import Shape
 from ..instrument.end import End
@@ -15,6 +16,13 @@ from ..procedure_table import UNDECODABLE as UNDECODABLE
 from ..procedure_table import describe_level as describe_level
 from ..rejections import OutcomeCode
 from ..schema import describe_field
+
+if TYPE_CHECKING:
+    from ..memory import Memory
+
+WELL_ERROR_CELLS = 0.25
+"""Error from the well in which a wall rests, in cells: it shifts the echo of a wall between levels
+by up to 0.4 cells from that of a level."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +68,10 @@ class Reading:
         """A level of one wall, or the word of a register; -1 if blank, -2 if not known."""
         return self.level
 
+    def get_delay(self, end: End) -> float | None:
+        """Return the echo delay at an end, or None without one."""
+        return self.left_delay if end is End.LEFT else self.right_delay
+
     @property
     def failure_code(self) -> OutcomeCode:
         """The code of a procedure that failed with this as its last reading."""
@@ -94,3 +106,20 @@ def compute_confidence(level_margin: float, threshold_margin: float) -> float:
     if threshold_margin <= 1.0:
         return 0.0
     return max(0.0, min(level_margin, 1.0 - 1.0 / threshold_margin))
+
+
+def correct_speed(element: Memory, reading: Reading, level: int, attempt: int) -> float:
+    """Return the factor on the speed of the next kick, as the last one went too far or fell short.
+
+    It changes the speed by a quarter of the way to the next level at first, then by less.
+    """
+    change: float = 1.06 ** (1.0 / attempt)
+    if went_too_far(element, reading, level):
+        return 1.0 / change
+    return change if 0 <= reading.level < level else 1.0
+
+
+def went_too_far(element: Memory, reading: Reading, level: int) -> bool:
+    """Return whether a kick took the wall past its level: to another, or out of the right end."""
+    left = reading.level == UNDECODABLE and element.phase(End.RIGHT) != 0
+    return left or reading.level > level
