@@ -14,11 +14,14 @@ import json
 import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from .errors import Checked
-from .move_settings import WriteSettings
 from .schema import describe_field
-from .settings import Settings
+
+if TYPE_CHECKING:
+    from .moves.strain_cycle import WriteSettings
+    from .settings import Settings
 
 
 @dataclass(frozen=True)

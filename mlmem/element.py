@@ -13,10 +13,10 @@ from .commands import Command, Event, Feedback, Outcome, Progress
 from .element_file import Element
 from .errors import ProcedureFailed, Refused, SettingsError
 from .instrument.base import NO_SHAKES, Shakes
+from .instrument.blocks import MAX_RUN_TICKS
 from .instrument.drivers import Driver, Simulation
 from .instrument.end import End
 from .instrument.faults import Faults
-from .instrument.instrument import MAX_RUN_TICKS
 from .memory import Memory
 from .physics import Design
 from .procedure_table import PROCEDURES, Abort, Calibrate, Procedures, Reset

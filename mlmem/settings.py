@@ -15,7 +15,9 @@ from functools import cached_property
 from typing import Any
 
 from .errors import Checked, SettingsError
-from .move_settings import ClearingPulseSettings, EraseSettings, KickSettings, WriteSettings
+from .moves.clearing_pulse import ClearingPulseSettings
+from .moves.kick import KickSettings
+from .moves.strain_cycle import EraseSettings, WriteSettings
 from .rejections import ErrorCode
 from .schema import Problem, describe_field, make_field_factory
 

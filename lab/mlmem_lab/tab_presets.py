@@ -21,8 +21,9 @@ from typing import Any
 from mlmem import Erase, MemoryElement, Write, load_element
 from mlmem.element_file import Element
 from mlmem.instrument.echo import blanking_time, compute_weights, listening_time, window_width
-from mlmem.instrument.end import BoundaryMotion, End, KickMotion, Pulse
+from mlmem.instrument.end import BoundaryMotion, End, EndMove, Pulse
 from mlmem.instrument.motion import Ramp
+from mlmem.moves.kick import KickMotion
 from mlmem.physics import Chain
 from mlmem.physics.potential import Array
 from mlmem.readers.reading import BLANK
@@ -181,13 +182,12 @@ def _record_events(element: MemoryElement) -> list[Event]:
     def drive_event() -> Mapping[str, Any]:
         held = element.transducer.held
         assert held is not None
+        if isinstance(held.motion, Pulse):
+            return {'probe': True}
         return {'end': 'left' if held.site == 1 else 'right', **_describe_motion(held.motion)}
 
     watch_method(element.actuator, 'ramp_to', strain_event)
-    for name in ('move_end', 'kick_end'):
-        watch_method(element.transducer, name, drive_event)
-    for name in ('fire_probe', 'record_pulse'):
-        watch_method(element.transducer, name, lambda: {'probe': True})
+    watch_method(element.transducer, 'drive_end', drive_event)
     return events
 
 
@@ -195,10 +195,11 @@ def _describe_motion(motion: BoundaryMotion) -> dict[str, Any]:
     if isinstance(motion, Pulse):
         kept = {key: getattr(motion.probe, key) for key in ('A', 'omega_c', 'sigma')}
         return {'kind': 'pulse', 'duration': motion.duration, **kept}
-    if isinstance(motion, KickMotion):
-        shape = {'late': motion.shape.late, 'hold': motion.shape.hold}
-        return {'kind': 'kick', 'target': motion.target, 'speed': motion.speed, **shape}
-    return {'kind': 'move', 'target': motion.target, 'speed': motion.speed}
+    assert isinstance(motion, KickMotion | EndMove)
+    way = {'target': motion.target, 'speed': motion.speed}
+    if isinstance(motion, EndMove):
+        return {'kind': 'move', **way}
+    return {'kind': 'kick', **way, 'late': motion.shape.late, 'hold': motion.shape.hold}
 
 
 def round_numbers(value: Any) -> Any:

@@ -25,9 +25,7 @@ def test_hash_of_a_trial_tells_a_change_that_no_reading_shows():
     shipped = load_element('kick_2')
     slower = replace(shipped.design, eta=shipped.design.eta * (1.0 + 1e-12))
     commands = Write(1), Read()
-    same, other = (
-        MemoryElement(design, shipped.settings) for design in (shipped.design, slower)
-    )
+    same, other = (MemoryElement(design, shipped.settings) for design in (shipped.design, slower))
     expected = run_trial(MemoryElement(shipped), *commands)
     assert run_trial(same, *commands) == expected != run_trial(other, *commands)
     assert run_trial(MemoryElement(shipped), Read(), *commands) != expected

@@ -6,11 +6,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from ..errors import NotFollowed
-from .instrument import MAX_RUN_TICKS, Instrument
 from .motion import Cycle
+
+if TYPE_CHECKING:
+    from .instrument import Instrument
+
+MAX_RUN_TICKS = 50
+"""Most ticks of a run: their strains fit into a cache."""
 
 T = TypeVar('T')
 Procedure = Generator[int, None, T]

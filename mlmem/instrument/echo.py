@@ -15,17 +15,19 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..move_settings import ClearingPulseSettings
 from ..physics import Design
 from ..physics.formulas import cosine, exponential
 from ..physics.jit import compile_kernel
 from ..physics.potential import Array
 from ..physics.waves import group_velocity
-from ..settings import ProbeSettings
-from .end import End, Shot
+from .end import End, PulseShape, Shot
+
+if TYPE_CHECKING:
+    from ..settings import ProbeSettings
 
 
 def compute_weights(probe: ProbeSettings, dt: float) -> Array:
@@ -78,7 +80,7 @@ def window_width(probe: ProbeSettings) -> float:
     return 2.0 * math.pi * probe.window / probe.omega_c
 
 
-def pulse_duration(probe: ProbeSettings | ClearingPulseSettings) -> float:
+def pulse_duration(probe: PulseShape) -> float:
     """Return 2 t_0 = 12 sigma, the time the boundary is driven."""
     return 12.0 * probe.sigma
 

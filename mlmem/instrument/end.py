@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The two ends of an element: what belongs to each, what drives it, and what both do then.
 
-An end follows a prescribed motion: a pulse that probes or clears, a move or a kick. A `Shot` is
-one pulse into a resting element with its waveforms, which a `WaveformRecorder` takes.
+An end follows a prescribed motion: a pulse, a move, or what a kick makes it do. A `Shot` is one
+pulse into a resting element with its waveforms, which a `WaveformRecorder` takes.
 """
 
 from __future__ import annotations
@@ -11,15 +11,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from ..move_settings import ClearingPulseSettings, KickSettings
 from ..physics import Design
 from ..physics.formulas import cosine, exponential, sine
 from ..physics.potential import Array
-from ..settings import ProbeSettings, Settings
+
+if TYPE_CHECKING:
+    from ..settings import ProbeSettings, Settings
 
 
 class End(str, Enum):
@@ -94,10 +95,37 @@ class Shot:
     samples: Array
     unrest: float = 0.0
 
-    @cached_property
+    @property
     def pulse(self) -> Pulse:
         """The motion of the driven end, about 0."""
-        return Pulse(0.0, ProbeSettings(omega_c=self.omega_c, A=self.A, sigma=self.sigma))
+        return Pulse(0.0, self)
+
+
+class PulseShape(Protocol):
+    """What shapes a pulse."""
+
+    @property
+    def omega_c(self) -> float:
+        """Carrier frequency in rad per time unit."""
+
+    @property
+    def A(self) -> float:
+        """Amplitude in cells."""
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of the envelope in time units."""
+
+
+class BoundaryMotion(Protocol):
+    """A motion that an end can be made to follow; then it is released."""
+
+    @property
+    def duration(self) -> float:
+        """Time for which the cell is held, in time units."""
+
+    def evaluate_motion(self, t: Array) -> Array:
+        """Return displacement and velocity at times t, stacked: shape (2,) + t.shape."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +133,7 @@ class Pulse:
     """The Gaussian-modulated harmonic pulse about a rest displacement (page 5)."""
 
     rest: float
-    probe: ProbeSettings | ClearingPulseSettings
+    probe: PulseShape
 
     @property
     def t_0(self) -> float:
@@ -143,43 +171,6 @@ class EndMove:
         """Return displacement and velocity at times t."""
         velocity = math.copysign(self.speed, self.target - self.start)
         return np.stack((self.start + velocity * t, np.full_like(t, velocity)))
-
-
-@dataclass(frozen=True)
-class KickMotion:
-    """A smooth move from one ground state to the other, which launches a wall; its mean speed
-    selects the level at which that stops.
-
-    It is 3 x^2 - 2 x^3 of a clock x that itself begins slowly: (1 - late) s + late s^2.
-
-    Attributes:
-        speed: Mean speed; the highest is `shape.peak_speed_ratio` times that.
-        shape: How late it is fastest, and how long the cell is held at its target.
-    """
-
-    start: float
-    target: float
-    speed: float
-    shape: KickSettings
-
-    @property
-    def duration(self) -> float:
-        """Time for which the cell is held, in time units."""
-        return abs(self.target - self.start) / self.speed + self.shape.hold
-
-    def evaluate_motion(self, t: Array) -> Array:
-        """Return displacement and velocity at times t."""
-        way, late = self.target - self.start, self.shape.late
-        rate = self.speed / abs(way) if way else 0.0
-        s = np.minimum(t * rate, 1.0)
-        x, clock = s + late * s * (s - 1.0), 1.0 + late * (2.0 * s - 1.0)
-        return np.stack(
-            (self.start + way * x * x * (3.0 - 2.0 * x), 6.0 * way * rate * x * (1.0 - x) * clock)
-        )
-
-
-BoundaryMotion = Pulse | EndMove | KickMotion
-"""The motions that a boundary cell can be made to follow; then it is released."""
 
 
 class WaveformRecorder:

@@ -28,9 +28,6 @@ from .end import End
 from .faults import NO_FAULTS, Faults, Sensors, apply_faults
 from .transducer import UNLIMITED_SAMPLES, Transducer
 
-MAX_RUN_TICKS = 50
-"""Most ticks of a run: their strains fit into a cache."""
-
 
 class Instrument:
     """Strains an element and listens to its ends, tick by tick.

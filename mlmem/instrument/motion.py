@@ -17,11 +17,13 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import SettingsError
-from ..move_settings import CycleSettings
+from ..errors import Checked, SettingsError
 from ..physics.jit import compile_kernel
 from ..physics.potential import Array
 from ..rejections import ErrorCode
+from ..schema import describe_field, make_field_factory
+
+_time = make_field_factory('time', 0.0, 1e6)
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,24 @@ def shape_ramp(ramp: Ramp, delay: float) -> Profile:
     return Profile(
         tuple(times.tolist()), (*strains[:-1].tolist(), ramp.target), tuple(rates.tolist())
     )
+
+
+@dataclass(frozen=True)
+class CycleSettings(Checked):
+    """One strain cycle: ramp to the peak, hold, ramp back, settle. Ramps are smooth.
+
+    The way back can pause at a fraction of the peak: a wall that was freed quickly swings in a
+    well that becomes shallow before it is released.
+    """
+
+    ramp: float = _time(1200.0, 'ramp to the peak strain', low=1.0)
+    hold: float = _time(600.0, 'hold at the peak strain')
+    ease: float = _time(0.0, 'ramp from the peak to the pause on the way back; 0: no pause')
+    ease_to: float = describe_field(
+        0.5, 'strain of that pause, as a fraction of the peak', low=-1.0, high=1.0
+    )
+    release: float = _time(1200.0, 'ramp back to zero strain', low=1.0)
+    settle: float = _time(1500.0, 'wait after the cycle')
 
 
 @dataclass(frozen=True)

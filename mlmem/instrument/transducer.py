@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import SettingsError
-from ..move_settings import ClearingPulseSettings
 from ..physics import Design, HeldCell, substep_times
 from ..physics.formulas import exponential
 from ..physics.potential import Array
@@ -24,7 +23,7 @@ from ..schema import describe_field
 from ..settings import ProbeSettings, Settings
 from .drivers import Driver
 from .echo import MIN_THRESHOLD_CELLS, EchoDetector, carrier_amplitudes, compute_weights
-from .end import BoundaryMotion, End, EndMove, KickMotion, Pulse, WaveformRecorder
+from .end import BoundaryMotion, End, Pulse, WaveformRecorder
 from .faults import NO_FAULTS, Faults, apply_transducer_faults
 
 UNLIMITED_SAMPLES = 2**53
@@ -195,7 +194,6 @@ class Transducer:
         self._hums: dict[End, float] = {}  # what the filters leave of them
         self._late: dict[End, int] = {}  # ticks still to come of samples from before the pulse
         self._rest: dict[End, float] = {}
-        self._kick = settings.kick
         self._lag = round(driver.lag * settings.time.tick / dt)
         self.held: Held | None = None
 
@@ -239,7 +237,7 @@ class Transducer:
         """Assume that both ends have rested where they are."""
         self._recorded = self._flat = None
         for end, reverberation in self.reverberation.items():
-            self.recent[end.row] = self._sense_end(end)
+            self.recent[end.row] = self.find_displacement(end)
             reverberation.returns = Returns()
 
     @property
@@ -261,9 +259,9 @@ class Transducer:
     @property
     def has_last_displacements(self) -> bool:
         """Whether both ends are where they were last heard."""
-        return all(self._sense_end(end) == self.recent[end.row, -1] for end in End)
+        return all(self.find_displacement(end) == self.recent[end.row, -1] for end in End)
 
-    def _sense_end(self, end: End) -> float:
+    def find_displacement(self, end: End) -> float:
         """Return the displacement of an end now, or that of its phase if nothing senses it."""
         if end not in self.ends:
             return self._design.D_s1
@@ -304,7 +302,7 @@ class Transducer:
         """
         detector = self.listen_only(end, floor)
         self._begin_recording(end, self.probes[end])
-        self._hold_cell(end, Pulse(self._rest[end], self.probes[end]))
+        self.drive_end(end, Pulse(self._rest[end], self.probes[end]))
         return detector
 
     def listen_only(self, end: End, floor: float = 0.0) -> EchoDetector:
@@ -323,7 +321,7 @@ class Transducer:
         """Fire a pulse of any shape about the rest of an end, and record both ends."""
         self.shaken = False
         recorder = self._begin_recording(end, probe)
-        self._hold_cell(end, Pulse(self.measure_rest(end), probe))
+        self.drive_end(end, Pulse(self.measure_rest(end), probe))
         return recorder
 
     def _begin_recording(self, end: End, probe: ProbeSettings) -> WaveformRecorder:
@@ -331,21 +329,8 @@ class Transducer:
         self.recorders.append(recorder)
         return recorder
 
-    def move_end(self, end: End, target: float, speed: float) -> None:
-        """Move a boundary cell at constant speed to a displacement, then release it."""
-        start = self._driver.end(end.site(self._design))
-        self._hold_cell(end, EndMove(start, target, speed))
-
-    def kick_end(self, target: float, speed: float, end: End = End.LEFT) -> None:
-        """Move an end smoothly to a ground state, hold it there, then release it."""
-        start = self._driver.end(end.site(self._design))
-        self._hold_cell(end, KickMotion(start, target, speed, self._kick))
-
-    def fire_clearing_pulse(self, end: End, pulse: ClearingPulseSettings) -> None:
-        """Fire a clearing pulse about the rest of an end."""
-        self._hold_cell(end, Pulse(self.measure_rest(end), pulse))
-
-    def _hold_cell(self, end: End, motion: BoundaryMotion) -> None:
+    def drive_end(self, end: End, motion: BoundaryMotion) -> None:
+        """Make a boundary cell follow a motion, then release it; nothing listens because of it."""
         self.held = Held(motion, end.site(self._design), 0)
         samples = math.ceil(motion.duration / self._driver.dt)
         self.reverberation[end].ignore_samples(samples + self._lag)

@@ -6,16 +6,35 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
+from ..errors import Checked
 from ..instrument.blocks import Procedure, wait, wait_for_ends
 from ..instrument.echo import pulse_duration
-from ..instrument.end import End
-from ..memory import Memory
+from ..instrument.end import End, Pulse
 from ..physics import Design
-from ..settings import Settings
+from ..schema import describe_field, make_field_factory
 from .ends import bring_ends_back
 from .move import Drive, Move, blank_content
+
+if TYPE_CHECKING:
+    from ..memory import Memory
+    from ..settings import Settings
+
+_time = make_field_factory('time', 0.0, 1e6)
+
+
+@dataclass(frozen=True)
+class ClearingPulseSettings(Checked):
+    """The strong pulse that clears a register: all its walls leave at the left end."""
+
+    end: str = describe_field('right', 'end that is driven', choices=('left', 'right'))
+    omega_c: float = describe_field(0.8, 'carrier frequency', unit='rad/time', low=1e-3, high=10.0)
+    A: float = describe_field(
+        0.0, 'amplitude; 0: no pulse, kicks take the walls out', unit='cells', low=0.0, high=5.0
+    )
+    sigma: float = _time(5.0, 'standard deviation of the envelope', low=0.1, high=1e4)
+    settle: float = _time(200.0, 'wait until the walls have left and the waves have faded')
 
 
 @dataclass(frozen=True)
@@ -30,10 +49,12 @@ class ClearingPulse(Move):
         """
         settings = element.settings.clearing_pulse
         yield from bring_ends_back(element)
-        element.require_phase(End(settings.end))
+        end = End(settings.end)
+        element.require_phase(end)
         element.begin_cycle('cleared')
         element.progress.phase = 'launching'
-        element.transducer.fire_clearing_pulse(End(settings.end), settings)
+        rest = element.transducer.measure_rest(end)
+        element.transducer.drive_end(end, Pulse(rest, settings))
         yield from wait_for_ends(element)
         element.last_moved = element.ticks
         yield from wait(element, settings.settle)

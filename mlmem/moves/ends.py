@@ -5,10 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from ..instrument.blocks import Procedure, catch_up, wait, wait_for_ends
-from ..instrument.end import End
-from ..memory import Memory
+from ..instrument.end import End, EndMove
+
+if TYPE_CHECKING:
+    from ..memory import Memory
 
 
 def bring_back(element: Memory, end: End) -> Procedure[None]:
@@ -19,7 +22,9 @@ def bring_back(element: Memory, end: End) -> Procedure[None]:
     """
     element.forget_content('an end was brought back')
     element.progress.phase = 'launching'
-    element.transducer.move_end(end, element.design.D_s2, 0.2)  # speeds of 0.1 to 0.4 work
+    start = element.transducer.find_displacement(end)
+    # speeds of 0.1 to 0.4 work
+    element.transducer.drive_end(end, EndMove(start, element.design.D_s2, 0.2))
     yield from wait_for_ends(element)
     yield from wait(element, element.settings.erase.settle)
     yield from catch_up(element)

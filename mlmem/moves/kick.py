@@ -11,20 +11,136 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..errors import ProcedureFailed
+import numpy as np
+
+from ..errors import Checked, ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, wait, wait_for_ends
 from ..instrument.end import End
-from ..memory import Memory
-from ..move_settings import KickSettings
 from ..physics import Design
+from ..physics.potential import Array
 from ..readers.reading import BLANK, UNDECODABLE, Reading
 from ..readers.words import Code
-from ..settings import Settings
+from ..schema import describe_field, make_field_factory
 from .ends import bring_ends_back
 from .move import Drive, Move
 from .strain_cycle import ringing_time
+
+if TYPE_CHECKING:
+    from ..memory import Memory
+    from ..settings import Settings
+
+_time = make_field_factory('time', 0.0, 1e6)
+
+
+def _parse_numbers(text: str) -> tuple[float, ...]:
+    return tuple(map(float, text.split()))
+
+
+def _describe_levels(text: str, least: str = '1e-4') -> Any:
+    """Return a field of numbers, one for each level from 0 on."""
+    return describe_field(
+        '',
+        text,
+        words=f'0 or from {least} to 10',
+        word=lambda word: not float(word) or float(least) <= float(word) <= 10.0,
+    )
+
+
+@dataclass(frozen=True)
+class KickSettings(Checked):
+    """The motions of the left end that need no strain.
+
+    One sends a wall from blank to the level that its speed selects. The opposite one erases: it
+    sends a kink that meets the wall at any level, and both are gone.
+    """
+
+    speeds: str = _describe_levels(
+        'mean speed in cells/time for every level, separated by spaces; 0: no kick to this level'
+    )
+    kinks: str = _describe_levels('the same for kinks of a register')
+    speed_margins: str = _describe_levels(
+        'relative margin of the speed of every level; one below 0.1 disables its level',
+        least='0',
+    )
+    late: float = describe_field(
+        0.0,
+        'when the end is fastest: 0 half-way through the motion, 1 latest',
+        low=0.0,
+        high=1.0,
+    )
+    hold: float = _time(20.0, 'hold at the other ground state')
+    settle: float = _time(800.0, 'wait until the wall stops at its level')
+    erase_speed: float = describe_field(
+        0.3,
+        'mean speed of the kick that erases one wall from any level; 0: no kick erases',
+        unit='cells/time',
+        low=0.0,
+        high=10.0,
+    )
+    erase_settle: float = _time(1400.0, 'wait after that kick before the next one')
+
+    @cached_property
+    def peak_speed_ratio(self) -> float:
+        """Highest speed of a kick, relative to its mean: 1.5 if it is fastest half-way."""
+        if not self.late:
+            return 1.5
+        s = [k / 1000.0 for k in range(1001)]
+        x = [each + self.late * each * (each - 1.0) for each in s]
+        return max(
+            6.0 * y * (1.0 - y) * (1.0 + self.late * (2.0 * each - 1.0))
+            for each, y in zip(s, x, strict=True)
+        )
+
+    @cached_property
+    def wall_speeds(self) -> tuple[float, ...]:
+        """Mean speeds of walls by level; 0 where there is no kick."""
+        return _parse_numbers(self.speeds)
+
+    @cached_property
+    def kink_speeds(self) -> tuple[float, ...]:
+        """Mean speeds of kinks by level."""
+        return _parse_numbers(self.kinks)
+
+    def speed_margin(self, level: int) -> float:
+        """Relative change of the speed that the kick to a level tolerates; 1 if not known."""
+        margins = _parse_numbers(self.speed_margins)
+        return margins[level] if level < len(margins) else 1.0
+
+
+@dataclass(frozen=True)
+class KickMotion:
+    """A smooth move from one ground state to the other, which launches a wall; its mean speed
+    selects the level at which that stops.
+
+    It is 3 x^2 - 2 x^3 of a clock x that itself begins slowly: (1 - late) s + late s^2.
+
+    Attributes:
+        speed: Mean speed; the highest is `shape.peak_speed_ratio` times that.
+        shape: How late it is fastest, and how long the cell is held at its target.
+    """
+
+    start: float
+    target: float
+    speed: float
+    shape: KickSettings
+
+    @property
+    def duration(self) -> float:
+        """Time for which the cell is held, in time units."""
+        return abs(self.target - self.start) / self.speed + self.shape.hold
+
+    def evaluate_motion(self, t: Array) -> Array:
+        """Return displacement and velocity at times t."""
+        way, late = self.target - self.start, self.shape.late
+        rate = self.speed / abs(way) if way else 0.0
+        s = np.minimum(t * rate, 1.0)
+        x, clock = s + late * s * (s - 1.0), 1.0 + late * (2.0 * s - 1.0)
+        return np.stack(
+            (self.start + way * x * x * (3.0 - 2.0 * x), 6.0 * way * rate * x * (1.0 - x) * clock)
+        )
 
 
 @dataclass(frozen=True)
@@ -229,7 +345,8 @@ def kick_to(
     element.begin_cycle('kicked')
     element.progress.phase = 'launching'
     speed = min(speed, element.settings.transducer.max_speed / settings.peak_speed_ratio)
-    element.transducer.kick_end(target, speed, end)
+    start = element.transducer.find_displacement(end)
+    element.transducer.drive_end(end, KickMotion(start, target, speed, settings))
     yield from wait_for_ends(element)
     element.last_moved = element.ticks
     yield from wait(element, settings.settle if settle is None else settle)

@@ -13,13 +13,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..corrections import PulseCorrection
 from ..instrument.blocks import Procedure
-from ..memory import Memory
 from ..readers.reading import BLANK
-from ..settings import Settings
+
+if TYPE_CHECKING:
+    from ..memory import Memory
+    from ..settings import Settings
 
 MIN_MARGIN = 0.1
 """Least margin of a move that the planner uses."""

@@ -9,21 +9,96 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from ..corrections import apply_correction
 from ..errors import NotFollowed, ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, follow_ramps, wait_for_ends
-from ..instrument.end import End
-from ..instrument.instrument import Instrument
-from ..instrument.motion import Cycle
-from ..memory import Memory
-from ..move_settings import EraseSettings, WriteSettings, select_peak
+from ..instrument.end import End, EndMove
+from ..instrument.motion import Cycle, CycleSettings
 from ..physics import Design
 from ..readers.reading import BLANK, UNDECODABLE, Reading, describe_level
-from ..settings import Settings
+from ..schema import describe_field, make_field_factory
 from .ends import bring_back
 from .move import Drive, Move
+
+if TYPE_CHECKING:
+    from ..instrument.instrument import Instrument
+    from ..memory import Memory
+    from ..settings import Settings
+
+_time = make_field_factory('time', 0.0, 1e6)
+_speed = make_field_factory('cells/time', 1e-4, 10.0)
+_part = make_field_factory('', 0.0, 1.0)
+_count = make_field_factory('', 1, 100)
+_strain = make_field_factory('', -0.5, 0.5)
+_compression = make_field_factory('', -0.5, -1e-6)
+_tension = make_field_factory('', 1e-6, 0.5)
+
+
+@dataclass(frozen=True)
+class WriteSettings(CycleSettings):
+    """Launch, step and verify."""
+
+    method: str = describe_field(
+        'strain',
+        'strain: by strain cycles; kick: by kicks, with strain only where no kick reaches; auto: '
+        'whichever is fastest',
+        choices=('strain', 'kick', 'auto'),
+    )
+    compression: float = _compression(
+        -0.034, 'peak strain at levels where compression frees the wall'
+    )
+    tension: float = _tension(0.048, 'peak strain at levels where tension frees the wall')
+    start_strain: float = _strain(0.035, 'strain under which the wall is launched', low=0.0)
+    launch_speed: float = _speed(0.05, 'speed of the boundary cell')
+    final_settle: float = _time(
+        0.0,
+        'longest extra wait after the last cycle of a write, until the waves are small',
+    )
+    last_release: float = _time(
+        0.0,
+        'shortest ramp back to zero strain in the last cycle of a write',
+    )
+    shaped: bool = describe_field(
+        False,
+        'make each ramp of a step up in two halves, half a period of the cells at the right end '
+        'apart, so that the cells ring less',
+    )
+    attempts: int = _count(3, 'most attempts of a write')
+    escalation: float = describe_field(
+        1.1, 'factor on the peak strains at each further attempt', low=1.0, high=2.0
+    )
+    escalation_limit: float = describe_field(1.35, 'largest such factor', low=1.0, high=4.0)
+    min_margin: float = _part(0.5, 'least level margin of a written level', high=0.99)
+    kick_tries: int = _count(
+        20,
+        'most kicks with which a calibration looks for the speed of a level',
+        high=20,
+    )
+
+
+@dataclass(frozen=True)
+class EraseSettings(CycleSettings):
+    """The kink that is driven across: a wall and a kink need opposite strains.
+
+    The tension frees the kink but not the wall, so that the kink catches up with it.
+    """
+
+    compression: float = _compression(
+        -0.042, 'peak strain at levels where compression frees the kink'
+    )
+    tension: float = _tension(0.026, 'peak strain at levels where tension frees the kink')
+    start_strain: float = _strain(-0.03, 'strain under which the kink is launched', high=0.0)
+    launch_speed: float = _speed(0.05, 'speed of the boundary cell')
+    trust_reading: bool = describe_field(
+        False, 'probe for a blank element once the kink is at the level last read'
+    )
+
+
+def select_peak(cycles: WriteSettings | EraseSettings, compress: bool) -> float:
+    """Return the peak strain that frees a wall or a kink by compression, or by tension."""
+    return cycles.compression if compress else cycles.tension
 
 
 @dataclass(frozen=True)
@@ -180,7 +255,8 @@ def launch_wall(
     yield from follow_ramps(element, Cycle((rise,)))
     yield from catch_up(element)  # where is the end?
     element.progress.phase = 'launching'
-    element.transducer.move_end(End.LEFT, target, times.launch_speed)
+    start = element.transducer.find_displacement(End.LEFT)
+    element.transducer.drive_end(End.LEFT, EndMove(start, target, times.launch_speed))
     yield from wait_for_ends(element)
     yield from follow_ramps(element, Cycle(tuple(rest)))
 

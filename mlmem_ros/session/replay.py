@@ -22,8 +22,8 @@ from mlmem import (
     Refused,
     snapshot,
 )
+from mlmem.instrument.blocks import MAX_RUN_TICKS
 from mlmem.instrument.drivers import Simulation
-from mlmem.instrument.instrument import MAX_RUN_TICKS
 from mlmem.physics import StateError
 
 from ..bag.errors import BagError

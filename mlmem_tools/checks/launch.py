@@ -18,8 +18,7 @@ from mlmem.element import MemoryElement
 from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.motion import Cycle
-from mlmem.move_settings import EraseSettings, WriteSettings
-from mlmem.moves.strain_cycle import launch_wall
+from mlmem.moves.strain_cycle import EraseSettings, WriteSettings, launch_wall
 from mlmem.physics import StateError, find_walls
 from mlmem.physics.held_wall import cut_excerpt
 from mlmem.readers.calibration import Calibration, DelayTable

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 
 from mlmem.corrections import correct_write
 from mlmem.instrument.motion import Cycle
-from mlmem.move_settings import WriteSettings, select_peak
+from mlmem.moves.strain_cycle import WriteSettings, select_peak
 from mlmem.physics import (
     NOH_BATHE,
     Chain,

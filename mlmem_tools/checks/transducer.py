@@ -12,8 +12,8 @@ from contextlib import suppress
 
 import numpy as np
 
-from mlmem.instrument.end import KickMotion
 from mlmem.instrument.instrument import Units
+from mlmem.moves.kick import KickMotion
 from mlmem.physics import Chain, HeldCell, StateError, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank, metamaterial_force
 from mlmem.physics.potential import Array

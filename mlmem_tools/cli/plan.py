@@ -17,8 +17,8 @@ from typing import Any
 from mlmem import Element, load_element
 from mlmem.corrections import apply_correction, is_kicked
 from mlmem.element_file import read_element_file, write_element_file
-from mlmem.move_settings import select_peak
 from mlmem.moves.kick import kick_speed
+from mlmem.moves.strain_cycle import select_peak
 from mlmem.parsing import DecodeError
 from mlmem.physics import DesignError
 

@@ -16,8 +16,8 @@ from functools import partial
 import numpy as np
 
 from mlmem.instrument.drivers import Simulation
-from mlmem.instrument.end import BoundaryMotion, KickMotion
-from mlmem.move_settings import KickSettings
+from mlmem.instrument.end import BoundaryMotion
+from mlmem.moves.kick import KickMotion, KickSettings
 from mlmem.physics import (
     Chain,
     HeldCell,

@@ -8,8 +8,8 @@ import pytest
 
 from mlmem import load_element
 from mlmem.element_file import use_kicks
-from mlmem.instrument.end import KickMotion
 from mlmem.instrument.instrument import Units
+from mlmem.moves.kick import KickMotion
 from mlmem.physics import PEFRL, Chain
 from mlmem.physics.energy import energy
 from mlmem_tools.checks import Verdict, transducer

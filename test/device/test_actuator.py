@@ -21,8 +21,7 @@ from mlmem import (
 from mlmem.instrument.actuator import MAX_PROFILE_POINTS, Actuator, plan_profile
 from mlmem.instrument.blocks import follow_ramps, run
 from mlmem.instrument.instrument import Instrument
-from mlmem.instrument.motion import Cycle, Ramp, shape_ramp
-from mlmem.move_settings import CycleSettings
+from mlmem.instrument.motion import Cycle, CycleSettings, Ramp, shape_ramp
 from mlmem.physics import CASE_II
 from mlmem.rejections import ErrorCode
 from mlmem.settings import ActuatorSettings, ScaleSettings

@@ -32,11 +32,9 @@ from mlmem import (
     load_element,
 )
 from mlmem.element_file import use_kicks
-from mlmem.instrument import end
 from mlmem.instrument.blocks import run, wait
 from mlmem.instrument.drivers import Simulation
-from mlmem.move_settings import KickSettings
-from mlmem.moves.kick import kick_out, kick_speed, kick_to
+from mlmem.moves.kick import KickMotion, KickSettings, kick_out, kick_speed, kick_to
 from mlmem.moves.move import blank_content
 from mlmem.moves.planner import find_moves, find_route, move_families
 from mlmem.physics import Scatter, draw_specimen, find_level, find_walls
@@ -75,7 +73,7 @@ def by_method(name, method):
 def test_kick_is_smooth_ramp_then_held(late, peak, error):
     """A late kick begins slowly, and has a jerk where it ends."""
     shape = KickSettings(late=late, hold=20.0)
-    motion = end.KickMotion(-1.0, 1.0, 0.1, shape)
+    motion = KickMotion(-1.0, 1.0, 0.1, shape)
     t = np.linspace(0.0, motion.duration, 4001)
     x, v = motion.evaluate_motion(t)
     assert motion.duration == pytest.approx(40.0)

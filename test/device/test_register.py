@@ -31,6 +31,7 @@ from mlmem import (
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
+from mlmem.moves.kick import KickMotion
 from mlmem.moves.planner import erasing_moves, find_route
 from mlmem.physics import Scatter, Specimen, draw_specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_walls
@@ -346,10 +347,14 @@ def test_erase_of_an_unknown_content_succeeds():
 def test_kicks_out_have_the_speeds_of_kinks_and_walls_in_turn():
     """Three walls rest: a kink goes to the level below the first, a wall below the second."""
     element, speeds = rig.pin(MemoryElement(ROBUST), 1, 4, 7), []
-    kick = element.transducer.kick_end
-    element.transducer.kick_end = lambda target, speed, end: (
-        speeds.append(speed) or kick(target, speed)
-    )
+    drive = element.transducer.drive_end
+
+    def drive_and_record(end, motion):
+        if isinstance(motion, KickMotion):
+            speeds.append(motion.speed)
+        drive(end, motion)
+
+    element.transducer.drive_end = drive_and_record
     assert element.perform(Write(ROBUST_CODE.word((3,)))).success
     of_kinks, of_walls = ROBUST.settings.kick.kink_speeds, ROBUST.settings.kick.wall_speeds
     assert speeds[0] / of_kinks[0] == pytest.approx(speeds[1] / of_walls[3])

@@ -29,8 +29,9 @@ from mlmem import (
     load_element,
     snapshot,
 )
-from mlmem.instrument.end import End, Pulse
-from mlmem.instrument.instrument import MAX_RUN_TICKS, Instrument
+from mlmem.instrument.blocks import MAX_RUN_TICKS
+from mlmem.instrument.end import End, EndMove, Pulse
+from mlmem.instrument.instrument import Instrument
 from mlmem.loop.timetable import Timetable
 from mlmem.physics import StateError
 from mlmem.physics.energy import energy
@@ -224,11 +225,12 @@ def drawn(chance):
 
     def pulse(made):
         probe = dataclasses.replace(made.transducer.probes[end], A=A, sigma=2.0)
-        made.transducer._hold_cell(end, Pulse(made.transducer.measure_rest(end), probe))
+        made.transducer.drive_end(end, Pulse(made.transducer.measure_rest(end), probe))
 
     def stay(made):
         """Hold an end where it is."""
-        made.transducer.move_end(end, made.driver.end(end.site(SHORT)), 0.01)
+        here = made.driver.end(end.site(SHORT))
+        made.transducer.drive_end(end, EndMove(here, here, 0.01))
 
     return chance.choice((
         pulse, stay,

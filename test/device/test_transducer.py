@@ -11,7 +11,7 @@ import pytest
 from mlmem import Read, Settings, SettingsError
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.echo import compute_weights, filter_carrier
-from mlmem.instrument.end import End, Pulse
+from mlmem.instrument.end import End, EndMove, Pulse
 from mlmem.instrument.transducer import (
     UNLIMITED_SAMPLES,
     Returns,
@@ -33,11 +33,11 @@ def test_move_may_end_within_step():
     """The first stages after 10.0 end at 10.056 and 10.089: beyond 10.05, and within 10.07."""
     element = rig.device()
     start = element.design.D_s1
-    element.transducer.move_end(End.LEFT, start + 1.005, speed=0.1)
+    element.transducer.drive_end(End.LEFT, EndMove(start, start + 1.005, speed=0.1))
     held_cell = element.transducer.held_cell(40)
     assert held_cell.motion.shape == (2, 100)  # 20 whole steps to 10.0
     assert held_cell.motion[0, -1] == pytest.approx(start + 1.0, abs=1e-14)
-    element.transducer.move_end(End.LEFT, start + 1.007, speed=0.1)
+    element.transducer.drive_end(End.LEFT, EndMove(start, start + 1.007, speed=0.1))
     held_cell = element.transducer.held_cell(40)
     assert held_cell.motion.shape == (2, 101)  # and the first stage of the next, to 10.056
     assert held_cell.motion[0, -1] == pytest.approx(start + 1.0 + 0.05 * STAGES[0], abs=1e-14)

@@ -9,7 +9,7 @@ import tracemalloc
 import pytest
 
 from mlmem import MemoryElement, Settings, snapshot
-from mlmem.move_settings import WriteSettings
+from mlmem.moves.strain_cycle import WriteSettings
 from mlmem.physics import CASE_I, CASE_II, StateError
 from mlmem.readers.calibration import calibration_key
 from mlmem.settings import ReadSettings, TimeSettings

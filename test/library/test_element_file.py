@@ -14,7 +14,7 @@ import yaml
 import mlmem
 from mlmem import ELEMENT_NAMES, Settings, element_file, load_element
 from mlmem.element_file import Element, ElementFileError
-from mlmem.move_settings import KickSettings
+from mlmem.moves.kick import KickSettings
 from mlmem.physics import Specimen
 from mlmem.settings import ElementSettings
 

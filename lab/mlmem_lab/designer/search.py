@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mlmem import Settings
-from mlmem.move_settings import KickSettings, WriteSettings
+from mlmem.moves.kick import KickSettings
+from mlmem.moves.strain_cycle import WriteSettings
 from mlmem.physics import Design, DesignError
 from mlmem.physics.potential import Array
 from mlmem.settings import ActuatorSettings, ReadSettings, RegisterSettings, TransducerSettings

@@ -10,7 +10,7 @@ import numpy as np
 
 from mlmem.instrument.end import EndMove
 from mlmem.instrument.motion import Ramp
-from mlmem.move_settings import EraseSettings, WriteSettings
+from mlmem.moves.strain_cycle import EraseSettings, WriteSettings
 from mlmem.physics import (
     CASE_II,
     NOH_BATHE,

@@ -7,8 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from mlmem import simulate, wall_at
-from mlmem.instrument.motion import Cycle
-from mlmem.move_settings import CycleSettings
+from mlmem.instrument.motion import Cycle, CycleSettings
 from mlmem.physics import CASE_II, NOH_BATHE, find_level
 
 from ...studies.trace import wall_position

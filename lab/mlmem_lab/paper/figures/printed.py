@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mlmem import MemoryElement, Write
-from mlmem.move_settings import EraseSettings
+from mlmem.moves.strain_cycle import EraseSettings
 from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 

@@ -9,8 +9,8 @@ import dataclasses
 import numpy as np
 
 from mlmem import simulate, wall_at
-from mlmem.instrument.motion import Cycle
-from mlmem.move_settings import CycleSettings, WriteSettings, select_peak
+from mlmem.instrument.motion import Cycle, CycleSettings
+from mlmem.moves.strain_cycle import WriteSettings, select_peak
 from mlmem.physics import CASE_II, NOH_BATHE, Design, Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 
