@@ -45,6 +45,25 @@ class ElementFileError(DecodeError):
     """A file is not that of an element; the message says why."""
 
 
+@dataclass(frozen=True)
+class TransducerValues:
+    """What a fit finds of the transducers, of the left one and of the right one.
+
+    Attributes:
+        zero: Displacement that it shows at 0, in cells.
+        gain: Displacement that it shows over the true one.
+        drive: Displacement that it makes over the commanded one.
+        late: Time units by which it is late as a sensor.
+        lag: Time units by which it is late as a driver.
+    """
+
+    zero: tuple[float, float] = (0.0, 0.0)
+    gain: tuple[float, float] = (1.0, 1.0)
+    drive: tuple[float, float] = (1.0, 1.0)
+    late: tuple[float, float] = (0.0, 0.0)
+    lag: tuple[float, float] = (0.0, 0.0)
+
+
 @dataclass(frozen=True, eq=False)
 class Element:
     """An element with its settings, as far as it is known.
@@ -53,9 +72,9 @@ class Element:
         specimen: The element itself; exactly as designed unless it was fitted.
         alpha_std: Standard deviation of every alpha, shape (N,); zeros unless it was fitted.
         time_unit: The instrument's time unit in true ones.
-        transducers: Zero, gain and drive of both ends.
+        transducers: What was found of them.
         chi2: Misfit per datum of the fit.
-        untold: What the data could not tell.
+        undetermined: What the data do not determine.
         plan: Corrections of its pulses, or None.
         settings: Settings of its instrument.
         name: Name of its file without the ending; empty if it has none.
@@ -64,10 +83,10 @@ class Element:
     specimen: Specimen
     alpha_std: Array
     time_unit: float = 1.0
-    transducers: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    transducers: TransducerValues = TransducerValues()
     chi2: float = 0.0
     data: int = 0
-    untold: tuple[str, ...] = ()
+    undetermined: tuple[str, ...] = ()
     plan: PulseCorrections | None = None
     settings: Settings = field(default_factory=Settings)
     name: str = ''
@@ -108,7 +127,7 @@ class Element:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values for a file: all that is not as designed, or not a default."""
-        made, deviations = self.specimen, np.asarray(self.alpha_std)
+        made = self.specimen
         design = _collect_differences(made.design)
         if made.design.phase == made.design.usual_phase:
             del design['phase']
@@ -117,25 +136,22 @@ class Element:
         for name, group in self.settings.list_groups().items():
             if changed := _collect_differences(group, defaults[name]):
                 values[name] = changed
-        if deviations.any() or (made.alpha != made.design.alpha).any():
-            values |= {'alpha': made.alpha.tolist(), 'alpha_std': deviations.tolist()}
-        arrays = {
-            'mass': (made.masses, 1.0),
-            'k_r': (made.k_r, 1.0),
-            'offset': (made.offsets, 0.0),
-        }
-        for name, (array, default) in arrays.items():
-            if (array != default).any():
-                values[name] = array.tolist()
-        if made.stuck:
-            values['stuck'] = list(made.stuck)
-        if self.time_unit != 1.0:
-            values['time_unit'] = self.time_unit
-        if self.transducers:
-            values['transducers'] = encode_value(self.transducers)
-        if self.data:
-            values |= {'chi2': self.chi2, 'data': self.data, 'untold': list(self.untold)}
-        return values | ({'plan': encode_value(self.plan)} if self.plan else {})
+        if np.any(self.alpha_std) or (made.alpha != made.design.alpha).any():
+            values |= {
+                'alpha': made.alpha.tolist(),
+                'alpha_std': np.asarray(self.alpha_std).tolist(),
+            }
+        found = {
+            'mass': made.masses, 'k_r': made.k_r, 'offset': made.offsets, 'stuck': made.stuck,
+            'time_unit': self.time_unit, 'transducers': self.transducers, 'chi2': self.chi2,
+            'data': self.data, 'undetermined': self.undetermined, 'plan': self.plan,
+        }  # fmt: skip
+        for each in fields(_File):
+            if each.name in found and np.any((value := found[each.name]) != each.default):
+                values[each.name] = (
+                    value.tolist() if isinstance(value, np.ndarray) else encode_value(value)
+                )
+        return values
 
 
 def as_designed(design: Design, settings: Settings) -> Element:
@@ -174,17 +190,6 @@ def _parse_word(word: str) -> int | float | str:
     return word
 
 
-def _add_defaults(data: Any) -> Any:
-    """Return the values of a file with all settings of the groups that it has."""
-    if not isinstance(data, Mapping):
-        return data
-    found = dict(data)
-    for name, group in Settings().list_groups().items():
-        if isinstance(given := data.get(name), Mapping):
-            found[name] = {**asdict(group), **given}
-    return found
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _File(Settings):
     """The keys of a file: all groups of settings, and these."""
@@ -198,10 +203,10 @@ class _File(Settings):
     offset: float | Array = 0.0
     stuck: tuple[int, ...] = ()
     time_unit: float = describe_field(1.0, "the instrument's time unit", low=0.5, high=2.0)
-    transducers: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    transducers: TransducerValues = TransducerValues()
     chi2: float = describe_field(0.0, 'misfit per datum', low=0.0)
     data: int = describe_field(0, 'number of data', low=0, high=2**62)
-    untold: tuple[str, ...] = ()
+    undetermined: tuple[str, ...] = ()
     plan: PulseCorrections | None = None
 
     def __post_init__(self) -> None:
@@ -239,24 +244,26 @@ class _File(Settings):
         return np.asarray(self.alpha / self.design.alpha)
 
 
-def _with_base(data: Any) -> Any:
-    """Return the values of a file over those of the shipped element on which it is based.
+def _complete_values(data: Any) -> Any:
+    """Return the values of a file over those of the shipped element on which it is based; the
+    groups of settings that it has are complete.
 
     Raises:
         DecodeError: There is no such shipped element.
     """
-    if not isinstance(data, Mapping) or 'based_on' not in data:
+    if not isinstance(data, Mapping):
         return data
-    changed = dict(data)
-    if (name := changed.pop('based_on')) not in ELEMENT_NAMES:
-        known = ', '.join(ELEMENT_NAMES)
-        raise DecodeError.out_of_range('based_on', name, f'one of {known}')
-    values = load_element(name).as_dict()
-    for key, value in changed.items():
-        base = values.get(key)
-        if isinstance(base, Mapping) and isinstance(value, Mapping):
-            value = {**base, **value}
-        values[key] = value
+    values, base = dict(data), Settings().as_dict()
+    if 'based_on' in data:
+        if (name := values.pop('based_on')) not in ELEMENT_NAMES:
+            known = ', '.join(ELEMENT_NAMES)
+            raise DecodeError.out_of_range('based_on', name, f'one of {known}')
+        shipped = load_element(name)
+        base = shipped.as_dict() | shipped.settings.as_dict()
+        values = {**base, **values}
+    for key in base.keys() & values.keys():
+        if isinstance(base[key], Mapping) and isinstance(values[key], Mapping):
+            values[key] = {**base[key], **values[key]}
     return values
 
 
@@ -298,7 +305,7 @@ def parse(text: str, source: str, name: str = '') -> Element:
         ElementFileError: The text is not an element; the message names the line.
     """
     try:
-        given: _File = decode_value(_File, _add_defaults(_with_base(parse_yaml(text))))
+        given: _File = decode_value(_File, _complete_values(parse_yaml(text)))
         made = Specimen(
             given.design, given.alpha_factor, k_r_factor=given.k_r, mass=given.mass,
             offset=given.offset, stuck=given.stuck,
@@ -315,7 +322,7 @@ def parse(text: str, source: str, name: str = '') -> Element:
     settings = Settings(**{each.name: getattr(given, each.name) for each in fields(Settings)})
     return Element(
         made, deviations, given.time_unit, given.transducers, given.chi2, given.data,
-        given.untold, given.plan, settings, name,
+        given.undetermined, given.plan, settings, name,
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from mlmem import Element, Shot, as_designed, load_element
-from mlmem.element_file import write_element_file
+from mlmem.element_file import TransducerValues, write_element_file
 from mlmem.parsing import DecodeError
 from mlmem.physics import INTEGRATORS, DesignError, Integrator
 from mlmem_ros.bag.errors import BagError
@@ -72,12 +72,16 @@ def fit(arguments: argparse.Namespace) -> int:
 def build_element(found: Fit) -> Element:
     """Return a fit as the element of a file."""
     unknowns, x = found.unknowns, found.x
-    end_unknowns = 'zero', 'gain', 'drive', 'late', 'lag'
-    ends = {name: unknowns.end_values(x, name) for name in end_unknowns}
+    ends = {
+        each.name: unknowns.end_values(x, each.name)
+        for each in dataclasses.fields(TransducerValues)
+    }
     return Element(
         found.specimen, found.deviations[unknowns.alpha], float(x[unknowns.shared('time_unit')]),
-        {name: (float(left), float(right)) for name, (left, right) in ends.items()},
-        found.chi2, found.data, found.untold,
+        TransducerValues(
+            **{name: (float(left), float(right)) for name, (left, right) in ends.items()}
+        ),
+        found.chi2, found.data, found.undetermined,
     )  # fmt: skip
 
 
@@ -126,7 +130,7 @@ def _as_dict(found: Fit) -> dict[str, Any]:
         'held_out': list(found.held_out),
         'added': found.added_terms,
         'scatter': {CELL_TERMS[term]: value for term, value in found.misfit.scatter.items()},
-        'untold': list(found.untold),
+        'undetermined': list(found.undetermined),
     }
     for term, where in unknowns.cells.items():
         if term in unknowns.terms:
@@ -155,7 +159,7 @@ def _describe_fit(found: Fit, output: str | None) -> None:
     )
     for term in found.added_terms:
         print(f'fitted, too, as the data ask for it: {TERM_DESCRIPTIONS[term]}')
-    for words in found.untold:
-        print(f'not told: {words}')
+    for words in found.undetermined:
+        print(f'not determined: {words}')
     if output:
         print(f'written to {output}')

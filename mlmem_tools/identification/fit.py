@@ -219,7 +219,7 @@ def _without_worst(found: Fit, x: Array, told: Report) -> Fit:
     if whole.chi2 <= MAX_MISFIT_PER_DATUM:
         return whole
     left_out = f'the shots with the wall near {worst:.0f}, which agree with no place of it'
-    return replace(again, untold=(*again.untold, left_out))
+    return replace(again, undetermined=(*again.undetermined, left_out))
 
 
 def _fit_blank(misfit: Misfit, told: Report) -> Fit:

@@ -55,7 +55,7 @@ class Fit:
     data: int
     in_band: float = 1.0
     sound: float = 1.2
-    untold: tuple[str, ...] = ()
+    undetermined: tuple[str, ...] = ()
     held_out: tuple[float, ...] = ()
     slopes: Slopes | None = None
 
@@ -110,9 +110,11 @@ def compute_posterior(misfit: Misfit, x: Array, slopes: Slopes | None = None) ->
     normal, precision = misfit.normal(x, WHOLE_WINDOW, slopes=slopes), misfit.precision
     in_band, sound = _band_misfit(misfit, x, slopes, normal.H + precision)
     covariance = invert_matrix(normal.H + precision) * max(1.0, in_band)
-    untold = _describe_undetermined(misfit, x, np.diag(covariance))
+    undetermined = _describe_undetermined(misfit, x, np.diag(covariance))
     chi2 = normal.cost / normal.data
-    return Fit(misfit, x, covariance, chi2, normal.data, in_band, sound, untold, slopes=slopes)
+    return Fit(
+        misfit, x, covariance, chi2, normal.data, in_band, sound, undetermined, slopes=slopes
+    )
 
 
 def rescale_scatter(misfit: Misfit, x: Array, slopes: Slopes | None) -> Misfit:

@@ -100,7 +100,7 @@ def build_forward(element: Element, integrator: Integrator | None) -> Forward:
     for term in uneven:
         x[unknowns.cells[term]] = values[term]
     x[unknowns.shared('time_unit')] = element.time_unit
-    for name, ends in element.transducers.items():
+    for name, ends in vars(element.transducers).items():
         for end, value in zip(('left', 'right'), ends, strict=True):
             x[unknowns.shared(f'{name}_{end}')] = value
     return Forward(unknowns, x, integrator)

@@ -28,8 +28,8 @@ def write_every_format(folder):
     made = Specimen(element.design, k_r_factor=1.01, offset=0.01)
     plan = PulseCorrections((PulseCorrection(),) * 2, '', (1.0,) * 2)
     fitted = element_file.Element(
-        replace(made, mass=2.0, stuck=(9,)), made.alpha, 1.01, {'left': (0.0, 1.0)}, data=1,
-        plan=plan,
+        replace(made, mass=2.0, stuck=(9,)), made.alpha, 1.01,
+        element_file.TransducerValues(zero=(0.0, 1.0)), 1.0, 1, ('j_0',), plan=plan,
     )  # fmt: skip
     element.made, element.forecast, element.twin = made, element.calibration, made
     return {

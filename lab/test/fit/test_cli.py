@@ -57,7 +57,7 @@ def test_from_shots_to_pulses(bench, capsys, fitted, monkeypatch):
     assert told['chi2'] == pytest.approx(found.chi2)
     pulls = (np.array(told['alpha']) - element.strength) / told['alpha_std']
     assert np.abs(pulls).max() < 5.0
-    assert told['untold']
+    assert told['undetermined']
     assert told['held_out'] == pytest.approx(found.held_out)
     assert told['added'] == []
     known = element_file.read_element_file(file)
