@@ -80,7 +80,7 @@ class PulseCorrections:
 def is_kicked(settings: Settings, level: int) -> bool:
     """Return whether a calibration takes the wall to a level by a kick."""
     speeds = settings.kick.wall_speeds
-    return settings.write.method == 'kick' and level < len(speeds) and speeds[level] > 0.0
+    return settings.write.avoids_strain and level < len(speeds) and speeds[level] > 0.0
 
 
 def remove_kicks(settings: Settings, levels: Collection[int]) -> Settings:
@@ -110,7 +110,7 @@ def hash_schedule(settings: Settings) -> str:
         actuator.max_strain,
         actuator.max_rate,
     ]
-    if write.method == 'kick':
+    if write.avoids_strain:
         values += [settings.kick.speeds, settings.kick.hold]
         values += [given for given in (settings.kick.late, settings.kick.kinks) if given]
     text = json.dumps(values)  # every bit of a float

@@ -116,14 +116,10 @@ class Element:
 
     def apply_planned_kicks(self, settings: Settings) -> Settings:
         """Return settings of a register with the kicks of walls and kinks as planned."""
-        if self.plan is None or not settings.register.spacing:
+        if self.plan is None or not settings.holds_words:
             return settings
-        kick, walls = settings.kick, [step.speed for step in self.plan.steps]
-        speeds, kinks = (
-            ' '.join(f'{factor * speed:.6g}' for factor, speed in zip(factors, each, strict=False))
-            for factors, each in ((walls, kick.wall_speeds), (self.plan.kinks, kick.kink_speeds))
-        )
-        return replace(settings, kick=replace(kick, speeds=speeds, kinks=kinks))
+        walls = [step.speed for step in self.plan.steps]
+        return replace(settings, kick=settings.kick.scale_speeds(walls, self.plan.kinks))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values for a file: all that is not as designed, or not a default."""

@@ -284,10 +284,10 @@ class Settings:
                 if abs(value := getattr(group, peak)) > limit:
                     expected = f'within actuator.max_strain = {limit:g}'
                     yield Problem(f'{name}.{peak}', value, expected)
-        if self.write.method == 'strain' and not self.actuator.present:
+        if not (self.write.uses_kicks or self.actuator.present):
             expected = 'kick or auto for an element without an actuator (actuator.present)'
             yield Problem('write.method', self.write.method, expected)
-        if self.element.bad_cells and self.register.spacing:
+        if self.element.bad_cells and self.holds_words:
             expected = 'empty for an element with many walls (register.spacing)'
             yield Problem('element.bad_cells', self.element.bad_cells, expected)
         if self.read.method != 'delay' and self.element.bad_cells:
@@ -307,6 +307,11 @@ class Settings:
                     yield Problem(field, value, expected)
 
     @property
+    def holds_words(self) -> bool:
+        """Whether it is a register of many walls, whose contents are words, and not levels."""
+        return self.register.spacing > 0
+
+    @property
     def has_one_transducer(self) -> bool:
         """Whether the left end is all that is driven and heard."""
         return self.read.method == 'records'
@@ -314,16 +319,12 @@ class Settings:
     @property
     def compares_waveforms(self) -> bool:
         """Whether a read compares waveforms with forecasts, rather than delays."""
-        return (
-            self.read.method != 'delay'
-            or self.register.spacing > 0
-            or bool(self.element.bad_cells)
-        )
+        return self.read.method != 'delay' or self.holds_words or bool(self.element.bad_cells)
 
     @property
     def amplifies_pulses(self) -> bool:
         """Whether pulses are `read.kicked_gain` times as strong: where kicks move one wall."""
-        return self.write.method != 'strain' and not self.register.spacing
+        return self.write.uses_kicks and not self.holds_words
 
     @property
     def tick_seconds(self) -> float:

@@ -64,7 +64,7 @@ def moves_from(
     design: Design, settings: Settings, start: int, target: int
 ) -> Iterator[ClearingPulse]:
     """Yield the clearing pulse of a register, if it has one; kicks clear the others."""
-    if settings.register.spacing and settings.clearing_pulse.A:
+    if settings.holds_words and settings.clearing_pulse.A:
         pulse = settings.clearing_pulse
         duration = pulse_duration(pulse) + pulse.settle
         yield ClearingPulse(start, blank_content(settings), duration)

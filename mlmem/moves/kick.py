@@ -9,8 +9,8 @@ already; so a word is filled from the right. See docs/strainless.md.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -103,6 +103,14 @@ class KickSettings(Checked):
     def kink_speeds(self) -> tuple[float, ...]:
         """Mean speeds of kinks by level."""
         return _parse_numbers(self.kinks)
+
+    def scale_speeds(self, walls: Iterable[float], kinks: Iterable[float]) -> KickSettings:
+        """Return settings with factors on the speeds of walls and of kinks, by level."""
+        speeds, kink_speeds = (
+            ' '.join(f'{factor * speed:.6g}' for factor, speed in zip(factors, each, strict=False))
+            for factors, each in ((walls, self.wall_speeds), (kinks, self.kink_speeds))
+        )
+        return replace(self, speeds=speeds, kinks=kink_speeds)
 
     def speed_margin(self, level: int) -> float:
         """Relative change of the speed that the kick to a level tolerates; 1 if not known."""
@@ -243,12 +251,12 @@ def moves_from(
     design: Design, settings: Settings, start: int, target: int
 ) -> Iterator[KickIn | KickOut | WordKick | WordKickOut]:
     """Yield the kicks that begin at a content; into a register the one that its target needs."""
-    if settings.register.spacing:
+    if settings.holds_words:
         yield from _word_kicks(design, settings, start, target)
         if start != 0 and not settings.clearing_pulse.A:
             each = _erase_duration(design, settings.kick)
             yield WordKickOut(start, 0, design.levels / settings.register.spacing * each)
-    elif settings.write.method != 'strain':
+    elif settings.write.uses_kicks:
         if start == BLANK:
             shape, ringing = settings.kick, ringing_time(design)
             for level in range(design.levels):
@@ -296,7 +304,7 @@ def kick_speed(design: Design, settings: Settings, level: int) -> float:
 def erase_speed(design: Design, settings: Settings) -> float:
     """Return the mean speed of the kick that erases one wall; 0 if kicks do not erase."""
     kick, limits = settings.kick, settings.transducer
-    able = settings.write.method != 'strain' and any(kick.wall_speeds)
+    able = settings.write.uses_kicks and any(kick.wall_speeds)
     able &= abs(design.D_s2 - design.D_s1) <= limits.max_stroke
     able &= kick.peak_speed_ratio * kick.erase_speed <= limits.max_speed
     return kick.erase_speed if able else 0.0

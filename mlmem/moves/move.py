@@ -84,4 +84,4 @@ class Move(ABC):
 
 def blank_content(settings: Settings) -> int:
     """Return the content of an element without walls: `BLANK`, or word 0 of a register."""
-    return 0 if settings.register.spacing else BLANK
+    return 0 if settings.holds_words else BLANK

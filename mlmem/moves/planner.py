@@ -54,8 +54,7 @@ def find_moves(
     found = _all_moves(design, settings, start, target)
     without_strain = any(move.target == BLANK and not move.needs_actuator for move in found)
     for move in found:
-        one_wall = move.target >= 0 and not settings.register.spacing
-        blocked = one_wall and settings.element.explain_blocked(design.defect_site(move.target))
+        blocked = settings.element.explain_blocked(design.defect_site(move.target))
         superseded = without_strain and move.target == BLANK and move.needs_actuator
         if move.margin >= MIN_MARGIN and not blocked and not superseded:
             yield move
@@ -92,7 +91,7 @@ def find_route(design: Design, settings: Settings, start: int, target: int) -> l
     ways: list[tuple[float, int, int, list[Move]]] = [(0.0, next(order), start, [])]
     seen = set()
     # a strained move seems this much longer, in time units, where strain is avoided
-    penalty = 1e9 if settings.write.method == 'kick' else 0.0
+    penalty = 1e9 if settings.write.avoids_strain else 0.0
     while ways:
         time, _, place, way = heapq.heappop(ways)
         if place == target:
@@ -105,7 +104,7 @@ def find_route(design: Design, settings: Settings, start: int, target: int) -> l
                 continue
             cost = time + move.duration + penalty * move.needs_actuator
             heapq.heappush(ways, (cost, next(order), move.target, [*way, move]))
-    if target >= 0 and (why := settings.element.explain_blocked(design.defect_site(target))):
+    if why := settings.element.explain_blocked(design.defect_site(target)):
         raise ProcedureFailed(f'level {target} cannot be reached: {why}')
     raise ProcedureFailed(
         f'{describe_level(target)} is reached only by strain: it needs an actuator, or, with '

@@ -77,6 +77,16 @@ class WriteSettings(CycleSettings):
         high=20,
     )
 
+    @property
+    def uses_kicks(self) -> bool:
+        """Whether kicks may move one wall; those of a register are always kicked."""
+        return self.method != 'strain'
+
+    @property
+    def avoids_strain(self) -> bool:
+        """Whether strain is used only where no kick reaches."""
+        return self.method == 'kick'
+
 
 @dataclass(frozen=True)
 class EraseSettings(CycleSettings):
@@ -198,7 +208,7 @@ def moves_from(
     design: Design, settings: Settings, start: int, target: int
 ) -> Iterator[Launch | StepUp | KinkDrive]:
     """Yield the moves of one wall by strain."""
-    if not settings.actuator.present or settings.register.spacing:
+    if not settings.actuator.present or settings.holds_words:
         return
     write, rate = settings.write, settings.actuator.max_rate
     if start == BLANK:

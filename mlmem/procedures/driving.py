@@ -54,7 +54,7 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Outcome]:
 
 def seems_blank(element: Memory) -> Procedure[bool]:
     """Return whether the ends are those of a blank element, which tells nothing of many walls."""
-    if element.settings.register.spacing:
+    if element.reader.holds_words:
         return False
     yield from catch_up(element)
     return element.phases == (0, 0)
@@ -121,7 +121,7 @@ def go_to_level(
     )
     if not strained:
         settings = replace(settings, actuator=replace(settings.actuator, present=False))
-    if present == UNDECODABLE and not settings.register.spacing:
+    if present == UNDECODABLE and not settings.holds_words:
         yield from erase(element, plainly=plainly)
         present = blank_content(settings)
     how = Drive(corrections, force, nudge)

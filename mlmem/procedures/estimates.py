@@ -42,7 +42,7 @@ def estimate_read(element: Memory) -> float:
 def driving_time(element: Memory, present: int, target: int) -> float:
     """Return the time from a level, `BLANK` or `UNDECODABLE` to another, until it is at rest."""
     settings = element.calibration.remove_missed_kicks(element.settings)
-    if settings.register.spacing:
+    if settings.holds_words:
         blank = blank_content(settings)
         present, target = (blank if content == BLANK else content for content in (present, target))
     elif present == UNDECODABLE:

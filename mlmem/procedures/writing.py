@@ -28,19 +28,18 @@ def write(element: Memory, level: int) -> Procedure[Outcome]:
     Raises:
         ProcedureFailed: The level was not reached within `write.attempts`.
     """
-    attempts, least = element.settings.write.attempts, element.settings.write.min_margin
     yield from return_to_zero(element)
     reading = element.reading
     if reading is None or reading.level == UNDECODABLE:
         reading = yield from element.reader.read_settled(element)
     present, seen, nudge = reading.level, [], 1.0
-    method = element.settings.write.method
+    settings, attempts = element.settings.write, element.settings.write.attempts
     strained = element.settings.actuator.present
     for attempt in range(1, attempts + 1):
         element.progress.record_attempts('write', attempt)
         estimates.expect_duration(element, estimates.writing_time(element, present, level))
         try:
-            plainly = strained and method != 'kick' and 1 < attempt == attempts
+            plainly = strained and not settings.avoids_strain and 1 < attempt == attempts
             force = _peak_factor(element, attempt)
             try:
                 yield from go_to_level(
@@ -48,7 +47,7 @@ def write(element: Memory, level: int) -> Procedure[Outcome]:
                     nudge=nudge, plainly=plainly, strained=strained,
                 )  # fmt: skip
             except NotFollowed:
-                if method != 'auto' or not strained:
+                if settings.avoids_strain or not (settings.uses_kicks and strained):
                     raise
                 strained = False  # from here on by kicks
                 yield from return_to_zero(element)
@@ -58,7 +57,7 @@ def write(element: Memory, level: int) -> Procedure[Outcome]:
         except ProcedureFailed as failure:
             raise ProcedureFailed(str(failure), attempt, failure.code) from failure
         present, said = reading.level, reading.reason or element.describe_content(reading.level)
-        if present >= 0 and reading.level_margin < least:
+        if present >= 0 and reading.level_margin < settings.min_margin:
             present, said = UNDECODABLE, f'{said} with a margin of {reading.level_margin:.2f}'
         nudge *= correct_speed(element, reading, level, attempt)
         if present == level:

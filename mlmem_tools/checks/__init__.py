@@ -70,7 +70,7 @@ def check(
         # without an actuator there is no strain
         if settings.actuator.present or concern not in (launch, steps)
         # it judges how strain launches one wall
-        if not settings.register.spacing or concern is not launch
+        if not settings.holds_words or concern is not launch
         # it judges the delays by which one wall is read
         if settings.read.method == 'delay' or concern is not echoes
         for finding in concern.check(subject)

@@ -165,8 +165,8 @@ def check(subject: Subject) -> Iterator[Finding]:
     design, settings = subject.design, subject.settings
     if not any(settings.kick.wall_speeds):
         return
-    yield _judge_next_walls(design, bool(settings.register.spacing))
-    if settings.register.spacing:
+    yield _judge_next_walls(design, settings.holds_words)
+    if settings.holds_words:
         return
     budget = Budget(design)
     if budget.width > MIN_HALF_WIDTH_CELLS:  # of narrower walls the laws say nothing

@@ -31,7 +31,7 @@ def check(subject: Subject) -> Iterator[Finding]:
     is read by another pulse.
     """
     settings = subject.settings
-    if settings.register.spacing:
+    if settings.holds_words:
         return
     made, probes = (
         subject.element or subject.design,

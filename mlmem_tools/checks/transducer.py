@@ -26,7 +26,7 @@ def check(subject: Subject) -> Iterator[Finding]:
     """Yield what kicks need; nothing of an element that has none."""
     design, settings = subject.design, subject.settings
     kick, limits = settings.kick, settings.transducer
-    if not any(kick.wall_speeds) or settings.register.spacing:
+    if not any(kick.wall_speeds) or settings.holds_words:
         return
     chain, asked = build_bare_chain(subject.made, settings.time), {}
     with suppress(StateError):  # the last level pins no wall, as another check says
@@ -64,7 +64,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         text = 'the most that kicks ask of the left end'
         if beyond:
             text = f'the {beyond[0]} needs more than transducer.max_* allows: it is not made'
-        verdict = Verdict.WARN if beyond and settings.write.method != 'strain' else Verdict.PASS
+        verdict = Verdict.WARN if beyond and settings.write.uses_kicks else Verdict.PASS
         values = {each: unit * value for each, value in found.items()}
         yield Finding(f'transducer_{name}', values, symbol, verdict, text)
 

@@ -26,7 +26,7 @@ thousandth of the pulse leaves room."""
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the finding on the words of an element with many walls; none for one wall."""
     settings = subject.settings
-    if not settings.register.spacing:
+    if not settings.holds_words:
         return
     try:
         found = forecast_words(subject.made, settings)

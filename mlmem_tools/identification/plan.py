@@ -90,7 +90,7 @@ def plan_pulses(specimen: Specimen, intended: Element, report: Report | None = N
     """
     report, settings = report or (lambda what, share: None), intended.settings
     chain, levels = build_chain(specimen, settings), intended.design.levels
-    if settings.register.spacing:
+    if settings.holds_words:
         return _plan_register(chain, settings, report)
     tried = _Trial(specimen, intended)
     state, steps, erase = tried.place_wall(BLANK), [], math.nan
