@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import SettingsError
-from .physics import Design, Scatter, Specimen, draw_specimen
+from .physics import Design, Material, Scatter, Specimen, as_design, draw_specimen
 from .progress import track_progress
 
 Measurement = Callable[[Specimen], 'float | Mapping[str, Any]']
@@ -81,7 +81,7 @@ def _format_cell(value: Any) -> str:
 
 
 def sweep(
-    design: Design,
+    material: Material,
     *,
     measure: Measurement,
     seeds: Iterable[int] = (0,),
@@ -92,7 +92,7 @@ def sweep(
     """Measure every combination of parameters and seeds.
 
     Args:
-        design: What the axes change.
+        material: A design, or what has one; the axes change it.
         measure: Called with every element; in other processes if the executor has these, so it
             must be importable there.
         seeds: Of the scattered elements; the same seed gives the same element.
@@ -107,6 +107,7 @@ def sweep(
         ValueError: An axis is neither, or has no values.
         DesignError: A value is out of range.
     """
+    design = as_design(material)
     of_design = {field.name for field in fields(Design)}
     of_scatter = [f'{field.name}_std' for field in fields(Scatter)]
     for name, values in axes.items():

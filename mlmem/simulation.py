@@ -26,9 +26,10 @@ from .physics import (
     DEFAULT_INTEGRATOR,
     INTEGRATORS,
     Chain,
-    Design,
     HeldCell,
+    Material,
     Specimen,
+    as_specimen,
     default_step,
     find_walls,
     substep_times,
@@ -225,7 +226,7 @@ class Trajectory:
 
 
 def simulate(
-    design: Design | Specimen,
+    material: Material,
     *,
     duration: float,
     initial: WallStart | ArrayLike | None = None,
@@ -240,7 +241,8 @@ def simulate(
     """Simulate a chain that starts from rest.
 
     Args:
-        design: A design, simulated exactly as designed; or a specimen with scatter of its own.
+        material: A design, simulated exactly as designed; a specimen with scatter of its own; or
+            what has one, such as a loaded element.
         duration: Simulated time in time units; rounded up to a multiple of `save_every`.
         initial: `wall_at`, `walls_at`, or displacements v_j, shape (N,); by default a blank
             element. Where the strain does not begin at 0, it is the configuration that is given.
@@ -258,7 +260,7 @@ def simulate(
         DesignError: The step is beyond the limit of stability.
         StateError: The initial state is none, or a cell is driven too far to be followed.
     """
-    specimen = Specimen.from_design(design)
+    specimen = as_specimen(material)
     if eta is not None:
         specimen = replace(specimen, design=replace(specimen.design, eta=eta), eta_factor=1.0)
     if integrator not in INTEGRATORS:
@@ -273,8 +275,7 @@ def simulate(
     if not longest > 0.0:
         raise SettingsError.out_of_range('dt', longest, 'above 0')
     steps = math.ceil(save_every / longest * (1.0 - 1e-12))
-    chain = Chain(specimen.design, save_every / steps, method)
-    chain.set_specimen(specimen)
+    chain = Chain(specimen, save_every / steps, method)
     inputs = _InputFunctions(strain, *_select_driven_end(drive, specimen.design.N))
     _set_initial_state(chain, initial, float(inputs.sample_strain(np.zeros(1))[0]))
     count = math.ceil(duration / save_every * (1.0 - 1e-12))

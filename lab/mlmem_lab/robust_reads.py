@@ -76,8 +76,7 @@ def build_element(name: str, condition: Condition, seed: int) -> MemoryElement:
     design, time, scatter = shipped.design, shipped.settings.time, condition.scatter
     made = draw_specimen(design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), seed)
     dt = time.tick / (steps_per_tick(Specimen(design), time) * condition.finer)
-    chain = Chain(design, dt, INTEGRATORS[time.integrator])
-    chain.set_specimen(made)
+    chain = Chain(made, dt, INTEGRATORS[time.integrator])
     return MemoryElement(design, shipped.settings, driver=Simulation(chain))
 
 

@@ -25,11 +25,13 @@ from ..physics import (
     Design,
     DesignError,
     HeldCell,
+    Material,
     Specimen,
     StateError,
+    as_specimen,
     default_step,
 )
-from ..physics.energy import actuator_force
+from ..physics.energy import end_force
 from ..physics.equilibrium import make_blank
 from ..physics.potential import Array
 from ..rejections import ErrorCode
@@ -145,13 +147,13 @@ MAX_CELL_STEPS = 10**8
 """Most cell steps of a tick, with at least a thousand cells: about a quarter of a second."""
 
 
-def steps_per_tick(made: Design | Specimen, time: TimeSettings) -> int:
+def steps_per_tick(material: Material, time: TimeSettings) -> int:
     """Return the least number of steps of a tick that is accurate and stable.
 
     Raises:
         SettingsError: The tick needs more than `MAX_CELL_STEPS`.
     """
-    made = Specimen.from_design(made)
+    made = as_specimen(material)
     dt = default_step(made, INTEGRATORS[time.integrator])
     steps, most = math.ceil(time.tick / dt), MAX_CELL_STEPS // max(made.design.N, 1000)
     if steps > most:
@@ -173,9 +175,7 @@ class Simulation(Driver):
         self.nodes = chain.integrator.nodes
 
     @classmethod
-    def build_blank(
-        cls, made: Design | Specimen, time: TimeSettings, finer: int = 1
-    ) -> Simulation:
+    def build_blank(cls, material: Material, time: TimeSettings, finer: int = 1) -> Simulation:
         """Return the driver of a blank element at rest, exactly as designed if a design is given.
 
         Args:
@@ -187,13 +187,10 @@ class Simulation(Driver):
             DesignError: The step is beyond the stability limit.
             StateError: Its ground states are scattered so much that nothing rests in them.
         """
-        dt = time.tick / (finer * steps_per_tick(made, time))
-        integrator = INTEGRATORS[time.integrator]
-        if isinstance(made, Design):
-            return cls(Chain(made, dt, integrator))
-        chain = Chain(made.design, dt, integrator)
-        chain.set_specimen(made)
-        chain.place(make_blank(made))
+        dt = time.tick / (finer * steps_per_tick(material, time))
+        chain = Chain(material, dt, INTEGRATORS[time.integrator])
+        if not isinstance(material, Design):
+            chain.place(make_blank(material))
         return cls(chain)
 
     @property
@@ -234,7 +231,7 @@ class Simulation(Driver):
 
     def force(self) -> float:
         """Return the force of the actuator."""
-        return actuator_force(self.chain)
+        return float(end_force(self.chain, self.chain.v, self.chain.V))
 
 
 SIMULATION_NAME = 'sim'

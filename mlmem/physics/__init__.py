@@ -3,11 +3,11 @@
 """The material: arrays in, arrays out. No device, no ROS, no files, no clock."""
 
 from .chain import Chain, is_kernel_cached
-from .design import CASE_I, CASE_II, Design
+from .design import CASE_I, CASE_II, Design, as_design
 from .jit import ARITHMETIC_VERSION
 from .methods import DEFAULT_INTEGRATOR, INTEGRATORS, NOH_BATHE, PEFRL, Integrator
 from .potential import DesignError, Potential, StateError
-from .specimen import Scatter, Specimen, draw_specimen
+from .specimen import Material, Scatter, Specimen, as_specimen, draw_specimen
 from .stepping import HeldCell, default_step, stable_step, substep_times
 from .wall import Wall, find_level, find_walls, wall_energy
 
@@ -24,11 +24,14 @@ __all__ = [
     'DesignError',
     'HeldCell',
     'Integrator',
+    'Material',
     'Potential',
     'Scatter',
     'Specimen',
     'StateError',
     'Wall',
+    'as_design',
+    'as_specimen',
     'default_step',
     'draw_specimen',
     'find_level',

@@ -17,7 +17,7 @@ from .jit import is_cached
 from .methods import DEFAULT_INTEGRATOR, Integrator
 from .methods.integrator import MAX_REST_SPEED, Cells, Chained, Forcing, align_array, is_balanced
 from .potential import Array, DesignError, StateError
-from .specimen import MAX_OFFSET, Specimen
+from .specimen import MAX_OFFSET, Material, Specimen, as_specimen
 from .stepping import (
     NO_HELD_CELL,
     STABILITY_MARGIN,
@@ -38,18 +38,24 @@ class Chain:
     """
 
     def __init__(
-        self, design: Design, dt: float | None = None, integrator: Integrator = DEFAULT_INTEGRATOR
+        self,
+        material: Material,
+        dt: float | None = None,
+        integrator: Integrator = DEFAULT_INTEGRATOR,
     ) -> None:
-        """Make a blank chain at rest: every cell in the inactive phase.
+        """Make a chain at rest whose cells are all in the ground state of the inactive phase.
+
+        Where a specimen's own ground states differ, `place(make_blank(specimen))` makes a blank.
 
         Args:
-            dt: Step size in time units; by default `default_step(design, integrator)`.
+            dt: Step size in time units; by default `default_step(material, integrator)`.
             integrator: `DEFAULT_INTEGRATOR` says why PEFRL is the default.
 
         Raises:
             DesignError: The step is not positive or beyond the stability limit.
         """
-        specimen = Specimen(design)
+        specimen = as_specimen(material)
+        design = specimen.design
         limit = stable_step(specimen, integrator)
         dt = default_step(specimen, integrator) if dt is None else dt
         if not 0.0 < dt <= limit:
@@ -182,7 +188,7 @@ class Chain:
         for row, values in zip(self._list_rows(), state, strict=True):
             row[:] = values
 
-    def set_specimen(self, specimen: Design | Specimen) -> None:
+    def set_specimen(self, material: Material) -> None:
         """Replace the specimen by another one of the same design, in the same state.
 
         Stuck cells stop on the substrate, where they are.
@@ -191,7 +197,7 @@ class Chain:
             DesignError: It is of another design, or the step is beyond its stability limit;
                 nothing is changed.
         """
-        specimen = Specimen.from_design(specimen)
+        specimen = as_specimen(material)
         self.check(specimen)
         self.specimen = specimen
         self._build_cells()

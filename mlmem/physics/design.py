@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import MISSING, asdict, dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from ..rejections import ErrorCode
 from ..schema import Problem, describe_field, find_problems, make_field_factory
 from .curve import Curve
 from .potential import Array, DesignError, Potential
+
+if TYPE_CHECKING:
+    from .specimen import Material
 
 _cells = make_field_factory('cells', 2, 100_000)
 _stiffness = make_field_factory('k_r', 1e-9, 1e9)
@@ -291,6 +294,22 @@ class Design:
     def end_displacement(self, strain: float) -> float:
         """Return V_N for a strain Delta l / l of the element, l = N (tension positive)."""
         return strain * self.N
+
+
+EXPECTED_MATERIAL = 'a design, a specimen, or what has one: a loaded element, a chain'
+"""What a `Material` must be, in words."""
+
+
+def as_design(material: Material) -> Design:
+    """Return the design of a material; that of a design is itself.
+
+    Raises:
+        DesignError: It is no material.
+    """
+    design = getattr(material, 'design', material)
+    if not isinstance(design, Design):
+        raise DesignError.out_of_range('material', material, EXPECTED_MATERIAL)
+    return design
 
 
 def stiffness_profile(design: Design, j: Array) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from .chain import Chain
 from .equilibrium import compute_energies, metamaterial_force, substrate_force
 from .potential import Array
-from .specimen import Specimen
+from .specimen import Material, as_specimen
 
 
 @dataclass(frozen=True)
@@ -41,27 +41,25 @@ class Energy:
 
 def energy(chain: Chain) -> Energy:
     """Return the energy of a chain's current state."""
-    motion = kinetic_energy(chain.specimen, chain.velocity, chain.substrate_velocity)
-    return Energy(float(motion), *map(float, compute_energies(chain.specimen, chain.v, chain.V)))
+    motion = kinetic_energy(chain, chain.velocity, chain.substrate_velocity)
+    return Energy(float(motion), *map(float, compute_energies(chain, chain.v, chain.V)))
 
 
-def kinetic_energy(made: Specimen, velocity: Array, substrate_velocity: Array) -> Array:
+def kinetic_energy(material: Material, velocity: Array, substrate_velocity: Array) -> Array:
     """Return the kinetic energy of both chains; velocities of shape (..., N)."""
-    motion = np.sum(made.masses * velocity**2, axis=-1) + np.sum(substrate_velocity**2, axis=-1)
-    return np.asarray(0.5 * motion)
+    cells = np.sum(as_specimen(material).masses * velocity**2, axis=-1)
+    return np.asarray(0.5 * (cells + np.sum(substrate_velocity**2, axis=-1)))
 
 
-def actuator_force(chain: Chain) -> float:
-    """Return the force that holds the substrate's end at V_N, tension positive."""
-    return float(end_force(chain.specimen, chain.v, chain.V))
+def end_force(material: Material, v: Array, V: Array) -> Array:
+    """Return the force that holds the substrate's end, dU/dV_N, tension positive.
 
-
-def end_force(made: Specimen, v: Array, V: Array) -> Array:
-    """Return dU/dV_N, for displacements of shape (..., N).
+    Displacements have shape (..., N), the force is in k_r lattice constants.
 
     With the rigid substrate it is the force on the whole quasi-static foundation, with the elastic
     one that on the end site.
     """
+    made = as_specimen(material)
     force = -substrate_force(made, v, V)
     if made.stuck:  # the substrate carries these cells, and what pulls at them
         carried = np.array(made.stuck) - 1

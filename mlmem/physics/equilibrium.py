@@ -16,18 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..rejections import ErrorCode
-from .design import Design
+from .design import Design, as_design
 from .jit import compile_kernel
 from .potential import Array, StateError
-from .specimen import Specimen
+from .specimen import Material, Specimen, as_specimen
 from .wall import find_walls
 
 
-def compute_energies(
-    specimen: Design | Specimen, v: Array, V: Array
-) -> tuple[Array, Array, Array]:
+def compute_energies(material: Material, v: Array, V: Array) -> tuple[Array, Array, Array]:
     """Return the energies of coupling, on-site and substrate springs, shape (...) each."""
-    specimen = Specimen.from_design(specimen)
+    specimen = as_specimen(material)
     D = v - (V + specimen.offsets)
     on_site = specimen.alpha * specimen.potential.energy(D)
     on_site = on_site - specimen.depth_force * (D - specimen.design.D_s1)
@@ -38,18 +36,21 @@ def compute_energies(
     )
 
 
-def metamaterial_force(specimen: Specimen, v: Array, V: Array) -> Array:
+def metamaterial_force(material: Material, v: Array, V: Array) -> Array:
     """Return the force on every cell, -dU/dv_j of Eq. (1a), shape (..., N)."""
+    specimen = as_specimen(material)
     return _add_spring_pull(-_compute_on_site_pull(specimen, v, V), specimen.k_r * np.diff(v))
 
 
-def substrate_force(specimen: Specimen, v: Array, V: Array) -> Array:
+def substrate_force(material: Material, v: Array, V: Array) -> Array:
     """Return the force on every substrate site, -dU/dV_j of Eq. (1b), shape (..., N)."""
+    specimen = as_specimen(material)
     return _add_spring_pull(_compute_on_site_pull(specimen, v, V), specimen.s * np.diff(V))
 
 
-def stiffness_diagonal(specimen: Specimen, v: Array, V: Array) -> Array:
+def stiffness_diagonal(material: Material, v: Array, V: Array) -> Array:
     """Return d2U/dv_j2, shape (..., N): the diagonal of a matrix with -k_r beside it."""
+    specimen = as_specimen(material)
     on_site = specimen.alpha * specimen.potential.stiffness(v - (V + specimen.offsets))
     diagonal = on_site + specimen.coupling_stiffness
     diagonal[..., [0, -1]] -= specimen.k_r[[0, -1]]
@@ -97,13 +98,13 @@ def solve_tridiagonal(diagonal: Array, beside: Array, right: Array) -> bool:
     return True
 
 
-def make_blank(specimen: Design | Specimen) -> Array:
+def make_blank(material: Material) -> Array:
     """Return the displacements of a blank, unstrained element at rest, shape (N,).
 
     Raises:
         StateError: As `relax_to_equilibrium`.
     """
-    specimen = Specimen.from_design(specimen)
+    specimen = as_specimen(material)
     design = specimen.design
     v = np.full(design.N, design.D_s1)
     if not (specimen.offsets.any() or specimen.depths.any()):
@@ -111,7 +112,7 @@ def make_blank(specimen: Design | Specimen) -> Array:
     return relax_to_equilibrium(specimen, v + specimen.offsets, np.zeros(design.N))
 
 
-def wall_profile(design: Design, position: float, *, kink: bool = False) -> Array:
+def wall_profile(material: Material, position: float, *, kink: bool = False) -> Array:
     """Return the configuration of an anti-kink: s2 on the left of `position`, s1 on the right.
 
     The profile is that of a wall in a symmetric double well of the same barrier, a tanh: a
@@ -124,13 +125,14 @@ def wall_profile(design: Design, position: float, *, kink: bool = False) -> Arra
     Returns:
         Delta_j, shape (N,).
     """
+    design = as_design(material)
     mean, half = 0.5 * (design.D_s1 + design.D_s2), 0.5 * (design.D_s2 - design.D_s1)
     profile = mean - half * np.tanh((design.sites - position) / _wall_width(design))
     return design.D_s1 + design.D_s2 - profile if kink else profile
 
 
 def relax_to_equilibrium(
-    specimen: Design | Specimen, v: Array, V: Array, *, iterations: int = 200
+    material: Material, v: Array, V: Array, *, iterations: int = 200
 ) -> Array:
     """Return the stable equilibrium displacements v nearest to a guess, with the substrate at V.
 
@@ -147,7 +149,7 @@ def relax_to_equilibrium(
     Raises:
         StateError: No equilibrium was reached, or only an unstable one.
     """
-    specimen = Specimen.from_design(specimen)
+    specimen = as_specimen(material)
     v = np.array(v, dtype=np.float64)
     held = _list_stuck_indices(specimen)
     tolerance = 1e-12  # of the residual force per cell, over the stiffness of the stiffest cell
@@ -171,7 +173,7 @@ DEFECT_OFFSET_CELLS = 0.3
 """Distance from a defect, in cells, at which a guess is not balanced on it."""
 
 
-def find_pinned_wall(specimen: Design | Specimen, level: int) -> Array:
+def find_pinned_wall(material: Material, level: int) -> Array:
     """Return the displacements of an unstrained element with its wall pinned at a level.
 
     Returns:
@@ -180,7 +182,7 @@ def find_pinned_wall(specimen: Design | Specimen, level: int) -> Array:
     Raises:
         StateError: There is no such level, or its defect does not pin the wall.
     """
-    specimen = Specimen.from_design(specimen)
+    specimen = as_specimen(material)
     design = specimen.design
     if not 0 <= level < design.levels:
         expected = f'from 0 to {design.levels - 1}'
@@ -197,7 +199,7 @@ def find_pinned_wall(specimen: Design | Specimen, level: int) -> Array:
 
 
 def find_pinned_walls(
-    specimen: Design | Specimen, positions: Sequence[float], *, iterations: int = 200
+    material: Material, positions: Sequence[float], *, iterations: int = 200
 ) -> Array:
     """Return the displacements of an unstrained element with walls and kinks in turn, where they
     come to rest from some positions. Stuck cells are in the phase of their place.
@@ -209,7 +211,7 @@ def find_pinned_walls(
     Raises:
         StateError: As `relax_to_equilibrium`.
     """
-    specimen = Specimen.from_design(specimen)
+    specimen = as_specimen(material)
     design = specimen.design
     share = np.zeros(design.N)  # of the active phase
     step = design.D_s2 - design.D_s1

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .design import Design
+from .design import Design, as_design
 from .equilibrium import (
     compute_energies,
     metamaterial_force,
@@ -27,12 +27,12 @@ from .equilibrium import (
     wall_profile,
 )
 from .potential import Array, DesignError, StateError
-from .specimen import Specimen
+from .specimen import Material, Specimen, as_specimen
 
 
-def make_uniform(design: Design) -> Design:
+def make_uniform(material: Material) -> Design:
     """Return the uniform element of the same size: gamma = beta = 0."""
-    return dataclasses.replace(design, gamma=0.0, beta=0.0)
+    return dataclasses.replace(as_design(material), gamma=0.0, beta=0.0)
 
 
 @dataclass(frozen=True)
@@ -56,14 +56,14 @@ class Excerpt:
         return self.made.design
 
 
-def cut_excerpt(made: Design | Specimen, low: float, high: float) -> Excerpt:
+def cut_excerpt(material: Material, low: float, high: float) -> Excerpt:
     """Return the cells from `low` to `high`, which a wall will visit, and those around them that
     affect it there.
 
     Raises:
         StateError: They are not a valid element on their own.
     """
-    made = Specimen.from_design(made)
+    made = as_specimen(material)
     design, margin = made.design, decay_reach(made.design)
     # Whole levels are left out, so that the defects stay at the multiples of J.
     before = max(0, math.floor((low - margin) / design.J) * design.J)
@@ -123,7 +123,7 @@ class HeldWalls:
 
 
 def hold_walls(
-    specimen: Specimen, positions: Array, V: Array, *, iterations: int = 100
+    material: Material, positions: Array, V: Array, *, iterations: int = 100
 ) -> HeldWalls:
     """Return anti-kinks held at positions over a fixed substrate.
 
@@ -135,6 +135,7 @@ def hold_walls(
     Raises:
         StateError: A position is outside the element, or the method does not converge.
     """
+    specimen = as_specimen(material)
     design = specimen.design
     positions = np.asarray(positions, dtype=np.float64)
     if not (positions.size and positions.min() >= 1.0 and positions.max() < design.N):

@@ -4,15 +4,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..rng import Stream, make_generator
 from .curve import Curve
-from .design import Design, strain_shape
+from .design import EXPECTED_MATERIAL, Design, as_design, strain_shape
 from .potential import Array, DesignError, Potential
 from .wall import barrier_height
 
@@ -93,19 +94,14 @@ class Specimen:
                 'damped_by_substrate', True, 'false for an elastic substrate'
             )
 
-    @classmethod
-    def from_design(cls, made: Design | Specimen) -> Specimen:
-        """Return an element: of a design, exactly as designed."""
-        return cls(made) if isinstance(made, Design) else made
-
     @property
     def is_ideal(self) -> bool:
         """Whether it is exactly as designed."""
-        shifts = self.offsets, self.depths
-        arrays = (getattr(self, name) for name in ARRAY_FIELDS if name not in ('offset', 'depth'))
-        same = all((values == 1.0).all() for values in arrays)
-        plain = self.eta_factor == 1.0 and not self.damped_by_substrate
-        return same and plain and not any(each.any() for each in shifts) and not self.stuck
+        ideal = Specimen(self.design)
+        return all(
+            np.array_equal(getattr(self, each.name), getattr(ideal, each.name))
+            for each in fields(self)
+        )
 
     # --- as the functions of the material use it ------------------------------------------
 
@@ -178,6 +174,32 @@ class Specimen:
         return strain_shape(self.s)
 
 
+class HasSpecimen(Protocol):
+    """What is made of a specimen: a loaded element, a chain or a trajectory."""
+
+    @property
+    def specimen(self) -> Specimen:
+        """The specimen."""
+
+
+Material = Design | Specimen | HasSpecimen
+"""What the functions of the material take: all that `as_specimen` accepts."""
+
+
+def as_specimen(material: Material) -> Specimen:
+    """Return the specimen of a material; that of a design is exactly as designed.
+
+    Raises:
+        DesignError: It is no material.
+    """
+    if isinstance(material, Design):
+        return Specimen(material)
+    specimen = getattr(material, 'specimen', material)
+    if not isinstance(specimen, Specimen):
+        raise DesignError.out_of_range('material', material, EXPECTED_MATERIAL)
+    return specimen
+
+
 @dataclass(frozen=True)
 class Scatter:
     """Standard deviations of fabrication scatter, normally distributed.
@@ -199,7 +221,7 @@ class Scatter:
     depth: float = 0.0
 
 
-def draw_specimen(design: Design, scatter: Scatter, seed: int) -> Specimen:
+def draw_specimen(material: Material, scatter: Scatter, seed: int) -> Specimen:
     """Return a random element of a design; the same seed gives the same element.
 
     Every quantity has its own random stream, so that one scatter does not change the others'
@@ -212,6 +234,7 @@ def draw_specimen(design: Design, scatter: Scatter, seed: int) -> Specimen:
         # no stiffness can be below zero
         return np.maximum(1.0 + deviation * generator.standard_normal(size), 0.05)
 
+    design = as_design(material)
     n = design.N
     return Specimen(
         design,

@@ -13,10 +13,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .design import Design
 from .methods import DEFAULT_INTEGRATOR, Integrator
 from .potential import Array, StateError
-from .specimen import Specimen
+from .specimen import Material, Specimen, as_specimen
 
 STABILITY_MARGIN = 0.95
 """Largest fraction of the stability limit to use."""
@@ -37,16 +36,14 @@ def highest_frequency(specimen: Specimen, reach: float | None = None) -> float:
     return math.sqrt(max(substrate, cells) + on_site / math.sqrt(float(specimen.masses.min())))
 
 
-def stable_step(specimen: Design | Specimen, integrator: Integrator = DEFAULT_INTEGRATOR) -> float:
+def stable_step(material: Material, integrator: Integrator = DEFAULT_INTEGRATOR) -> float:
     """Return the largest step that keeps the margin to the limit of the integrator."""
-    return STABILITY_MARGIN * _stability_limit(Specimen.from_design(specimen), integrator)
+    return STABILITY_MARGIN * _stability_limit(as_specimen(material), integrator)
 
 
-def default_step(
-    specimen: Design | Specimen, integrator: Integrator = DEFAULT_INTEGRATOR
-) -> float:
+def default_step(material: Material, integrator: Integrator = DEFAULT_INTEGRATOR) -> float:
     """Return the largest step that is both accurate and stable."""
-    specimen = Specimen.from_design(specimen)
+    specimen = as_specimen(material)
     followed = integrator.accurate_turn / math.sqrt(_bound_cell_frequency(specimen)[0])
     return min(integrator.accurate_step, followed, stable_step(specimen, integrator))
 
@@ -87,29 +84,29 @@ def _stability_limit(
     return integrator.limit(highest_frequency(specimen, reach), eta)
 
 
-class Nodes(Protocol):
-    """Whatever needs the prescribed motion at times in every step: an integrator, a driver."""
+class Stepper(Protocol):
+    """What steps an element, and needs its prescribed motion: an integrator, or a driver."""
 
     @property
     def nodes(self) -> tuple[float, ...]:
-        """These times, as fractions of the step."""
+        """The times in every step at which it needs the motion, as fractions of the step."""
 
 
 def substep_times(
-    steps: int, dt: float, asker: Nodes = DEFAULT_INTEGRATOR, first: int = 0
+    steps: int, dt: float, stepper: Stepper = DEFAULT_INTEGRATOR, first: int = 0
 ) -> Array:
     """Return the times in a run of steps at which the prescribed motion is needed.
 
     Args:
         dt: Step size in time units.
-        asker: Its nodes follow each other in every step.
+        stepper: What needs the motion.
         first: Number of the first step.
 
     Returns:
         Times from the start of step 0, rising, shape (m steps,) with m nodes.
     """
     starts = first + np.arange(steps, dtype=np.float64)
-    return np.asarray((starts[:, None] + np.array(asker.nodes)).ravel() * dt)
+    return np.asarray((starts[:, None] + np.array(stepper.nodes)).ravel() * dt)
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .curve import Curve
-from .design import Design
+from .design import Design, as_design
 from .potential import Array, DesignError, Potential
+
+if TYPE_CHECKING:
+    from .specimen import Material
 
 
 @dataclass(frozen=True)
@@ -28,9 +32,9 @@ class Wall:
     anti_kink: bool
 
 
-def find_walls(design: Design, configuration: Array) -> list[Wall]:
+def find_walls(material: Material, configuration: Array) -> list[Wall]:
     """Return the walls of a configuration Delta_j = v_j - V_j, shape (N,), left to right."""
-    height = configuration - design.D_barrier
+    height = configuration - as_design(material).D_barrier
     active = height > 0.0
     left = np.flatnonzero(active[:-1] != active[1:])
     fraction = height[left] / (height[left] - height[left + 1])
@@ -47,7 +51,7 @@ def arrival_tolerance(design: Design) -> float:
     return min(1.5, design.J / 4.0)
 
 
-def find_level(design: Design, configuration: Array, tolerance: float = 1.0) -> int:
+def find_level(material: Material, configuration: Array, tolerance: float = 1.0) -> int:
     """Return the level whose defect holds the only wall; -1 if blank; -2 for anything else.
 
     A cell in a ground state other than the two phases gives -2.
@@ -56,6 +60,7 @@ def find_level(design: Design, configuration: Array, tolerance: float = 1.0) -> 
         configuration: Delta_j = v_j - V_j, shape (N,).
         tolerance: How near to the defect, in cells.
     """
+    design = as_design(material)
     low, high = design.wells
     if not (configuration.min() > low and configuration.max() < high):
         return -2
@@ -83,11 +88,12 @@ def wall_energy_between(potential: Potential | Curve, n: int) -> float:
     return float(np.sum(0.5 * (root[1:] + root[:-1]) * np.diff(D)))
 
 
-def wall_energy(design: Design) -> float:
+def wall_energy(material: Material) -> float:
     """Return the continuum energy of a wall at alpha = 1.
 
     It is the wall's mass, too: where waves run at speed 1, both are the integral of v_x^2.
     """
+    design = as_design(material)
     return wall_energy_between(design.potential, design.phase)
 
 

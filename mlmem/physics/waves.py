@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 from .jit import compile_kernel
 from .methods import Integrator
 from .potential import Array
-from .specimen import Specimen
+from .specimen import Material, Specimen, as_specimen
 
 Complex = NDArray[np.complex128]
 
@@ -96,10 +96,11 @@ class Tones(NamedTuple):
         return cls(omega, -omega * omega - (K - exact), 1j * made.eta * omega)
 
 
-def linearize_cells(made: Specimen, v: Array) -> tuple[Array, Array, Array]:
+def linearize_cells(material: Material, v: Array) -> tuple[Array, Array, Array]:
     """Return stiffness, mass and the stiffness of the spring on the right, of every cell of an
     element at rest in displacements v: shape (N,) each, as `multiply_matrices` takes them.
     """
+    made = as_specimen(material)
     stiffness = np.asarray(made.alpha * made.potential.stiffness(v - made.offsets))
     # stiff enough to stand for a stuck cell
     stiffness[np.array(made.stuck, dtype=np.int64) - 1] = 1e9

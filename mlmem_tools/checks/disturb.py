@@ -17,7 +17,7 @@ from functools import lru_cache
 
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End, Pulse
-from mlmem.physics import Chain, Design, Specimen, StateError
+from mlmem.physics import Chain, Design, Specimen, StateError, as_specimen
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.procedure_table import BLANK, UNDECODABLE
 from mlmem.settings import ProbeSettings, TimeSettings
@@ -70,7 +70,7 @@ def find_safe_limit(
 
     If the probe's own amplitude moves something, fainter ones are tried.
     """
-    chain = build_bare_chain(Specimen.from_design(made), time)
+    chain = build_bare_chain(as_specimen(made), time)
     levels = range(chain.design.levels)
     least = 0.5  # cells; no read may be set to more
     factors = [1.25**k for k in range(24)]  # on the amplitude of the pulse: up to 170

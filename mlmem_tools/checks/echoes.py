@@ -21,7 +21,7 @@ from mlmem.factory import compute_calibration
 from mlmem.instrument.drivers import steps_per_tick
 from mlmem.instrument.echo import Echo, EchoDetector, listening_time
 from mlmem.instrument.end import End, Pulse
-from mlmem.physics import INTEGRATORS, PEFRL, Design, Integrator, Specimen, StateError
+from mlmem.physics import INTEGRATORS, PEFRL, Design, Integrator, Specimen, StateError, as_specimen
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.physics.methods.integrator import Complex
 from mlmem.physics.potential import Array
@@ -51,7 +51,7 @@ def forecast_echo(
         integrator: Its method, which damps and slows the wave a little (see
             `Integrator.squared_frequency`).
     """
-    made = Specimen.from_design(made)
+    made = as_specimen(made)
     sampling = max(dt, 0.25)  # time units between samples, if the device's own steps are shorter
     samples = math.ceil(listening_time(made.design, probe, end) / sampling)
     period = 2 * samples  # so that later arrivals are not aliased

@@ -13,7 +13,7 @@ from mlmem.physics.design import Design, stiffness_profile
 from mlmem.physics.equilibrium import relax_to_equilibrium, wall_profile
 from mlmem.physics.held_wall import cut_excerpt, hold_walls, make_uniform
 from mlmem.physics.potential import Array, StateError
-from mlmem.physics.specimen import Specimen
+from mlmem.physics.specimen import Specimen, as_specimen
 from mlmem.physics.wall import find_walls
 
 MAX_PINNED_DISTANCE = 3.0
@@ -115,7 +115,7 @@ def find_depinning_strain(
     Raises:
         StateError: The defect holds no wall even without strain.
     """
-    made = Specimen.from_design(made)
+    made = as_specimen(made)
     design, defect = made.design, made.design.defect_site(level)
     part = cut_excerpt(made, defect - design.J, defect + design.J)
     site = defect - part.before

@@ -109,8 +109,7 @@ def _simulate_steps(subject: Subject, write: WriteSettings, start: int) -> Itera
     design = dataclasses.replace(subject.design, substrate='rigid')
     made = dataclasses.replace(subject.made, design=design)
     rate = subject.settings.actuator.max_rate
-    chain = Chain(design, _choose_time_step(made), NOH_BATHE)
-    chain.set_specimen(made)
+    chain = Chain(made, _choose_time_step(made), NOH_BATHE)
     try:
         chain.place(find_pinned_wall(made, start))
     except StateError:  # the level pins no wall

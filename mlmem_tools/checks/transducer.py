@@ -45,8 +45,7 @@ def check(subject: Subject) -> Iterator[Finding]:
             if motion.duration <= 20_000 * chain.dt:
                 min_samples = 200  # some end with a jump of the acceleration
                 step = min(chain.dt, (motion.duration - kick.hold) / min_samples)
-                fine = Chain(chain.design, step, chain.integrator)
-                fine.set_specimen(chain.specimen)
+                fine = Chain(chain.specimen, step, chain.integrator)
                 fine.place(v)
                 asked[name] = simulate_kick(fine, motion)
     if not asked:

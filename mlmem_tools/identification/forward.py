@@ -156,8 +156,7 @@ class Forward:
     def _build_chain(self, dt: float, integrator: Integrator) -> Chain:
         """Return the element as a chain, made once a step: its limits take longer than a shot."""
         if dt not in self._chains:
-            chain = Chain(self.specimen.design, dt, integrator)
-            chain.set_specimen(self.specimen)
+            chain = Chain(self.specimen, dt, integrator)
             if 'damping' in self.unknowns.terms:
                 chain.set_damping(self._damping_ratios)
             self._chains[dt] = chain

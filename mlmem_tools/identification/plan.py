@@ -212,8 +212,7 @@ class _Trial:
         self.intended, self._specimen = intended, specimen
         design, time = intended.design, intended.settings.time
         dt = time.tick / np.ceil(time.tick / default_step(specimen, PEFRL))
-        self._chain = Chain(specimen.design, float(dt), PEFRL)
-        self._chain.set_specimen(specimen)
+        self._chain = Chain(specimen, float(dt), PEFRL)
         delays = DelayTable(tuple(float(level) for level in range(design.levels)))
         self._memory = Memory(
             design, intended.settings, Calibration(delays, delays), Simulation(self._chain)

@@ -62,8 +62,7 @@ def test_chain_returns_what_the_linear_waves_say(k_r):
         x = (t - 48.0) / sigma
         return 1e-5 * np.exp(-0.5 * x * x) * np.sin(carrier * t)
 
-    chain = Chain(CASE_II, dt, NOH_BATHE)
-    chain.set_specimen(made)
+    chain = Chain(made, dt, NOH_BATHE)
     chain.place(v)
     rest = chain.end(1)
     steps = round(duration / dt)

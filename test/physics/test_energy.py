@@ -17,7 +17,7 @@ import oracle
 import pytest
 
 from mlmem.physics import CASE_II, NOH_BATHE, Chain, Specimen
-from mlmem.physics.energy import actuator_force, energy
+from mlmem.physics.energy import end_force, energy
 from mlmem.physics.equilibrium import compute_energies
 
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
@@ -47,7 +47,7 @@ def test_potential_energy_is_the_printed_lagrangian():
 
 
 @SUBSTRATES
-def test_actuator_force_is_slope_of_energy(substrate):
+def test_end_force_is_slope_of_energy(substrate):
     """Moving V_N moves the whole foundation of the rigid model, one site of the elastic one."""
     design = dataclasses.replace(SMALL, substrate=substrate)
     v, _ = rough()
@@ -56,7 +56,7 @@ def test_actuator_force_is_slope_of_energy(substrate):
     moved = oracle.quasi_static(design) if substrate == 'rigid' else np.eye(design.N)[-1]
     V, h = 0.7 * oracle.quasi_static(design), 1e-5
     slope = potential_energy(design, v, V + h * moved) - potential_energy(design, v, V - h * moved)
-    assert actuator_force(chain) == pytest.approx(slope / (2.0 * h), abs=1e-6)
+    assert end_force(chain, chain.v, chain.V) == pytest.approx(slope / (2.0 * h), abs=1e-6)
 
 
 @SUBSTRATES

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from mlmem.element_file import load_element
+from mlmem.parameter_sweep import sweep
 from mlmem.parsing import decode_value, encode_value
 from mlmem.physics import (
     CASE_II,
@@ -21,18 +23,74 @@ from mlmem.physics import (
     Specimen,
     StateError,
     draw_specimen,
+    find_level,
+    find_walls,
     substep_times,
+    wall_energy,
 )
-from mlmem.physics.energy import energy
+from mlmem.physics.energy import end_force, energy, kinetic_energy
 from mlmem.physics.equilibrium import (
     compute_energies,
     find_pinned_wall,
+    make_blank,
     metamaterial_force,
     relax_to_equilibrium,
+    stiffness_diagonal,
+    substrate_force,
+    wall_profile,
 )
+from mlmem.physics.held_wall import hold_walls
+from mlmem.physics.waves import linearize_cells
+from mlmem.rejections import ErrorCode
+from mlmem.simulation import simulate
 
 SMALL = dataclasses.replace(CASE_II, N=51)
 SCATTER = Scatter(alpha=0.1, k_r=0.1, s=0.1, mass=0.1, offset=0.05, depth=0.2)
+
+
+STATE = CASE_II.D_s1 + 0.3 * np.sin(CASE_II.sites), 0.5 * CASE_II.strain_shape
+
+
+@pytest.mark.parametrize(
+    'call',
+    [
+        lambda material: metamaterial_force(material, *STATE),
+        lambda material: substrate_force(material, *STATE),
+        lambda material: stiffness_diagonal(material, *STATE),
+        lambda material: compute_energies(material, *STATE),
+        lambda material: make_blank(material),
+        lambda material: find_pinned_wall(material, 3),
+        lambda material: linearize_cells(material, STATE[0]),
+        lambda material: kinetic_energy(material, *STATE),
+        lambda material: end_force(material, *STATE),
+        lambda material: hold_walls(material, np.array([80.0]), np.zeros(CASE_II.N)).energy,
+        lambda material: wall_energy(material),
+        lambda material: wall_profile(material, 80.0),
+        lambda material: find_level(material, wall_profile(CASE_II, 80.0)),
+        lambda material: find_walls(material, wall_profile(CASE_II, 80.0))[0].position,
+        lambda material: Chain(material).advance(np.linspace(0.0, 1.0, 20)),
+        lambda material: simulate(material, duration=2.0, strain=0.01).displacement,
+        lambda material: sweep(material, measure=lambda made: made.eta, eta=[0.01])['value'],
+        lambda material: draw_specimen(material, SCATTER, 1).alpha,
+    ],
+    ids=lambda call: call.__code__.co_names[0],
+)
+def test_function_of_material_takes_design_specimen_and_element(call):
+    expected = call(CASE_II)
+    for material in (Specimen(CASE_II), load_element('case_2'), Chain(CASE_II)):
+        np.testing.assert_array_equal(call(material), expected)
+    with pytest.raises(DesignError) as caught:
+        call('case_2')
+    assert (caught.value.code, caught.value.field) == (ErrorCode.OUT_OF_RANGE, 'material')
+
+
+def test_chain_of_specimen_is_that_of_its_design_given_the_specimen():
+    made = draw_specimen(SMALL, SCATTER, seed=7)
+    later = Chain(SMALL, 0.1)
+    later.set_specimen(made)
+    chain = Chain(made, 0.1)
+    ends = [each.advance(np.linspace(0.0, 1.0, 500)) for each in (later, chain)]
+    assert ends[0].tobytes() == ends[1].tobytes()
 
 
 def test_ideal_specimen_gives_bits_of_design():
@@ -132,8 +190,7 @@ def by_dop853(name, end):
 def test_specimen_moves_as_dop853_says(name, method, dt, error):
     made, end = MADE[name], 20.0
     t = substep_times(round(end / dt), dt, method)
-    chain = Chain(made.design, dt, method)
-    chain.set_specimen(made)
+    chain = Chain(made, dt, method)
     chain.place(start(made.design))
     # the integrator starts from the acceleration at rest, where the base does not move yet
     chain.advance(strain(t), shake=shake(name, t))
@@ -181,8 +238,7 @@ def test_equilibrium_keeps_its_stuck_cell():
 def test_masses_enter_kinetic_energy_and_balance():
     """A free specimen loses energy to damping alone: dE/dt = -eta sum w^2."""
     specimen = draw_specimen(SMALL, SCATTER, seed=1)
-    chain = Chain(SMALL, 0.01, NOH_BATHE)
-    chain.set_specimen(specimen)
+    chain = Chain(specimen, 0.01, NOH_BATHE)
     chain.place(np.where(SMALL.sites < 20, SMALL.D_s2, SMALL.D_s1) + specimen.offsets)
     before, lost = energy(chain).total, 0.0
     power = 0.0  # it is let go

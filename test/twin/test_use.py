@@ -44,8 +44,7 @@ MADE = draw_specimen(replace(DESIGN, eta=1.1 * DESIGN.eta), Scatter(alpha=0.01, 
 
 def simulated(made, dt):
     """Return the driver of an element with a step of its own."""
-    chain = Chain(made.design, dt, PEFRL)
-    chain.set_specimen(made)
+    chain = Chain(made, dt, PEFRL)
     return Simulation(chain)
 
 

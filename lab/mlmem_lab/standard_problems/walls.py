@@ -186,8 +186,7 @@ def robust_kick(integrator: Integrator, dt: float) -> Answers:
     )  # fmt: skip
     found: Answers = {}
     for specimen, kind in ((Specimen(design), ''), (uneven, 'uneven ')):
-        chain = Chain(design, dt, integrator)
-        chain.set_specimen(specimen)
+        chain = Chain(specimen, dt, integrator)
         chain.place(make_blank(specimen))
         put_in, arrival = _kick_wall(chain, 17.5, 2, 20.0)
         chain.advance_steps(round(2_000.0 / dt))
