@@ -110,11 +110,12 @@ class Trajectory:
 
     Attributes:
         specimen: The simulated element.
-        t: Times, shape (T,), in time units.
+        t: Times, shape (T,), in time units sqrt(m / k_r).
         displacement: Displacements v_j of the metamaterial, shape (T, N), in lattice constants.
         velocity: Velocities of the metamaterial, shape (T, N), in lattice constants per time unit.
-        substrate: Displacements V_j of the substrate, shape (T, N).
-        substrate_velocity: Velocities of an elastic substrate, shape (T, N); otherwise zeros.
+        substrate: Displacements V_j of the substrate, shape (T, N), in lattice constants.
+        substrate_velocity: Velocities of an elastic substrate, shape (T, N), in lattice constants
+            per time unit; otherwise zeros.
     """
 
     specimen: Specimen
@@ -126,12 +127,12 @@ class Trajectory:
 
     @property
     def configuration(self) -> Array:
-        """Configuration Delta_j = v_j - V_j, shape (T, N)."""
+        """Configuration Delta_j = v_j - V_j in lattice constants, shape (T, N)."""
         return self.displacement - self.substrate
 
     @property
     def strain(self) -> Array:
-        """Strain of the element, tension positive, shape (T,)."""
+        """Strain of the element, a ratio of lengths, tension positive, shape (T,)."""
         return self.substrate[:, -1] / self.specimen.design.end_displacement(1.0)
 
     @cached_property
@@ -148,7 +149,9 @@ class Trajectory:
 
     @cached_property
     def energies(self) -> dict[str, Array]:
-        """Kinetic, coupling, on-site and substrate energy, shape (T,) each."""
+        """Kinetic, coupling, on-site and substrate energy in k_r (lattice constant)^2, shape (T,)
+        each.
+        """
         static = compute_energies(self.specimen, self.displacement, self.substrate)
         moving = kinetic_energy(self.specimen, self.velocity, self.substrate_velocity)
         parts = (moving, *static)
@@ -156,7 +159,7 @@ class Trajectory:
 
     @property
     def energy(self) -> Array:
-        """Total energy, shape (T,)."""
+        """Total energy in k_r (lattice constant)^2, shape (T,)."""
         return np.asarray(np.sum(list(self.energies.values()), axis=0))
 
     def plot(self, axes: Any = None) -> Any:

@@ -92,6 +92,10 @@ class Curve:
         D = np.linspace(low, high, number)
         return cls(low, high, tuple(np.asarray(force(D), dtype=np.float64).tolist()))
 
+    def __repr__(self) -> str:
+        count = len(self.force)
+        return f'Curve({count} forces from {self.low:g} to {self.high:g}, d={self.d:g})'
+
     # --- the spline ----------------------------------------------------------------------
 
     @property

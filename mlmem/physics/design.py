@@ -26,6 +26,10 @@ _cells = make_field_factory('cells', 2, 100_000)
 _stiffness = make_field_factory('k_r', 1e-9, 1e9)
 
 
+class DefaultPhase(int):
+    """A phase that follows from the law, because nobody chose one."""
+
+
 @dataclass(frozen=True)
 class Design:
     """Two coupled chains, validated on creation; `require_memory` says whether they are a memory.
@@ -35,7 +39,8 @@ class Design:
     Attributes:
         law: The on-site law where it is not the paper's formula, with energies in units of d; a, b
             and c then have no meaning.
-        phase: By default 1 with the paper's potential, and 0, the lowest, with a law.
+        phase: By default 1 with the paper's potential, and 0, the lowest, with a law; a copy with
+            another law takes the default of that law.
 
     Raises:
         DesignError: A value is out of range, or values contradict each other.
@@ -95,8 +100,8 @@ class Design:
     law: Curve | None = None
 
     def __post_init__(self) -> None:
-        if self.phase is None:
-            object.__setattr__(self, 'phase', self.usual_phase)
+        if self.phase is None or isinstance(self.phase, DefaultPhase):
+            object.__setattr__(self, 'phase', DefaultPhase(self.usual_phase))
         if found := find_problems(self):
             raise DesignError.of_problems(found)
         if found := self._find_inconsistencies():
@@ -106,7 +111,8 @@ class Design:
                 self.potential.ground_state(n)
             except DesignError as error:
                 raise DesignError(
-                    f'at least two neighbouring ground states are needed; {error}',
+                    f'at least two neighbouring ground states ({self.phase} and '
+                    f'{self.phase + 1}) are needed; {error}',
                     ErrorCode.CONFLICT, error.field, error.value, error.expected,
                 ) from error  # fmt: skip
 
@@ -163,7 +169,7 @@ class Design:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain values; optional fields only where they are not the defaults."""
-        values = asdict(self)
+        values = asdict(self) | {'phase': int(self.phase)}
         for name in ('profile', 'rise', 'friction', 'law'):
             if values[name] == getattr(type(self), name):
                 del values[name]

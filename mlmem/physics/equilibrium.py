@@ -159,14 +159,20 @@ def relax_to_equilibrium(
         force[held] = 0.0
         if np.abs(force).max() < tolerance * diagonal.max():
             if _solve_definite(specimen, diagonal, force) is None:
-                raise StateError('the guess leads to an unstable equilibrium; move it a little')
+                raise StateError(
+                    'the guess leads to an unstable equilibrium; move its wall by 0.3 cells',
+                    ErrorCode.CONFLICT, 'v',
+                )  # fmt: skip
             return v
         step = _downhill_step(specimen, diagonal, force)
         v += step * min(1.0, 0.2 / float(np.abs(step).max()))
     raise StateError(
         f'no equilibrium within {iterations} Newton steps; the residual force is '
-        f'{np.abs(force).max():.3g}, above {tolerance:g}'
-    )
+        f'{np.abs(force).max():.3g}, above {tolerance:g}. Give a guess nearer to one, such as a '
+        'wall next to a soft defect, or less scatter; a simulation can also begin with a moving '
+        'wall, wall_at(position=..., relaxed=False)',
+        ErrorCode.CONFLICT, 'v',
+    )  # fmt: skip
 
 
 DEFECT_OFFSET_CELLS = 0.3
@@ -193,7 +199,10 @@ def find_pinned_wall(material: Material, level: int) -> Array:
     found = find_walls(design, v)
     if len(found) != 1 or abs(found[0].position - defect) > _wall_width(design):
         left = ', '.join(f'one at {wall.position:.4g}' for wall in found) or 'none'
-        text = f'the defect at j = {defect} pins no wall; {left} remains'
+        text = (
+            f'the defect at j = {defect} pins no wall; {left} remains. Softer defects (a lesser '
+            'beta) or a flatter gradient (gamma) pin one'
+        )
         raise StateError(text, ErrorCode.UNSUPPORTED, 'level', level)
     return v
 

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..rejections import ErrorCode
 from .design import Design, as_design
 from .equilibrium import (
     compute_energies,
@@ -159,7 +160,11 @@ def hold_walls(
         diagonal = stiffness_diagonal(specimen, v, V) + normal**2
         for row in rows:
             if not solve_tridiagonal(diagonal[row], beside[row], x[row]):
-                raise StateError(f'no wall can be held about {positions[row]:.4g}')
+                raise StateError(
+                    f'no wall can be held about {positions[row]:.4g}; choose a position farther '
+                    'from the ends, or less strain',
+                    ErrorCode.CONFLICT, 'positions', positions[row],
+                )  # fmt: skip
         unheld, per_force = x[:, 0], x[:, 1]
         force = (np.sum(normal * unheld, axis=1) + missed) / np.sum(normal * per_force, axis=1)
         left_over = np.abs(residual - force[:, None] * normal).max()
@@ -172,5 +177,6 @@ def hold_walls(
         v += step * np.minimum(1.0, 0.2 / np.maximum(largest, 1e-300))
     raise StateError(
         f'held walls must converge within {iterations} Newton steps; the residual force is '
-        f'{left_over:.3g}'
-    )
+        f'{left_over:.3g}. Choose positions farther from the ends, or less strain',
+        ErrorCode.CONFLICT, 'positions',
+    )  # fmt: skip

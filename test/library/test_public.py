@@ -3,6 +3,7 @@
 """The public names of the library, as a first script uses them."""
 
 import inspect
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from mlmem import (
     Write,
 )
 from mlmem.physics import DEFAULT_INTEGRATOR, find_walls
+from mlmem.rejections import ErrorCode
 from mlmem.settings import TimeSettings
 
 
@@ -83,6 +85,25 @@ def test_design_with_law_starts_at_its_lowest_ground_state():
     assert (design.D_s1, design.D_s2) == pytest.approx((-1.0, 1.0), abs=1e-9)
     run = mlmem.simulate(design, initial=mlmem.wall_at(level=1), duration=50.0, progress=False)
     assert run.wall_positions[:, 0] == pytest.approx(30.0, abs=0.6)
+
+
+def test_copy_of_design_with_law_takes_phase_of_that_law():
+    own = Potential.from_function(double_well, -1.8, 1.8)
+    copy = replace(CASE_II, law=own, d=0.03)
+    assert copy.phase == 0
+    assert (replace(copy, N=250).phase, replace(copy, law=None).phase) == (0, 1)
+    assert replace(copy, law=None) == replace(CASE_II, d=0.03)
+    assert json.dumps(copy.as_dict()['phase']) == '0'
+    for chosen in (replace(CASE_II, phase=1), replace(CASE_II, phase=2)):
+        with pytest.raises(DesignError) as caught:
+            replace(chosen, law=own)
+        assert (caught.value.code, caught.value.field) == (ErrorCode.CONFLICT, 'phase')
+
+
+def test_law_and_design_have_a_short_repr():
+    own = Potential.from_function(double_well, -1.8, 1.8)
+    assert repr(own) == 'Curve(1024 forces from -1.8 to 1.8, d=1)'
+    assert len(repr(replace(CASE_II, law=own))) < 400
 
 
 def test_chain_simulation_and_device_have_one_default_integrator():

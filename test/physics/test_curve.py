@@ -53,6 +53,14 @@ def test_curve_repeats_cubic():
     assert PHI_4.max_stiffness(9.9) == pytest.approx(44.0)
 
 
+def test_max_stiffness_is_found_between_two_forces():
+    """Of D (1 - D^2) the stiffness is greatest at 0, in the middle of an interval."""
+    law = Curve.sample_formula(lambda D: D * (1.0 - D * D), -0.75, 0.75, 16)
+    assert max(abs(float(law.stiffness(D))) for D in (-0.75, 0.75)) < 0.7
+    assert law.max_stiffness(0.0) == pytest.approx(1.0, abs=1e-12)
+    assert law.max_stiffness(0.0) > float(law.stiffness(0.05)) + 1e-3
+
+
 @pytest.mark.parametrize('law', [PHI_4, PHI_6, PHI_8])
 def test_forces_are_derivatives(law):
     D, h = np.linspace(law.low - 0.5, law.high + 0.5, 503), 1e-6

@@ -25,6 +25,7 @@ from mlmem.physics.equilibrium import (
     solve_tridiagonal,
     wall_profile,
 )
+from mlmem.rejections import ErrorCode
 
 SMALL = dataclasses.replace(CASE_II, N=80)
 
@@ -73,8 +74,9 @@ def test_relax_rejects_unstable_equilibrium():
     summit = np.full(80, SMALL.D_barrier)
     uniform = dataclasses.replace(SMALL, gamma=0.0, beta=0.0)
     assert np.abs(oracle.forces(uniform, summit, np.zeros(80))[0]).max() < 1e-15
-    with pytest.raises(StateError, match='unstable equilibrium'):
+    with pytest.raises(StateError, match='unstable equilibrium; move') as caught:
         relax_to_equilibrium(Specimen(uniform), summit, np.zeros(80))
+    assert (caught.value.code, caught.value.field) == (ErrorCode.CONFLICT, 'v')
     tipped = relax_to_equilibrium(Specimen(uniform), summit + 1e-6, np.zeros(80))
     np.testing.assert_allclose(tipped, uniform.D_s2, atol=1e-9)
 
@@ -84,8 +86,9 @@ def test_relax_explains_why_it_failed():
         relax_to_equilibrium(
             Specimen(SMALL), wall_profile(SMALL, 37.0), np.zeros(80), iterations=2
         )
-    with pytest.raises(StateError, match='no equilibrium'):
+    with pytest.raises(StateError, match='Give a guess nearer to one') as caught:
         relax_to_equilibrium(Specimen(SMALL), np.full(80, np.nan), np.zeros(80))
+    assert (caught.value.code, caught.value.field) == (ErrorCode.CONFLICT, 'v')
 
 
 @pytest.mark.parametrize('level', range(8))
