@@ -321,10 +321,13 @@ def format_answer(outcome: Outcome, **asked: Any) -> str:
 
 def format_refusal(error: Exception) -> str:
     """Return the JSON object that answers a refused request: why, in words and as the value of an
-    `ErrorCode`.
+    `ErrorCode`, and the field that is wrong, if it is one.
     """
     code = error.code if isinstance(error, Rejected) else ErrorCode.OTHER
-    return json.dumps({'error': str(error) or type(error).__name__, 'error_code': code.value})
+    values = {'error': str(error) or type(error).__name__, 'error_code': code.value}
+    if field_name := getattr(error, 'field', ''):
+        values['field'] = field_name
+    return json.dumps(values)
 
 
 def build_result(kind: Any, outcome: Outcome, error_code: int) -> Any:

@@ -9,12 +9,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from mlmem import Command, Disturb, FollowTrajectory, Read, Refused, SetStrain, Write
+from mlmem import Command, Disturb, FollowTrajectory, MemoryElement, Read, Refused, SetStrain
 from mlmem.instrument.actuator import MAX_PROFILE_POINTS
-from mlmem.instrument.instrument import Units
 from mlmem.procedure_table import JOINT_NAME
 from mlmem.schema import short_repr
 
+from .requests import build_command
 from .topics import Qos, Topic
 
 
@@ -22,11 +22,11 @@ class NoCommand(Refused):
     """A message that asks for nothing, and needs no answer."""
 
 
-Make = Callable[[Any, Units], Command]
-"""Turns a message into a command, from SI into the device's units, or raises `Refused`."""
+Make = Callable[[Any, MemoryElement], Command]
+"""Turns a message into a command for an element, from SI into its units, or raises `Refused`."""
 
 
-def parse_trajectory(message: Any, units: Units) -> FollowTrajectory:
+def parse_trajectory(message: Any, element: MemoryElement) -> FollowTrajectory:
     """Turn a JointTrajectory, from rclpy or `rosbags`, into a command; the device checks whether
     it can follow it.
 
@@ -48,7 +48,7 @@ def parse_trajectory(message: Any, units: Units) -> FollowTrajectory:
                 'either every point or none must have one velocity; '
                 f'got {len(point.velocities)} in point {number}'
             )
-    strain = units.elongation
+    strain = element.units.elongation
     return FollowTrajectory(
         tuple(
             point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec for point in points
@@ -59,7 +59,7 @@ def parse_trajectory(message: Any, units: Units) -> FollowTrajectory:
     )
 
 
-def parse_joint_state(message: Any, units: Units) -> SetStrain:
+def parse_joint_state(message: Any, element: MemoryElement) -> SetStrain:
     """Turn a JointState that sets a position, in m, into a command; all else in it is ignored.
 
     Raises:
@@ -74,10 +74,10 @@ def parse_joint_state(message: Any, units: Units) -> SetStrain:
         )
     if math.isnan(position := float(positions[JOINT_NAME])):
         raise NoCommand(f'no position of the joint {JOINT_NAME!r} is wanted: it is NaN')
-    return SetStrain(position / units.elongation)
+    return SetStrain(position / element.units.elongation)
 
 
-def parse_acceleration(message: Any, units: Units) -> Disturb:
+def parse_acceleration(message: Any, element: MemoryElement) -> Disturb:
     """Turn an Imu message into the base's acceleration along the chain.
 
     An Imu without an accelerometer says so by its covariance (REP 145): the result is NaN, which
@@ -85,7 +85,13 @@ def parse_acceleration(message: Any, units: Units) -> Disturb:
     """
     if message.linear_acceleration_covariance[0] == -1.0:
         return Disturb(math.nan)
-    return Disturb(float(message.linear_acceleration.x) / units.acceleration)
+    return Disturb(float(message.linear_acceleration.x) / element.units.acceleration)
+
+
+def parse_level(message: Any, element: MemoryElement) -> Command:
+    """Turn a UInt8 into a write; raise `Refused` if the element holds words, not levels."""
+    command: Command = build_command('write', {'level': message.data}, element.content_name)
+    return command
 
 
 @dataclass(frozen=True)
@@ -138,8 +144,8 @@ COMMAND_TOPICS = (
         'write_level',
         'std_msgs/msg/UInt8',
         Qos.RELIABLE,
-        'write this level now',
-        lambda message, _: Write(int(message.data)),
+        'write this level now, to an element with one wall',
+        parse_level,
     ),
     CommandTopic(
         'disturbance',

@@ -26,7 +26,6 @@ from mlmem import (
     snapshot,
 )
 from mlmem.commands import Feedback
-from mlmem.instrument.instrument import Units
 from mlmem.loop.mailbox import Asked, Request, TickRequest
 from mlmem.loop.open_requests import Stamped
 from mlmem.loop.timetable import Pacer
@@ -56,7 +55,6 @@ class Host:
 
     Attributes:
         element: The element; None while unconfigured.
-        content_name: What the element holds, `level` or `word`; empty while unconfigured.
         loop: Its running loop; None while it is not active.
         stopped: Why there is no device, if it has stopped or is waited for; empty otherwise.
         preparing: What is being done to configure the device; empty if nothing is.
@@ -81,7 +79,6 @@ class Host:
         """
         self.log = ThrottledLog(write_line)
         self.element: MemoryElement | None = None
-        self.content_name = ''
         self.loop: Loop | None = None
         self.sessions = Sessions(self.log, now)
         self.stopped = self.preparing = self.held_up = ''
@@ -98,6 +95,12 @@ class Host:
     def failure(self) -> BaseException | None:
         """Why the device stopped while active, or None."""
         return self.loop.failure if self.loop is not None else None
+
+    @property
+    def content_name(self) -> str:
+        """What the element holds, `level` or `word`; empty while unconfigured."""
+        element = self.element
+        return '' if element is None else element.content_name
 
     @property
     def lost(self) -> bool:
@@ -148,7 +151,6 @@ class Host:
         element, store = device
         self.stopped = ''
         self.element, self._store = element, store
-        self.content_name = element.content_name
         rescued, self._rescued = self._rescued, None
         if rescued is not None and not blank:
             self._restore_rescued(element, rescued)
@@ -262,7 +264,6 @@ class Host:
         """Release the device."""
         self._close_device(self._store, self.element)
         self.element = self._store = None
-        self.content_name = ''
 
     def _close_device(self, store: Store | None, element: MemoryElement | None) -> None:
         if store is not None:
@@ -319,9 +320,9 @@ class Host:
             wait = 60.0
         return self._send_request(lambda loop: loop.submit(command, wait))
 
-    def submit_scaled(self, make: Callable[[Units], Command]) -> Asked:
-        """Hand in a command given in SI values, converted to the device's units."""
-        return self._send_request(lambda loop: loop.submit(make(loop.element.units)))
+    def submit_made(self, make: Callable[[MemoryElement], Command]) -> Asked:
+        """Hand in a command that is made for the element, such as one given in SI values."""
+        return self._send_request(lambda loop: loop.submit(make(loop.element)))
 
     def cancel(self, request: Asked) -> Asked:
         """Abort the procedure of a request; see `Loop.cancel`."""

@@ -269,7 +269,7 @@ def test_request_to_an_inactive_host_is_rejected(serve, record):
     for answer in (
         host.submit(Read()).answer, host.step().answer, host.pause(True),
         host.record(service.plan(record)), host.record(None),
-        host.submit_scaled(lambda scale: Read()).answer,
+        host.submit_made(lambda element: Read()).answer,
     ):  # fmt: skip
         with pytest.raises(Refused, match='inactive'):
             answer.result(0.0)

@@ -47,9 +47,20 @@ def test_request_with_the_wrong_name_is_rejected(robot, client, held, wrong):
     for given in ({wrong: OTHER}, {held: OTHER, wrong: OTHER}):
         with pytest.raises(RequestRefused, match=f'{wrong} must be .* holds a {held}') as refused:
             client.request('write', **given).wait()
-        assert refused.value.answer['error_code'] == 'unsupported'
+        answer = refused.value.answer
+        assert (answer['error_code'], answer['field']) == ('unsupported', wrong)
     assert count_refused(robot) == counted + 2
     assert client.read().wait().details[held] == BEFORE
+
+
+def test_level_of_the_topic_is_rejected_by_a_register(robot, client, held, memory):
+    seen, counted = len(memory.output), count_refused(robot)
+    robot.publish('write_level', OTHER)
+    if held == 'word':
+        robot.wait(lambda: '/write_level refused' in memory.output[seen:], 'the rejection')
+        assert 'level must be' in memory.output[seen:]
+        assert count_refused(robot) == counted + 1
+    assert client.read().wait().details[held] == (BEFORE if held == 'word' else OTHER)
 
 
 @pytest.mark.skipif(not load_action_types(), reason='mlmem_interfaces is not built')

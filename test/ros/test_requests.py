@@ -3,6 +3,7 @@
 """Requests with arguments as messages: how they are decoded, and which are refused."""
 
 import math
+from types import SimpleNamespace
 
 import pytest
 from rclpy.duration import Duration
@@ -19,6 +20,8 @@ from mlmem_ros.contract.commands import COMMAND_TOPICS
 from mlmem_ros.contract.requests import Record, build_request, parse_request
 
 TOPICS = {topic.name: topic for topic in COMMAND_TOPICS}
+METRIC = SimpleNamespace(units=Units())
+"""Stands for an element with the default units."""
 
 
 def parameters(**values):
@@ -50,17 +53,18 @@ def test_request_is_decoded_as_it_was_encoded(name, arguments, command):
 )
 def test_joint_command_without_a_position_is_rejected(values):
     with pytest.raises(Refused, match='position'):
-        TOPICS['joint_commands'].parse(JointState(**values), Units())
+        TOPICS['joint_commands'].parse(JointState(**values), METRIC)
 
 
 def test_imu_becomes_a_disturbance_in_element_units():
     units = Units(CASE_II, ScaleSettings(time=1e-5))
+    element = SimpleNamespace(units=units)
     message = TOPICS['disturbance'].kind()
     message.linear_acceleration.x = 1e-7 * units.acceleration
-    command = TOPICS['disturbance'].parse(message, units)
+    command = TOPICS['disturbance'].parse(message, element)
     assert command.acceleration == pytest.approx(1e-7)
     message.linear_acceleration_covariance[0] = -1.0  # it has no accelerometer
-    assert math.isnan(TOPICS['disturbance'].parse(message, units).acceleration)
+    assert math.isnan(TOPICS['disturbance'].parse(message, element).acceleration)
 
 
 def trajectory(*points):
@@ -76,7 +80,7 @@ def trajectory(*points):
 def test_trajectory_is_converted_to_strains():
     length = Units().elongation
     message = trajectory((0.02, [0.02 * length], []), (1.5, [-0.01 * length], []))
-    command = TOPICS['strain_trajectory'].parse(message, Units())
+    command = TOPICS['strain_trajectory'].parse(message, METRIC)
     assert command.times == pytest.approx((0.02, 1.5))
     assert command.strains == pytest.approx((0.02, -0.01))
     assert (command.rates, command.joint) == ((), 'substrate')
@@ -94,7 +98,7 @@ def test_trajectory_is_converted_to_strains():
 )
 def test_trajectory_point_without_one_position_is_rejected(points):
     with pytest.raises(Refused, match=r'one (position|velocity)'):
-        TOPICS['strain_trajectory'].parse(trajectory(*points), Units())
+        TOPICS['strain_trajectory'].parse(trajectory(*points), METRIC)
 
 
 @pytest.mark.parametrize(

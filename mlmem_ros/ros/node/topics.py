@@ -58,7 +58,7 @@ class Subscriptions:
             with log.guard_errors(name):
                 if (recording := self._host.recording) is not None:
                     recording.put(full, cdr)
-                request = self._host.submit_scaled(lambda units: topic.parse(message, units))
+                request = self._host.submit_made(lambda element: topic.parse(message, element))
                 request.answer.add_done_callback(log_refusal)
 
         def log_refusal(answer: Future[Any]) -> None:
