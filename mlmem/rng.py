@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 
 @unique
-class Stream(IntEnum):
+class RandomStream(IntEnum):
     """The uses of randomness; each has its own numbers.
 
     The first group belongs to a tick, the second to an element that is made and tried.
@@ -38,19 +38,19 @@ class Stream(IntEnum):
     DEPTH = 24
 
 
-def make_generator(seed: int, stream: Stream) -> np.random.Generator:
+def make_generator(seed: int, stream: RandomStream) -> np.random.Generator:
     """Return the random numbers of an element's stream."""
     # the streams of an element are spawned from its seed in order, from this one on
-    key = np.random.SeedSequence(seed, spawn_key=(stream - Stream.ALPHA,))
+    key = np.random.SeedSequence(seed, spawn_key=(stream - RandomStream.ALPHA,))
     return np.random.Generator(np.random.PCG64(key))
 
 
-def _draw_raw(seed: int, tick: int, stream: Stream, count: int) -> NDArray[np.uint64]:
+def _draw_raw(seed: int, tick: int, stream: RandomStream, count: int) -> NDArray[np.uint64]:
     counter = np.array([0, tick, stream, 0], dtype=np.uint64)
     return np.asarray(np.random.Philox(key=seed, counter=counter).random_raw(count))
 
 
-def draw_event(probability: float, seed: int, tick: int, stream: Stream) -> bool:
+def draw_event(probability: float, seed: int, tick: int, stream: RandomStream) -> bool:
     """Return whether an event of a given probability happens at a tick."""
     if probability == 0.0:
         return False
@@ -58,7 +58,7 @@ def draw_event(probability: float, seed: int, tick: int, stream: Stream) -> bool
 
 
 def draw_normal(
-    shape: tuple[int, ...], seed: int, tick: int, stream: Stream
+    shape: tuple[int, ...], seed: int, tick: int, stream: RandomStream
 ) -> NDArray[np.float64]:
     """Return numbers of mean 0 and standard deviation 1 for a tick.
 

@@ -6,10 +6,11 @@ import itertools
 
 import numpy as np
 
-from mlmem.rng import Stream, draw_normal, make_generator
+from mlmem.rng import RandomStream, draw_normal, make_generator
 
-SPAWNED = [Stream.ALPHA, Stream.S, Stream.MASS, Stream.OFFSET, Stream.SCREEN]
-SPAWNED += [Stream.LEVELS, Stream.GAIN]
+SPAWNED = [
+    RandomStream[name] for name in ('ALPHA', 'S', 'MASS', 'OFFSET', 'SCREEN', 'LEVELS', 'GAIN')
+]
 
 
 def test_streams_are_spawned_from_the_seed_in_order():
@@ -20,7 +21,7 @@ def test_streams_are_spawned_from_the_seed_in_order():
 
 
 def test_no_two_streams_are_alike():
-    ticks = [draw_normal((50,), 1, 2, stream) for stream in Stream if stream not in SPAWNED]
+    ticks = [draw_normal((50,), 1, 2, stream) for stream in RandomStream if stream not in SPAWNED]
     made = [make_generator(1, stream).standard_normal(50) for stream in SPAWNED]
     for one, other in itertools.combinations([*ticks, *made], 2):
         assert not set(one) & set(other)

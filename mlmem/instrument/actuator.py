@@ -25,7 +25,7 @@ from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..procedure_table import JOINT_NAME
 from ..rejections import ErrorCode
-from ..rng import Stream, draw_event
+from ..rng import RandomStream, draw_event
 from ..schema import describe_field
 from ..settings import ActuatorSettings
 from .faults import Faults
@@ -327,7 +327,7 @@ class Transmission:
         """Return whether the grip slips: drawn when a cycle leaves zero, kept until it returns."""
         may_slip = faults.missed_cycle > 0.0 or self.state.slipping
         if may_slip and self.state.commanded == 0.0 and commanded.any():
-            return draw_event(faults.missed_cycle, faults.seed, tick, Stream.SLIP)
+            return draw_event(faults.missed_cycle, faults.seed, tick, RandomStream.SLIP)
         return self.state.slipping
 
     def _drive_motor(self, commanded: Array, dt: Array, faults: Faults) -> Array:

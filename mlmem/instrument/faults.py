@@ -21,7 +21,7 @@ from ..physics import HeldCell, Scatter, Specimen, draw_specimen
 from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..rejections import ErrorCode
-from ..rng import Stream, draw_event, draw_normal
+from ..rng import RandomStream, draw_event, draw_normal
 from ..schema import Description, describe_field, find_descriptions, make_field_factory
 from .end import End
 
@@ -232,10 +232,10 @@ class Sensors:
         found = 0.0 * present if faults.sensor_off else faults.sensor_gain * present
         if faults.sensor_lag:
             found = self._lag_signal(found, last, faults.sensor_lag)
-        if draw_event(faults.sensor_dropout, faults.seed, tick, Stream.DROPOUT):
+        if draw_event(faults.sensor_dropout, faults.seed, tick, RandomStream.DROPOUT):
             found = np.repeat(last[:, None], ends.shape[1], axis=1)
         elif faults.sensor_noise:
-            noise = draw_normal(ends.shape, faults.seed, tick, Stream.NOISE)
+            noise = draw_normal(ends.shape, faults.seed, tick, RandomStream.NOISE)
             found = found + faults.sensor_noise * noise
         if faults.sensor_end != 'both':
             sound = End(faults.sensor_end).opposite.row

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..rng import Stream, make_generator
+from ..rng import RandomStream, make_generator
 from .curve import Curve
 from .design import EXPECTED_MATERIAL, Design, as_design, strain_shape
 from .potential import Array, DesignError, Potential
@@ -227,8 +227,10 @@ def draw_specimen(material: Material, scatter: Scatter, seed: int) -> Specimen:
     Every quantity has its own random stream, so that one scatter does not change the others'
     values for the same seed.
     """
-    streams = Stream.ALPHA, Stream.K_R, Stream.S, Stream.MASS, Stream.OFFSET, Stream.DEPTH
-    alpha, k_r, s, mass, offset, depth = (make_generator(seed, stream) for stream in streams)
+    names = 'ALPHA', 'K_R', 'S', 'MASS', 'OFFSET', 'DEPTH'
+    alpha, k_r, s, mass, offset, depth = (
+        make_generator(seed, RandomStream[name]) for name in names
+    )
 
     def draw_factors(generator: np.random.Generator, deviation: float, size: int) -> Array:
         # no stiffness can be below zero

@@ -55,12 +55,12 @@ def rig(arguments: argparse.Namespace) -> int:
     from mlmem import load_element
     from mlmem.physics import DesignError, StateError
 
-    from ..rig.emulated import LineProperties, Server
+    from ..rig.emulated import LineProperties, RigServer
 
     try:
         emulated = _build_rig(load_element(arguments.element), arguments)
         line = LineProperties(arguments.latency, arguments.jitter, arguments.loss, arguments.seed)
-        server = Server(emulated, line, arguments.host, arguments.port)
+        server = RigServer(emulated, line, arguments.host, arguments.port)
     except (DesignError, StateError, ValueError, OSError) as error:
         return print_failure('rig', error, 2)
     address = f'tcp://{arguments.host}:{server.port}'
@@ -76,17 +76,19 @@ def rig(arguments: argparse.Namespace) -> int:
 def _build_rig(chosen: Element, given: argparse.Namespace) -> EmulatedRig:
     from mlmem.instrument.drivers import Simulation
     from mlmem.physics import Scatter, draw_specimen
-    from mlmem.rng import Stream, make_generator
+    from mlmem.rng import RandomStream, make_generator
 
-    from ..rig.emulated import EmulatedRig, Sensors
+    from ..rig.emulated import EmulatedRig, RigSensors
 
     made = draw_specimen(chosen.design, Scatter(given.scatter), given.seed)
     # by how much steps are shorter than in a node: what stands for a real element has no step, and
     # a fit would hear the errors of the usual one
     step_refinement = 2
     element = Simulation.build_blank(made, chosen.settings.time, step_refinement)
-    left, right = 1.0 + given.gain * make_generator(given.seed, Stream.GAIN).standard_normal(2)
-    sensors = Sensors(gain=(float(left), float(right)), noise=given.noise, seed=given.seed)
+    left, right = 1.0 + given.gain * make_generator(given.seed, RandomStream.GAIN).standard_normal(
+        2
+    )
+    sensors = RigSensors(gain=(float(left), float(right)), noise=given.noise, seed=given.seed)
     return EmulatedRig(
         chosen.design,
         chosen.settings,

@@ -36,7 +36,7 @@ from mlmem_ros.rig.link import FrameLink
 
 
 @dataclass
-class Sensors:
+class RigSensors:
     """The transducers of both ends; each moves its end by what it measures.
 
     So a wrong gain makes the pulse smaller or larger, too.
@@ -93,7 +93,7 @@ class EmulatedRig:
         design: Design,
         settings: Settings,
         element: Driver | None = None,
-        sensors: Sensors | None = None,
+        sensors: RigSensors | None = None,
         *,
         numbers: str = '<f8',
         drift: float = 0.0,
@@ -115,7 +115,7 @@ class EmulatedRig:
         """
         scale = settings.scale
         self.element = element or Simulation.build_blank(design, settings.time)
-        self.sensors = sensors or Sensors()
+        self.sensors = sensors or RigSensors()
         self.element.advance(np.zeros(0))  # compiles it
         dt, unit = self.element.dt, self.sensors.unit
         self._samples = round(settings.time.tick / dt)
@@ -348,7 +348,7 @@ class _Wire:
         return self._under_way[0][0] if self._under_way else float('inf')
 
 
-class Server:
+class RigServer:
     """Serves one rig to one client at a time."""
 
     def __init__(

@@ -32,7 +32,7 @@ from mlmem.instrument.faults import (
 )
 from mlmem.physics import CASE_II, Specimen, find_walls
 from mlmem.rejections import ErrorCode
-from mlmem.rng import Stream, draw_normal
+from mlmem.rng import RandomStream, draw_normal
 from mlmem.schema import find_descriptions
 
 from . import rig
@@ -104,9 +104,9 @@ def test_specimen_that_needs_shorter_step_is_rejected():
 
 def test_random_numbers_of_seed_and_tick_never_change():
     """Philox4x64-10, whose raw numbers numpy promises; they must not depend on its version."""
-    raw = np.random.Philox(key=7, counter=[0, 42, Stream.NOISE, 0]).random_raw(4)
+    raw = np.random.Philox(key=7, counter=[0, 42, RandomStream.NOISE, 0]).random_raw(4)
     assert [int(x) for x in raw] == PHILOX
-    (x,) = draw_normal((1,), 7, 42, Stream.NOISE)
+    (x,) = draw_normal((1,), 7, 42, RandomStream.NOISE)
     halves = [(word >> shift) & 0xFFFF for word in PHILOX for shift in (0, 16, 32, 48)]
     expected = (sum(halves) - 8 * 0xFFFF) / math.sqrt(16 * (2**32 - 1) / 12)
     assert x == pytest.approx(expected, rel=1e-15)
@@ -219,7 +219,7 @@ def test_signals_are_late_slow_and_wrong_as_stated():
     # Noise is that of the samples: it does not pass through the lag, from tick to tick neither.
     noisy = sensed(sensor_lag=10.0, sensor_noise=0.1) - sensed(sensor_lag=10.0)
     noise = np.concatenate(
-        [draw_normal((2, 40), 0, tick, Stream.NOISE) for tick in range(10)], axis=1
+        [draw_normal((2, 40), 0, tick, RandomStream.NOISE) for tick in range(10)], axis=1
     )
     assert noisy == pytest.approx(0.1 * noise, abs=1e-15)
 

@@ -14,7 +14,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II
 from mlmem_ros.rig import Rig
 from mlmem_ros.rig.frames import Parser, encode_frame
-from mlmem_tools.rig.emulated import EmulatedRig, LineProperties, Server
+from mlmem_tools.rig.emulated import EmulatedRig, LineProperties, RigServer
 
 PAUSE = 1e-3
 """Seconds for which a line is silent at a time, so that a driver that waits keeps no core busy."""
@@ -80,7 +80,7 @@ def driven(line, settings=None, address=ADDRESS):
 @contextlib.contextmanager
 def serving(rig, line=None, port=0):
     """Serve a rig in a thread, by default without a delay; yield its server."""
-    server = Server(rig, line or LineProperties(), port=port)
+    server = RigServer(rig, line or LineProperties(), port=port)
     thread = threading.Thread(target=server.run)
     thread.start()
     try:

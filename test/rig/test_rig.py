@@ -33,7 +33,7 @@ from mlmem.physics import CASE_II
 from mlmem.settings import ScaleSettings, TimeSettings
 from mlmem_ros.rig.driver import Rig
 from mlmem_ros.rig.frames import encode_frame
-from mlmem_tools.rig.emulated import Sensors
+from mlmem_tools.rig.emulated import RigSensors
 
 from .lines import ADDRESS, LocalDriver, TamperedLine, calibration, driven, emulated
 
@@ -128,7 +128,7 @@ def test_losses_damage_repeats_and_reorder_change_no_bit(expected, seed):
 
 def test_rig_counts_in_its_own_units():
     """Micrometres from its own zero, as single floats: the delay is the same."""
-    rig = emulated(sensors=Sensors(1e-4, (1250.0, -77.5)), numbers='<f4')
+    rig = emulated(sensors=RigSensors(1e-4, (1250.0, -77.5)), numbers='<f4')
     element = driven(TamperedLine(rig))
     assert element.transducer.measure_rest(End.RIGHT) == pytest.approx(CASE_II.D_s1, rel=1e-6)
     assert element.perform(Write(3)).success
@@ -226,5 +226,5 @@ def test_settings_that_do_not_fit_the_rig_are_rejected(settings, field):
 
 
 def test_noise_of_sensors_has_its_standard_deviation():
-    noisy = Sensors(noise=1e-3, seed=1).measure_ends(np.zeros((2, 4000)))
+    noisy = RigSensors(noise=1e-3, seed=1).measure_ends(np.zeros((2, 4000)))
     assert noisy.std() == pytest.approx(1e-3, rel=0.05)

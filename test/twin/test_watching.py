@@ -17,7 +17,7 @@ from mlmem.physics import INTEGRATORS, Scatter, draw_specimen
 from mlmem.readers.reading import BLANK, UNDECODABLE
 from mlmem_ros.contract.streams import decode_read_shot, encode_read_shot
 from mlmem_tools.identification.watching import ResidualMonitor, Residuals, locate_wall
-from mlmem_tools.rig.emulated import Sensors
+from mlmem_tools.rig.emulated import RigSensors
 
 CHOSEN = load_element('bits_1')
 DESIGN, SETTINGS = CHOSEN.design_and_settings
@@ -31,7 +31,7 @@ class Bench:
 
     def __init__(self):
         error = 1.0 + 5e-4 * np.random.default_rng(1).standard_normal(DESIGN.N)
-        self.sensors, self.weaker = Sensors(), [1.0, 1.0]
+        self.sensors, self.weaker = RigSensors(), [1.0, 1.0]
         driver = Measured(MADE, self)
         self.element = MemoryElement(CHOSEN, driver=driver)
         known = replace(MADE, alpha_factor=MADE.alpha_factor * error)
@@ -131,7 +131,7 @@ def test_change_is_reported_with_its_amount(bench, name, amount):
     elif name.startswith('drive'):
         bench.weaker[end] = 0.9
     else:
-        bench.sensors = Sensors(gain=(1.0, 0.95) if end else (0.95, 1.0))
+        bench.sensors = RigSensors(gain=(1.0, 0.95) if end else (0.95, 1.0))
         bench.element.transducer.assume_equilibrium()
     change = bench.told()[-1].change
     assert (change.name, change.amount) == (name, amount)

@@ -35,7 +35,7 @@ from mlmem_tools.identification.kick_search import (
 from ..studies.proof import Proof, Tally, describe_proof, evaluate_run
 from ..study import count_cores, map_calls, provide_workers
 from ..windows.astray import count_astray
-from .search import DesignNotFound, Request, choose_speeds, search_values, try_speeds
+from .search import DesignNotFound, DesignRequest, choose_speeds, search_values, try_speeds
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -52,7 +52,7 @@ def find(arguments: argparse.Namespace) -> int:
     """
     piped = arguments.output is None and not arguments.json
     console = create_console(aside=piped or arguments.json)
-    request = Request(arguments.levels, arguments.scatter, arguments.friction)
+    request = DesignRequest(arguments.levels, arguments.scatter, arguments.friction)
     try:
         design, settings = search_element(console, request, arguments.jobs, arguments.trials)
     except DesignNotFound as error:
@@ -93,7 +93,7 @@ def prove(arguments: argparse.Namespace) -> int:
 
 
 def search_element(
-    console: Console, request: Request, jobs: int | None, trials: int
+    console: Console, request: DesignRequest, jobs: int | None, trials: int
 ) -> tuple[Design, Settings]:
     """Return the best element of a search; raises as `choose_speeds`."""
     tried: list[tuple[float, Array]] = []

@@ -37,7 +37,7 @@ class DesignNotFound(ValueError):
 
 
 @dataclass(frozen=True)
-class Request:
+class DesignRequest:
     """What the element must be like.
 
     Attributes:
@@ -64,7 +64,7 @@ class Range(NamedTuple):
     high: float
 
 
-def list_ranges(request: Request) -> dict[str, Range]:
+def list_ranges(request: DesignRequest) -> dict[str, Range]:
     """Return what the search varies, around what the laws say."""
     wanted = width_for_scatter(request.levels, request.scatter)
     braked = min(1.0, request.levels / most_levels_with_friction(request.friction))
@@ -82,7 +82,7 @@ def list_ranges(request: Request) -> dict[str, Range]:
     }
 
 
-def build_candidate(request: Request, values: Sequence[float]) -> tuple[Design, Settings]:
+def build_candidate(request: DesignRequest, values: Sequence[float]) -> tuple[Design, Settings]:
     """Return the design of values of `list_ranges`, in their order, with a kick without speeds.
 
     Raises:
@@ -122,7 +122,7 @@ def list_speeds(settings: Settings, count: int) -> Array:
     return np.asarray(np.linspace(slowest**0.4, fastest**0.4, count) ** 2.5)
 
 
-def try_candidate(request: Request, values: Sequence[float]) -> float:
+def try_candidate(request: DesignRequest, values: Sequence[float]) -> float:
     """Return the cost of a design: the share of kicks that go astray, and a tenth of that of the
     worst level; 2 for no memory.
 
@@ -154,7 +154,7 @@ def _best_shares(ends: NDArray[np.int64], levels: int, window: int) -> Array:
 
 
 def search_values(
-    request: Request, pool: Executor | None, trials: int
+    request: DesignRequest, pool: Executor | None, trials: int
 ) -> Iterator[tuple[float, Array]]:
     """Search, and yield the cost and the values of every trial.
 
@@ -178,7 +178,7 @@ def search_values(
         search.tell(points, costs)
 
 
-def try_speeds(request: Request, values: Sequence[float], seed: int) -> list[int]:
+def try_speeds(request: DesignRequest, values: Sequence[float], seed: int) -> list[int]:
     """Return where kicks of all speeds leave the wall of one scattered element."""
     design, settings = build_candidate(request, values)
     speeds = {seed: list_speeds(settings, 40 * request.levels).tolist()}
@@ -187,7 +187,7 @@ def try_speeds(request: Request, values: Sequence[float], seed: int) -> list[int
 
 
 def choose_speeds(
-    request: Request, values: Sequence[float], ends: Sequence[Sequence[int]]
+    request: DesignRequest, values: Sequence[float], ends: Sequence[Sequence[int]]
 ) -> tuple[Design, Settings]:
     """Return a design with the speed to every level that leads most elements there.
 

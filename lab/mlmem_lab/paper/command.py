@@ -29,7 +29,7 @@ from ..results import (
     save_result,
 )
 from ..study import count_cores, map_calls
-from .figure import Claim, Data, Figure, Judgement, Quality, load_data
+from .figure import Data, Figure, Judgement, PaperClaim, Quality, load_data
 from .gallery import FIGURES_BY_NAME, list_claims, make_figure, select_figures
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def judge_claims(data: Mapping[str, Data]) -> dict[str, Any]:
     }
 
 
-def _summarise_claim(claim: Claim, data: Mapping[str, Data]) -> dict[str, str]:
+def _summarise_claim(claim: PaperClaim, data: Mapping[str, Data]) -> dict[str, str]:
     judgement, numbers = claim.judge_data(data)
     return {
         'verdict': judgement.value,

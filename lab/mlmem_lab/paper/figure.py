@@ -65,7 +65,7 @@ Save = Callable[[Data, Path], list[Path]]
 
 
 @dataclass(frozen=True)
-class Claim:
+class PaperClaim:
     """A checkable sentence of the paper.
 
     Attributes:
@@ -118,7 +118,7 @@ class Figure:
     title: str
     seconds: float
     modules: tuple[str, ...] = DEVICE_MODULES
-    claims: list[Claim] = field(default_factory=list)
+    claims: list[PaperClaim] = field(default_factory=list)
     draw: Callable[[Data], Any] | None = None
     ending: str = ''
     _save: Save = lambda data, stem: []
@@ -156,7 +156,7 @@ class Figure:
         replaced: str = '',
         also: tuple[str, ...] = (),
     ) -> Callable[[Judge], Judge]:
-        """Return a decorator that takes the judge of a `Claim`; its name is the key.
+        """Return a decorator that takes the judge of a `PaperClaim`; its name is the key.
 
         The judge takes the data of this figure, then those of the figures in `also`.
         """
@@ -164,7 +164,7 @@ class Figure:
         def keep_judge(judge: Judge) -> Judge:
             key, needs = judge.__name__.removeprefix('_'), (self.name, *also)
             self.claims.append(
-                Claim(key, sentence, page, where, how, printed, replaced, needs, judge)
+                PaperClaim(key, sentence, page, where, how, printed, replaced, needs, judge)
             )
             return judge
 

@@ -8,7 +8,7 @@ import importlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from .figure import Claim, Figure, Quality
+from .figure import Figure, PaperClaim, Quality
 
 FIGURES_BY_NAME: dict[str, Figure] = {
     figure.name: figure
@@ -22,7 +22,7 @@ FIGURES_BY_NAME: dict[str, Figure] = {
 """The `definition` of each file of the folder `figures`, in the order of the paper."""
 
 
-def list_claims() -> list[Claim]:
+def list_claims() -> list[PaperClaim]:
     """Return the claims of all figures by page."""
     claims = (claim for figure in FIGURES_BY_NAME.values() for claim in figure.claims)
     return sorted(claims, key=lambda claim: claim.page)

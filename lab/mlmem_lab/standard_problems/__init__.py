@@ -10,10 +10,10 @@ Our answers are those of PEFRL, fourth order, at the step given. The error is th
 differences from twice that step and from Noh and Bathe's method.
 """
 
-from .problem import Problem
+from .problem import StandardProblem
 from .walls import byte, echo, kick, pinning, robust_kick
 
-ALL_PROBLEMS: tuple[Problem, ...] = (pinning, echo, kick, byte, robust_kick)
+ALL_PROBLEMS: tuple[StandardProblem, ...] = (pinning, echo, kick, byte, robust_kick)
 """In the order of the page."""
 
-__all__ = ['ALL_PROBLEMS', 'Problem']
+__all__ = ['ALL_PROBLEMS', 'StandardProblem']

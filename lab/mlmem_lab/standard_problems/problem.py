@@ -21,7 +21,7 @@ ANSWERS_FILE = Path(__file__).with_name('answers.csv')
 
 
 @dataclass(frozen=True)
-class Problem:
+class StandardProblem:
     """One problem, stated in the docstring of what solves it.
 
     Attributes:
@@ -35,7 +35,7 @@ class Problem:
 
 
 @dataclass(frozen=True)
-class Answer:
+class StandardAnswer:
     """One quantity of one problem."""
 
     problem: str
@@ -53,7 +53,7 @@ def crossing_site(field: Array, level: float) -> float:
     return float(j + 1 + (field[j] - level) / (field[j] - field[j + 1]))
 
 
-def solve_problem(problem: Problem) -> Iterator[Answer]:
+def solve_problem(problem: StandardProblem) -> Iterator[StandardAnswer]:
     """Yield our answers, by PEFRL.
 
     The error is the larger of the differences from twice the step and from Noh-Bathe.
@@ -64,19 +64,21 @@ def solve_problem(problem: Problem) -> Iterator[Answer]:
     )
     for name, value in ours.items():
         error = max(abs(value - coarse[name]), abs(value - other[name]))
-        yield Answer(problem.name, name, value, error)
+        yield StandardAnswer(problem.name, name, value, error)
 
 
-def read_answers(path: Path) -> list[Answer]:
+def read_answers(path: Path) -> list[StandardAnswer]:
     """Return answers from a CSV file."""
     with path.open(newline='', encoding='utf-8') as file:
         return [
-            Answer(row['problem'], row['quantity'], float(row['value']), float(row['error']))
+            StandardAnswer(
+                row['problem'], row['quantity'], float(row['value']), float(row['error'])
+            )
             for row in csv.DictReader(file)
         ]
 
 
-def write_answers(path: Path, answers: Sequence[Answer]) -> None:
+def write_answers(path: Path, answers: Sequence[StandardAnswer]) -> None:
     """Write answers of seven digits to a CSV file; raises OSError as `open`."""
     with path.open('w', newline='', encoding='utf-8') as file:
         rows = csv.writer(file, lineterminator='\n')

@@ -23,7 +23,7 @@ from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import make_blank
 from mlmem.physics.potential import Array
 
-from .problem import Answers, Problem, crossing_site
+from .problem import Answers, StandardProblem, crossing_site
 
 
 def _start_chain(design: Design, site: float, width: float, dt: float, by: Integrator) -> Chain:
@@ -82,7 +82,7 @@ def _kick_wall(chain: Chain, moving: float, power: int, mark: float) -> tuple[fl
     return put_in, chain.time - 1.0 + share
 
 
-@partial(Problem, 'pinning', 0.1)
+@partial(StandardProblem, 'pinning', 0.1)
 def pinning(integrator: Integrator, dt: float) -> Answers:
     """A soft defect stops a wall.
 
@@ -96,7 +96,7 @@ def pinning(integrator: Integrator, dt: float) -> Answers:
     return {'farthest': max(places), 'rest': places[-1]}
 
 
-@partial(Problem, 'echo', 0.05)
+@partial(StandardProblem, 'echo', 0.05)
 def echo(integrator: Integrator, dt: float) -> Answers:
     """An echo of a wall.
 
@@ -116,7 +116,7 @@ def echo(integrator: Integrator, dt: float) -> Answers:
     return {'delay': (loudest + 1) * dt - 6.0 * sigma, 'loudness': float(smooth[loudest])}
 
 
-@partial(Problem, 'kick', 0.05)
+@partial(StandardProblem, 'kick', 0.05)
 def kick(integrator: Integrator, dt: float) -> Answers:
     """A wall is kicked from an end, without strain, and stops at a defect.
 
@@ -138,7 +138,7 @@ def kick(integrator: Integrator, dt: float) -> Answers:
     }
 
 
-@partial(Problem, 'byte', 0.025)
+@partial(StandardProblem, 'byte', 0.025)
 def byte(integrator: Integrator, dt: float) -> Answers:
     """Five kicks write a byte, and one pulse hears it.
 
@@ -165,7 +165,7 @@ def byte(integrator: Integrator, dt: float) -> Answers:
     return {**{f'wall {level}': place for level, place in found.items()}, 'echo': loud}
 
 
-@partial(Problem, 'robust kick', 0.05)
+@partial(StandardProblem, 'robust kick', 0.05)
 def robust_kick(integrator: Integrator, dt: float) -> Answers:
     """A kick brings a wall to the same level of an ideal element and of one of uneven parts.
 

@@ -27,7 +27,7 @@ from mlmem.physics import HeldCell, Specimen
 from mlmem.physics.potential import Array
 from mlmem.procedure_table import Procedures
 from mlmem_tools.identification.plan import plan_pulses
-from mlmem_tools.rig.emulated import Sensors
+from mlmem_tools.rig.emulated import RigSensors
 
 from ..rk4 import Rk4Element
 
@@ -42,7 +42,7 @@ class SensedSimulation(Simulation):
         sensors: They may be exchanged at any time.
     """
 
-    sensors = Sensors()
+    sensors = RigSensors()
 
     def advance(
         self,
@@ -77,7 +77,7 @@ class HiddenElement(Driver):
     def __init__(
         self,
         element: Rk4Element,
-        sensors: Sensors,
+        sensors: RigSensors,
         late: tuple[int, int],
         drift: float,
     ) -> None:

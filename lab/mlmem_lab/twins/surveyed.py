@@ -20,7 +20,7 @@ from mlmem import MemoryElement, Shot, Survey, factory_calibration, load_element
 from mlmem.element_file import Element
 from mlmem.physics import Design, Scatter, draw_specimen
 from mlmem_tools.identification.fit import Misfitting, fit_element
-from mlmem_tools.rig.emulated import Sensors
+from mlmem_tools.rig.emulated import RigSensors
 
 from ..rk4 import Rk4Element
 from .sensed import TRANSDUCER_NOISE_CELLS, HiddenElement, perform_command
@@ -110,7 +110,7 @@ def survey_shots(preset: str, truth: Element, seed: int, kind: str) -> list[Shot
         friction=amount.get('friction', 0.0),
         harmonic=amount.get('harmonic', 0.0),
     )
-    sensors = Sensors(
+    sensors = RigSensors(
         gain=(float(gains[0]), float(gains[1])), noise=TRANSDUCER_NOISE_CELLS, seed=seed
     )
     late_samples = int(late[0]), int(late[1])

@@ -14,7 +14,7 @@ from mlmem import Calibrate, EchoReceived, Event, Faults, Read, SetFaults, Write
 from mlmem.errors import ProcedureFailed
 from mlmem.physics import INTEGRATORS, Scatter, draw_specimen
 from mlmem_tools.identification.watching import Comparison, Residuals, locate_wall
-from mlmem_tools.rig.emulated import Sensors
+from mlmem_tools.rig.emulated import RigSensors
 
 from .sensed import (
     TRANSDUCER_NOISE_CELLS,
@@ -89,7 +89,7 @@ class WatchedElement:
         if 'gain' in faults:
             gains = faults.pop('gain')
             assert isinstance(self.element.driver, SensedSimulation)
-            self.element.driver.sensors = Sensors(gain=gains)
+            self.element.driver.sensors = RigSensors(gain=gains)
             self.element.transducer.assume_equilibrium()
             end = int(gains[1] != 1.0)
             return ('gain_left', 'gain_right')[end], gains[end] - 1.0

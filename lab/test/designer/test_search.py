@@ -11,7 +11,7 @@ from mlmem.readers.reading import UNDECODABLE
 from mlmem_lab.designer.command import measure_kick_energy
 from mlmem_lab.designer.search import (
     DesignNotFound,
-    Request,
+    DesignRequest,
     build_candidate,
     choose_speeds,
     list_ranges,
@@ -21,7 +21,7 @@ from mlmem_lab.designer.search import (
 from mlmem_lab.windows.astray import count_astray
 from mlmem_tools.checks.budget import Budget
 
-REQUEST = Request(8, 0.03)
+REQUEST = DesignRequest(8, 0.03)
 
 
 def start_values(request):
@@ -42,7 +42,7 @@ def test_shallow_defects_cost_more_than_deep_ones():
 
 def test_friction_of_the_request_is_in_the_design():
     design, settings = build_candidate(
-        Request(4, 0.03, 1e-2), start_values(Request(4, 0.03, 1e-2))
+        DesignRequest(4, 0.03, 1e-2), start_values(DesignRequest(4, 0.03, 1e-2))
     )
     assert design.friction == 1e-2
     assert design.levels == 4
@@ -51,7 +51,7 @@ def test_friction_of_the_request_is_in_the_design():
 
 def test_speeds_are_the_middles_of_the_windows():
     """Elements whose level changes at known places of the list of speeds."""
-    request = Request(2, 0.03)
+    request = DesignRequest(2, 0.03)
     values = start_values(request)
     _, settings = build_candidate(request, values)
     speeds = list_speeds(settings, 80)
@@ -62,7 +62,7 @@ def test_speeds_are_the_middles_of_the_windows():
 
 
 def test_level_that_no_speed_reaches_is_reported():
-    request = Request(2, 0.03)
+    request = DesignRequest(2, 0.03)
     with pytest.raises(DesignNotFound, match='level 1'):
         choose_speeds(request, start_values(request), [[0] * 40 + [UNDECODABLE] * 40])
 

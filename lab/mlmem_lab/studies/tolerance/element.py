@@ -36,7 +36,7 @@ from mlmem.procedures.driving import go_to_level
 from mlmem.readers.reading import Reading
 from mlmem.readers.register import MAX_LEVEL_OFFSET_CELLS, pin_walls
 from mlmem.readers.words import count_words
-from mlmem.rng import Stream, make_generator
+from mlmem.rng import RandomStream, make_generator
 from mlmem.settings import Settings
 
 from ..trace import wall_position
@@ -115,7 +115,7 @@ def try_element(
         time = dataclasses.replace(settings.time, tick=100.0)
         settings = dataclasses.replace(settings, time=time)
     element = MemoryElement(design, settings)
-    off = make_generator(seed, Stream.GAIN).standard_normal(2) * (damping, gain)
+    off = make_generator(seed, RandomStream.GAIN).standard_normal(2) * (damping, gain)
     faults = Faults(sensor_noise=noise, sensor_gain=float(1.0 + off[1]), seed=seed % 2**31)
     element.apply(SetFaults(faults))
     scatter = Scatter(**{name: by[name] for name in by.keys() - GLOBAL_KINDS})
@@ -225,7 +225,7 @@ def evaluate_batch(
     for one in seeds.tolist():
         given = np.arange(each)
         if tried in WORD_TRIALS:
-            drawing = make_generator(one, Stream.LEVELS)
+            drawing = make_generator(one, RandomStream.LEVELS)
             given = drawing.integers(1, count_words(design, settings), each)
         try:
             found = np.array(try_element(design, settings, by, one, tried, given.tolist()))
