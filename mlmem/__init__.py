@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .commands import (
+        COMMANDS_BY_NAME,
         Command,
         Disturb,
         EchoReceived,
         Event,
+        Feedback,
         FollowTrajectory,
         Outcome,
         SetFaults,
@@ -24,25 +26,44 @@ if TYPE_CHECKING:
     )
     from .element import MemoryElement
     from .element_file import ELEMENT_NAMES, Element, as_designed, load_element
-    from .errors import DriverError, DriverHangs, ProcedureFailed, Refused, SettingsError
-    from .factory import factory_calibration
-    from .instrument.drivers import Driver
+    from .errors import Checked, DriverError, DriverHangs, ProcedureFailed, Refused, SettingsError
+    from .factory import compute_calibration, factory_calibration
+    from .instrument.actuator import MAX_PROFILE_POINTS
+    from .instrument.blocks import MAX_RUN_TICKS
+    from .instrument.drivers import (
+        SHIPPED_DRIVERS,
+        SIMULATION_NAME,
+        Driver,
+        Simulation,
+        open_driver,
+        steps_per_tick,
+    )
     from .instrument.end import End, Shot
     from .instrument.faults import Faults
     from .loop.loop import Loop
+    from .loop.mailbox import Asked, Request, TickRequest
+    from .loop.open_requests import Stamped
+    from .loop.timetable import MAX_SPEED, MIN_SPEED, Pacer, SteadyPacer, check_speed
     from .parameter_sweep import Table, sweep
     from .physics import (
+        ARITHMETIC_VERSION,
         CASE_I,
         CASE_II,
+        INTEGRATORS,
+        NOH_BATHE,
         Chain,
         Design,
         DesignError,
+        HeldCell,
         Potential,
         Scatter,
         Specimen,
         StateError,
         draw_specimen,
+        is_kernel_cached,
     )
+    from .physics.jit import find_cache_folder
+    from .physics.potential import Array
     from .procedure_table import (
         BLANK,
         UNDECODABLE,
@@ -58,47 +79,68 @@ if TYPE_CHECKING:
         Write,
         describe_level,
     )
-    from .readers.calibration import Calibration, DelayTable
+    from .readers.calibration import Calibration, DelayTable, calibration_key
     from .readers.reading import Reading, Unknown
+    from .readers.words import count_words
     from .settings import Settings
     from .simulation import Trajectory, simulate, wall_at, walls_at
 
 __all__ = [
-    'BLANK', 'CASE_I', 'CASE_II', 'ELEMENT_NAMES', 'UNDECODABLE', 'Abort', 'Calibrate',
-    'Calibration', 'Chain', 'Command', 'DelayTable', 'Design', 'DesignError', 'Disturb', 'Driver',
-    'DriverError', 'DriverHangs', 'EchoReceived', 'Element', 'End', 'Erase', 'Event', 'Faults',
-    'FollowTrajectory', 'Kick', 'Locate', 'Loop', 'MemoryElement', 'Outcome', 'Potential',
-    'ProcedureFailed', 'Read', 'Reading', 'Refused', 'Reset', 'Scatter', 'SelfTest', 'SetFaults',
-    'SetMethod', 'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Specimen', 'StateError',
-    'Survey', 'Table', 'Trajectory', 'Unknown', 'Write', 'as_designed', 'describe_level',
-    'draw_specimen', 'factory_calibration', 'load_element', 'simulate', 'sweep', 'wall_at',
-    'walls_at',
+    'ARITHMETIC_VERSION', 'BLANK', 'CASE_I', 'CASE_II', 'COMMANDS_BY_NAME', 'ELEMENT_NAMES',
+    'INTEGRATORS', 'MAX_PROFILE_POINTS', 'MAX_RUN_TICKS', 'MAX_SPEED', 'MIN_SPEED',
+    'NOH_BATHE', 'SHIPPED_DRIVERS', 'SIMULATION_NAME', 'UNDECODABLE', 'Abort', 'Array',
+    'Asked', 'Calibrate', 'Calibration', 'Chain', 'Checked', 'Command', 'DelayTable', 'Design',
+    'DesignError', 'Disturb', 'Driver', 'DriverError', 'DriverHangs', 'EchoReceived',
+    'Element', 'End', 'Erase', 'Event', 'Faults', 'Feedback', 'FollowTrajectory', 'HeldCell',
+    'Kick', 'Locate', 'Loop', 'MemoryElement', 'Outcome', 'Pacer', 'Potential',
+    'ProcedureFailed', 'Read', 'Reading', 'Refused', 'Request', 'Reset', 'Scatter', 'SelfTest',
+    'SetFaults', 'SetMethod', 'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Simulation',
+    'Specimen', 'Stamped', 'StateError', 'SteadyPacer', 'Survey', 'Table', 'TickRequest',
+    'Trajectory', 'Unknown', 'Write', 'as_designed', 'calibration_key', 'check_speed',
+    'compute_calibration', 'count_words', 'describe_level', 'draw_specimen',
+    'factory_calibration', 'find_cache_folder', 'is_kernel_cached', 'load_element',
+    'open_driver', 'simulate', 'steps_per_tick', 'sweep', 'wall_at', 'walls_at',
 ]  # fmt: skip
 
 _MODULE_EXPORTS = {
     'commands': (
-        'Command', 'Disturb', 'EchoReceived', 'Event', 'FollowTrajectory', 'Outcome',
-        'SetFaults', 'SetMethod', 'SetStrain',
+        'COMMANDS_BY_NAME', 'Command', 'Disturb', 'EchoReceived', 'Event', 'Feedback',
+        'FollowTrajectory', 'Outcome', 'SetFaults', 'SetMethod', 'SetStrain',
     ),
     'element': ('MemoryElement',),
-    'errors': ('DriverError', 'DriverHangs', 'ProcedureFailed', 'Refused', 'SettingsError'),
-    'factory': ('factory_calibration',),
-    'instrument.drivers': ('Driver',),
+    'element_file': ('ELEMENT_NAMES', 'Element', 'as_designed', 'load_element'),
+    'errors': (
+        'Checked', 'DriverError', 'DriverHangs', 'ProcedureFailed', 'Refused',
+        'SettingsError',
+    ),
+    'factory': ('compute_calibration', 'factory_calibration'),
+    'instrument.actuator': ('MAX_PROFILE_POINTS',),
+    'instrument.drivers': (
+        'SHIPPED_DRIVERS', 'SIMULATION_NAME', 'Driver', 'Simulation', 'open_driver',
+        'steps_per_tick',
+    ),
     'instrument.end': ('End', 'Shot'),
     'instrument.faults': ('Faults',),
+    'instrument.blocks': ('MAX_RUN_TICKS',),
     'loop.loop': ('Loop',),
+    'loop.mailbox': ('Asked', 'Request', 'TickRequest'),
+    'loop.open_requests': ('Stamped',),
+    'loop.timetable': ('MAX_SPEED', 'MIN_SPEED', 'Pacer', 'SteadyPacer', 'check_speed'),
     'parameter_sweep': ('Table', 'sweep'),
     'physics': (
-        'CASE_I', 'CASE_II', 'Chain', 'Design', 'DesignError', 'Potential', 'Scatter', 'Specimen',
-        'StateError', 'draw_specimen',
+        'ARITHMETIC_VERSION', 'CASE_I', 'CASE_II', 'INTEGRATORS', 'NOH_BATHE', 'Chain',
+        'Design', 'DesignError', 'HeldCell', 'Potential', 'Scatter', 'Specimen',
+        'StateError', 'draw_specimen', 'is_kernel_cached',
     ),
-    'element_file': ('ELEMENT_NAMES', 'Element', 'as_designed', 'load_element'),
+    'physics.jit': ('find_cache_folder',),
+    'physics.potential': ('Array',),
     'procedure_table': (
         'BLANK', 'UNDECODABLE', 'Abort', 'Calibrate', 'Erase', 'Kick', 'Locate', 'Read',
         'Reset', 'SelfTest', 'Survey', 'Write', 'describe_level',
     ),
-    'readers.calibration': ('Calibration', 'DelayTable'),
+    'readers.calibration': ('Calibration', 'DelayTable', 'calibration_key'),
     'readers.reading': ('Reading', 'Unknown'),
+    'readers.words': ('count_words',),
     'settings': ('Settings',),
     'simulation': ('Trajectory', 'simulate', 'wall_at', 'walls_at'),
 }  # fmt: skip

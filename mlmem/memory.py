@@ -13,14 +13,17 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from .commands import EchoReceived, Event, Outcome
 from .instrument.drivers import Driver
 from .instrument.echo import Echo
 from .instrument.end import End, Shot
 from .instrument.instrument import Instrument
-from .physics import Design, Specimen
+from .physics import Design, Specimen, find_walls, stable_step
+from .physics.energy import energy
 from .physics.potential import Array
 from .procedure_table import CONTENT_NAMES, describe_content
 from .readers.calibration import Calibration
@@ -147,6 +150,32 @@ class Memory(Instrument):
     def describe_content(self, content: int) -> str:
         """Return a content in words: a word of a register, or a level."""
         return describe_content(self.content_name, content)
+
+    @property
+    def walls(self) -> Array:
+        """True positions of all walls of a simulated element in cells, from left to right.
+
+        Raises:
+            Refused: The element is real.
+        """
+        found = find_walls(self.design, self.chain.configuration)
+        return np.array([wall.position for wall in found])
+
+    @property
+    def material(self) -> Mapping[str, Any]:
+        """How a simulated element is: `dt` in time units, number of walls, energies in
+        k_r cells^2; of a real one, the health of its driver.
+        """
+        if (chain := self.driver.chain) is None:
+            return self.driver.health()
+        energies = energy(chain)
+        return {
+            'stability_margin': 1.0 - chain.dt / stable_step(chain.specimen, chain.integrator),
+            'dt': chain.dt,
+            'walls': len(self.walls),
+            'kinetic_energy': energies.kinetic,
+            'stored_energy': energies.total - energies.kinetic,
+        }
 
     def forget_content(self, reason: str, after: int = 0) -> None:
         """Treat the content as unknown, after so many ticks, because the wall may move.

@@ -5,6 +5,8 @@
 import ast
 from pathlib import Path
 
+import mlmem
+
 ROOT = Path(__file__).parent.parent
 
 LAYERS = (
@@ -20,6 +22,8 @@ BASE_MODULES = ('schema', 'rejections', 'rng', 'atomic_files', 'parsing', 'threa
 
 PARTS = ('mlmem.instrument', 'mlmem.readers', 'mlmem.moves', 'mlmem.procedures')
 """Parts of the library, from the bottom to the top."""
+PUBLIC_MODULES = (*BASE_MODULES, 'element_file', 'procedure_table', 'snapshot')
+"""Modules of mlmem whose names `mlmem_ros` uses besides those that mlmem exports."""
 
 
 def list_imports(file):
@@ -68,3 +72,14 @@ def test_library_parts_import_none_above_them():
                 if above and f'{imported}.'.startswith(above)
             ]
     assert upward == []
+
+
+def test_device_imports_only_public_names_of_the_library():
+    public = {f'mlmem.{name}' for name in (*mlmem.__all__, *PUBLIC_MODULES)}
+    private = [
+        f'{file} imports {imported}'
+        for file in sorted((ROOT / 'mlmem_ros').rglob('*.py'))
+        for imported in list_imports(file)
+        if imported.startswith('mlmem.') and '.'.join(imported.split('.')[:2]) not in public
+    ]
+    assert private == []

@@ -9,8 +9,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from mlmem import Command, Disturb, FollowTrajectory, MemoryElement, Read, Refused, SetStrain
-from mlmem.instrument.actuator import MAX_PROFILE_POINTS
+from mlmem import (
+    MAX_PROFILE_POINTS,
+    Command,
+    Disturb,
+    FollowTrajectory,
+    MemoryElement,
+    Read,
+    Refused,
+    SetStrain,
+)
 from mlmem.procedure_table import JOINT_NAME
 from mlmem.schema import short_repr
 

@@ -15,8 +15,7 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from sensor_msgs.msg import JointState, Range
 from std_msgs.msg import MultiArrayDimension, MultiArrayLayout
 
-from mlmem import Outcome
-from mlmem.physics.potential import Array
+from mlmem import Array, Outcome
 from mlmem.procedure_table import JOINT_NAME
 
 from .answers import format_values

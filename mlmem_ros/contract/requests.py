@@ -192,7 +192,7 @@ def build_command(name: str, given: Mapping[str, Any], content_name: str = '') -
     Raises:
         Refused: An argument is missing, or a content is named twice or not as the element's.
     """
-    from mlmem.commands import FollowTrajectory  # a client needs none, and no physics
+    from mlmem import FollowTrajectory  # a client needs none, and no physics
 
     others = {'follow': FollowTrajectory, 'record': Record}
     kind = PROCEDURES[name].command if name in PROCEDURES else others[name]

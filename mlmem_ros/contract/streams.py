@@ -15,9 +15,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mlmem import UNDECODABLE, EchoReceived, End, Event, MemoryElement, Outcome, Shot, Unknown
-from mlmem.physics import find_walls
-from mlmem.physics.potential import Array
+from mlmem import (
+    UNDECODABLE,
+    Array,
+    EchoReceived,
+    End,
+    Event,
+    MemoryElement,
+    Outcome,
+    Shot,
+    Unknown,
+)
 from mlmem.schema import short_repr
 
 from .answers import format_values, outcome_to_dict
@@ -209,12 +217,6 @@ def measure_joints(element: MemoryElement, _: Any) -> Joints:
     )
 
 
-def find_wall_positions(element: MemoryElement, _: Any) -> Array:
-    """Return the true positions of all walls in sites, from left to right."""
-    found = find_walls(element.design, element.chain.configuration)
-    return np.array([wall.position for wall in found], np.float64)
-
-
 # --- the table --------------------------------------------------------------------------------
 
 STREAMS = {
@@ -325,7 +327,7 @@ STREAMS = {
             Qos.STREAM,
             'true positions of the domain walls in sites, which the device never uses',
             when='publish.wall_every',
-            values=find_wall_positions,
+            values=lambda element, _: element.walls,
             of='simulated',
             dimensions=(('wall', -1),),
         ),

@@ -14,13 +14,13 @@ from mlmem import (
     MemoryElement,
     Refused,
     SettingsError,
+    StateError,
+    calibration_key,
+    compute_calibration,
     factory_calibration,
+    open_driver,
 )
-from mlmem.factory import compute_calibration
-from mlmem.instrument import drivers
-from mlmem.physics import StateError
 from mlmem.procedure_table import UNSET_CONTENT
-from mlmem.readers.calibration import calibration_key
 
 from .design_check import check_design
 from .settings import Parameters
@@ -53,7 +53,7 @@ def build_device(
     loudest = check_design(given.design, given.settings, given.check, log)
     with ExitStack() as undo:
         try:
-            driver = drivers.open_driver(
+            driver = open_driver(
                 given.device.driver, given.device.address, given.design, given.settings,
                 given.specimen,
             )  # fmt: skip

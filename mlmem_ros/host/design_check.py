@@ -16,9 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mlmem import End, Settings
-from mlmem.physics import NOH_BATHE, Design, DesignError
-from mlmem.physics.jit import find_cache_folder
+from mlmem import NOH_BATHE, Design, DesignError, End, Settings, find_cache_folder
 
 from ..packages import find_tool
 

@@ -12,24 +12,28 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from mlmem import (
+    INTEGRATORS,
     Abort,
+    Asked,
     Command,
     DriverError,
     Event,
     Faults,
+    Feedback,
     Loop,
     MemoryElement,
     Outcome,
+    Pacer,
     Refused,
+    Request,
     SetFaults,
     SetMethod,
+    Stamped,
+    StateError,
+    TickRequest,
+    is_kernel_cached,
     snapshot,
 )
-from mlmem.commands import Feedback
-from mlmem.loop.mailbox import Asked, Request, TickRequest
-from mlmem.loop.open_requests import Stamped
-from mlmem.loop.timetable import Pacer
-from mlmem.physics import INTEGRATORS, StateError, is_kernel_cached
 
 from .building import Built, build_device
 from .sessions import Sessions

@@ -17,8 +17,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from mlmem import MemoryElement, atomic_files, threads
-from mlmem.loop.open_requests import Stamped
+from mlmem import MemoryElement, Stamped, atomic_files, threads
 
 from ..bag import jazzy
 from ..bag.errors import BagError

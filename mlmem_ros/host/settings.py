@@ -14,11 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mlmem import Faults, Settings, SettingsError
+from mlmem import MAX_SPEED, MIN_SPEED, Checked, Design, Faults, Settings, SettingsError, Specimen
 from mlmem.element_file import ELEMENT_NAMES
-from mlmem.errors import Checked
-from mlmem.loop.timetable import MAX_SPEED, MIN_SPEED
-from mlmem.physics import Design, Specimen
 from mlmem.procedure_table import UNSET_CONTENT
 from mlmem.schema import (
     Description,

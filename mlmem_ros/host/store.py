@@ -15,19 +15,19 @@ from pathlib import Path
 from typing import Any
 
 from mlmem import (
+    Asked,
     Calibration,
     Loop,
     MemoryElement,
     Outcome,
     Refused,
     SettingsError,
+    StateError,
     atomic_files,
     snapshot,
     threads,
 )
-from mlmem.loop.mailbox import Asked
 from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError, decode_value, parse_json
-from mlmem.physics import StateError
 from mlmem.procedure_table import PROCEDURES
 from mlmem.rejections import OutcomeCode
 from mlmem.schema import make_printable

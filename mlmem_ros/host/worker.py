@@ -14,8 +14,7 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-from mlmem import DriverError, Refused, SettingsError, threads
-from mlmem.physics import DesignError, StateError
+from mlmem import DesignError, DriverError, Refused, SettingsError, StateError, threads
 from mlmem.schema import make_printable
 
 from ..bag.errors import BagError

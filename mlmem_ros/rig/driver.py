@@ -17,9 +17,7 @@ from threading import Condition
 
 import numpy as np
 
-from mlmem import Driver, DriverError, Settings, SettingsError, threads
-from mlmem.physics import Design, HeldCell
-from mlmem.physics.potential import Array
+from mlmem import Array, Design, Driver, DriverError, HeldCell, Settings, SettingsError, threads
 from mlmem.schema import make_printable
 
 from .frames import (

@@ -19,9 +19,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from mlmem import MemoryElement
-from mlmem.physics import Design, find_walls
-from mlmem.physics.potential import Array
+from mlmem import Array, Design, MemoryElement
 
 from ..host.settings import COLUMN_PERIOD_TICKS, PublishSettings
 
@@ -180,14 +178,14 @@ class ChainMarkers:
         for label, site in zip(self._labels, self._defects, strict=True):
             label.pose.position.x = (site + float(substrate[site - 1])) * unit
 
-        found = find_walls(self._element.design, configuration)[: len(self._walls)]
+        found = self._element.walls.tolist()[: len(self._walls)]
         slots = zip(self._walls, self._wall_labels, strict=True)
-        for (bar, label), wall in zip_longest(slots, found):
-            bar.action = label.action = Marker.DELETE if wall is None else Marker.ADD
-            if wall is not None:
-                place = (wall.position + float(substrate[int(wall.position) - 1])) * unit
+        for (bar, label), position in zip_longest(slots, found):
+            bar.action = label.action = Marker.DELETE if position is None else Marker.ADD
+            if position is not None:
+                place = (position + float(substrate[int(position) - 1])) * unit
                 bar.pose.position.x = label.pose.position.x = place
-                label.text = f'wall {wall.position:.1f}'
+                label.text = f'wall {position:.1f}'
         self._title.text = self._describe_content()
         self._title.pose.position.x = 0.5 * length
         return self._message

@@ -17,15 +17,25 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, field
 from enum import Enum
-from typing import Any
+from typing import Any, cast
 
-from mlmem import Calibration, Command, MemoryElement, Refused, Settings, snapshot
-from mlmem.commands import COMMANDS_BY_NAME
-from mlmem.instrument.drivers import steps_per_tick
+import numba
+
+from mlmem import (
+    ARITHMETIC_VERSION,
+    COMMANDS_BY_NAME,
+    Array,
+    Calibration,
+    Command,
+    Design,
+    MemoryElement,
+    Refused,
+    Settings,
+    Specimen,
+    snapshot,
+    steps_per_tick,
+)
 from mlmem.parsing import DecodeError, decode_value, encode_value, parse_json
-from mlmem.physics import ARITHMETIC_VERSION, Design, Specimen
-from mlmem.physics.jit import DISABLED
-from mlmem.physics.potential import Array
 from mlmem.schema import Description, describe_field, make_printable, short_repr
 
 from .. import __version__, packages
@@ -100,7 +110,8 @@ def collect_versions() -> dict[str, str]:
     """Return what the results may depend on: package, arithmetic, libraries, processor."""
     return {
         'mlmem_ros': __version__,
-        'arithmetic': ARITHMETIC_VERSION + (' interpreted' if DISABLED else ''),
+        'arithmetic': ARITHMETIC_VERSION
+        + (' interpreted' if cast(Any, numba.config).DISABLE_JIT else ''),
         'python': platform.python_version(),
         **{name: _find_version(name) for name in ('numpy', 'numba', 'llvmlite')},
         'machine': platform.machine(),

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mlmem import (
+    MAX_RUN_TICKS,
     Calibration,
     Command,
     DelayTable,
@@ -20,11 +21,10 @@ from mlmem import (
     MemoryElement,
     Outcome,
     Refused,
+    Simulation,
+    StateError,
     snapshot,
 )
-from mlmem.instrument.blocks import MAX_RUN_TICKS
-from mlmem.instrument.drivers import Simulation
-from mlmem.physics import StateError
 
 from ..bag.errors import BagError
 from ..contract.streams import STREAMS

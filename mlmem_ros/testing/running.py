@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 from rclpy.context import Context
 from rclpy.utilities import try_shutdown
 
-from mlmem.loop.mailbox import TickRequest
+from mlmem import TickRequest
 
 from ..contract.answers import RequestRefused
 from ..host import REFUSALS

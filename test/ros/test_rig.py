@@ -150,7 +150,7 @@ def test_driver_that_hangs_on_a_retry_is_given_up(start, monkeypatch):
     def open_driver(*_):
         raise next(errors)
 
-    monkeypatch.setattr('mlmem.instrument.drivers.open_driver', open_driver)
+    monkeypatch.setattr('mlmem_ros.host.building.open_driver', open_driver)
     node = start({'device.driver': 'rig', 'device.retry': 0.1})
     given_up = 'the element is back, but cannot be started: opening takes too long'
     wait_until(lambda: given_up in node.output, 'the end of the attempts')

@@ -31,13 +31,19 @@ def with_wall(design, site):
     return np.where(design.sites <= site, design.D_s2, design.D_s1)
 
 
+class IdleElement(SimpleNamespace):
+    """Stands for an element at rest."""
+
+    walls = MemoryElement.walls
+
+
 def idle_element(design, site):
     """Return what the views read of an unstrained element with a wall at a site."""
     cells = with_wall(design, site)
     chain = SimpleNamespace(configuration=cells, v=cells, V_N=0.0)
     counts = {'ticks': 0, 'computed': 0}
     idle = {'procedure': '', 'reading': None, 'unknown': None}
-    return SimpleNamespace(design=design, chain=chain, settings=Settings(), **counts, **idle)
+    return IdleElement(design=design, chain=chain, settings=Settings(), **counts, **idle)
 
 
 def pixels(image):

@@ -20,8 +20,7 @@ from action_msgs.srv import CancelGoal
 from rclpy.node import Node
 from rclpy.qos import qos_profile_action_status_default
 
-from mlmem import Outcome, Refused, threads
-from mlmem.loop.mailbox import Request
+from mlmem import Outcome, Refused, Request, threads
 
 from ...contract import answers, messages, requests
 from ...contract.requests import REQUEST_ARGUMENTS, build_command

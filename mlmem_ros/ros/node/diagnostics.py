@@ -11,10 +11,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
-from mlmem import UNDECODABLE, DriverError, Loop, MemoryElement, Reading
-from mlmem.instrument.end import End
-from mlmem.physics import find_walls, stable_step
-from mlmem.physics.energy import energy
+from mlmem import UNDECODABLE, DriverError, End, Loop, MemoryElement, Reading
 
 from ...contract.messages import build_status
 from ...contract.streams import describe_content
@@ -30,16 +27,10 @@ def report_material(element: MemoryElement) -> Status:
 
     For a real element, report the state of its driver; warn of missed samples.
     """
-    if (chain := element.driver.chain) is None:
-        return Status(OK, 'a real element', dict(element.driver.health()))
-    parts, found = energy(chain), len(find_walls(element.design, chain.configuration))
-    values = {
-        'stability_margin': 1.0 - chain.dt / stable_step(chain.specimen, chain.integrator),
-        'dt': chain.dt,
-        'walls': found,
-        'kinetic_energy': parts.kinetic,
-        'stored_energy': parts.total - parts.kinetic,
-    }
+    values = dict(element.material)
+    if not element.is_simulated:
+        return Status(OK, 'a real element', values)
+    found = values['walls']
     if element.is_released and found > 1 and not element.reader.holds_words:
         return Status(WARN, f'{found} walls: erase before writing', values)
     return Status(OK, 'stable', values)

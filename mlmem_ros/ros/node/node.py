@@ -19,8 +19,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
-from mlmem import DriverError, DriverHangs, Event, Refused, threads
-from mlmem.loop.timetable import Pacer, SteadyPacer
+from mlmem import DriverError, DriverHangs, Event, Pacer, Refused, SteadyPacer, threads
 
 from ...contract.requests import NODE_SERVICES
 from ...host import REFUSALS, Host

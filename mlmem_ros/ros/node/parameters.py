@@ -27,14 +27,19 @@ from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_system_default
 from rclpy.service_introspection import ServiceIntrospectionState
 
-from mlmem import Refused, SettingsError, load_element
+from mlmem import (
+    SHIPPED_DRIVERS,
+    SIMULATION_NAME,
+    Refused,
+    Settings,
+    SettingsError,
+    check_speed,
+    count_words,
+    load_element,
+)
 from mlmem.element_file import ELEMENT_NAMES, Element, ElementFileError, text_of
-from mlmem.instrument import drivers
-from mlmem.loop.timetable import check_speed
 from mlmem.procedure_table import UNSET_CONTENT
-from mlmem.readers.words import count_words
 from mlmem.schema import Description, find_descriptions, short_repr
-from mlmem.settings import Settings
 
 from ...contract.requests import NODE_SERVICES
 from ...host import Host
@@ -89,7 +94,7 @@ class ParameterSet:
         node.declare_parameter(DESCRIPTION, text, build_descriptor(description, ''), True)
         self._report_strange_overrides(text)
         started = self._get_value('device.driver')  # no client can import other classes
-        allowed = dict.fromkeys((drivers.SIMULATION_NAME, *drivers.SHIPPED_DRIVERS, started))
+        allowed = dict.fromkeys((SIMULATION_NAME, *SHIPPED_DRIVERS, started))
         self._choices['device.driver'] = tuple(allowed)
         if self._get_value('files.root'):  # nor use other places
             self._choices['device.address'] = ('', self._get_value('device.address'))

@@ -16,8 +16,7 @@ from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
 from std_srvs.srv import SetBool
 
-from mlmem import Command, Refused, SelfTest, Write
-from mlmem.instrument import drivers
+from mlmem import SIMULATION_NAME, Command, Refused, SelfTest, Write
 from mlmem.procedure_table import PROCEDURES
 
 from ...contract import answers, messages
@@ -123,7 +122,7 @@ def build_session_plan(node: Node, given: Parameters, path: str = '') -> Session
     """
     settings = replace(given.record, path=path) if path else given.record
     streams = select_streams(
-        bool(given.settings.register.spacing), given.device.driver == drivers.SIMULATION_NAME
+        bool(given.settings.register.spacing), given.device.driver == SIMULATION_NAME
     )
     recorded = [stream for stream in streams if stream.is_recorded]
     return SessionPlan(

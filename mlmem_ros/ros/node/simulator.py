@@ -19,8 +19,7 @@ from rclpy.clock import Clock, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
 
-from mlmem import Refused
-from mlmem.loop.mailbox import TickRequest
+from mlmem import Refused, TickRequest
 
 from ...contract.requests import SIMULATOR_SERVICES
 from ...contract.topics import Qos
