@@ -95,7 +95,7 @@ class Record:
                 case Shot():
                     self.add(str(event.end), event.samples, event.unrest, event.wall)
                 case Outcome():
-                    self.add(event.success, event.code, event.attempts, event.end_tick)
+                    self.add(event.success, str(event.code), event.attempts, event.end_tick)
                     self.add(sorted(event.delays.items()), sorted(event.found.items()))
                     if (read := event.reading) is not None:
                         self.add(read.content, read.left_delay, read.right_delay, read.confidence)

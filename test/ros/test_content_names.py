@@ -60,6 +60,8 @@ def test_level_of_the_topic_is_rejected_by_a_register(robot, client, held, memor
         robot.wait(lambda: '/write_level refused' in memory.output[seen:], 'the rejection')
         assert 'level must be' in memory.output[seen:]
         assert count_refused(robot) == counted + 1
+    else:
+        robot.latest('level', lambda message: message.data == OTHER)
     assert client.read().wait().details[held] == (BEFORE if held == 'word' else OTHER)
 
 
