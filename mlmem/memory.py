@@ -8,7 +8,6 @@ Procedures know nothing else about an element.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass
@@ -83,20 +82,11 @@ class MemoryStatistics:
         self.level_writes[level] += 1
         self.level_ticks[level] += outcome.end_tick - outcome.start_tick
 
-    def as_dict(self) -> dict[str, float]:
-        """Return flat values for diagnostics: the counts, and the mean ticks of a write by level.
-
-        Levels never written have no mean.
-        """
-        values: dict[str, float] = {
-            name: count
-            for name, count in dataclasses.asdict(self).items()
-            if not name.startswith('level_')
-        }
-        for level, count in enumerate(self.level_writes):
-            if count:
-                values[f'mean_ticks_{level}'] = self.level_ticks[level] / count
-        return values
+    @property
+    def mean_ticks(self) -> dict[int, float]:
+        """Mean ticks of a write, by level; levels never written have none."""
+        totals = enumerate(zip(self.level_writes, self.level_ticks, strict=True))
+        return {level: ticks / count for level, (count, ticks) in totals if count}
 
 
 class Memory(Instrument):

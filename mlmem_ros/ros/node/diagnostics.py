@@ -71,7 +71,9 @@ def report_memory(element: MemoryElement) -> Status:
 
     Warn if it was undecodable, or if something may have moved the wall since.
     """
-    reading, wear = element.reading, dict[str, Any](element.statistics.as_dict())
+    reading, counts = element.reading, vars(element.statistics)
+    wear: dict[str, Any] = {name: each for name, each in counts.items() if isinstance(each, int)}
+    wear['mean_ticks'] = element.statistics.mean_ticks
     if element.settings.element.bad_cells:
         wear['bad_cells'] = element.reader.limits
     if reading is None:
