@@ -155,7 +155,7 @@ def add_bad_cells(design: Design, settings: Settings) -> Specimen:
     return Specimen(design, alpha_factor=alpha, stuck=given.stuck_sites)
 
 
-def _list_wall_sets(levels: int, reached: int) -> Iterator[tuple[int, ...]]:
+def list_wall_sets(levels: int, reached: int) -> Iterator[tuple[int, ...]]:
     """Yield one wall at every level; then, up to those that are reached, what must not be taken
     for it: two walls near each other, or a wall with two behind it.
     """
@@ -182,7 +182,7 @@ def forecast_bad_cells(design: Design, settings: Settings) -> BadCells:
     for level in levels:
         if why := settings.element.explain_blocked(design.defect_site(level)):
             lost[level] = f'cannot be reached: {why}'
-    contents, at = pin_contents(made, _list_wall_sets(design.levels, design.levels - len(lost)))
+    contents, at = pin_contents(made, list_wall_sets(design.levels, design.levels - len(lost)))
     for level in sorted(set(levels) - {each.number for each in contents}):
         lost.setdefault(level, 'cannot be held: no wall rests there beside a bad cell')
     listener = Listener(settings)

@@ -171,7 +171,7 @@ def _find_stuck_cell(element: Memory, echo: Echo) -> Procedure[int]:
     if echo.is_early:  # behind the last level, or the element is short
         sites = range(max(2, design.defect_site(design.levels - 1) - reach), design.N)
     else:
-        where = round(_locate_reflector(element, echo)[0])
+        where = round(locate_reflector(element, echo)[0])
         sites = range(max(2, where - reach), min(where + reach, design.N))
     try:
         forecasts = forecast_stuck_cells(design, element.settings, sites)
@@ -182,7 +182,7 @@ def _find_stuck_cell(element: Memory, echo: Echo) -> Procedure[int]:
     return max(0, forecasts.decode(shot, noise, (0, 0), least).level)
 
 
-def _locate_reflector(element: Memory, echo: Echo) -> tuple[float, float]:
+def locate_reflector(element: Memory, echo: Echo) -> tuple[float, float]:
     """Return the position of what an echo comes from, in cells, and its standard deviation.
 
     Straight lines lead from level to level and beyond the outermost. Their error is a quarter of
@@ -236,7 +236,7 @@ def _combine_places(
     # standard deviations within which both ends detect the same wall, and within which it is
     most = 3.0
     heard = {
-        end: _locate_reflector(element, echo) for end, echo in echoes.items() if not echo.is_early
+        end: locate_reflector(element, echo) for end, echo in echoes.items() if not echo.is_early
     }
     if len(heard) == 2:
         (left, left_std), (right, right_std) = heard[End.LEFT], heard[End.RIGHT]

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A bad cell that is known belongs to the forecast: what is left is used, the rest refused."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +29,7 @@ from mlmem import (
     load_element,
 )
 from mlmem.physics import Specimen, find_level
+from mlmem.readers.bad_cells import list_wall_sets
 from mlmem_tools import checks
 from mlmem_tools.checks import Verdict
 
@@ -50,6 +52,26 @@ def element_with(name, cells, faults, method='strain'):
     element = MemoryElement(*kind_with(name, cells, method))
     element.set_faults(faults)
     return element
+
+
+def test_forecast_wall_sets_stay_within_reached_levels():
+    """Behind a wall are two at most two levels apart, at most seven levels away."""
+    everything = {
+        *itertools.combinations(range(10), 1),
+        *((first, first + apart) for first in range(10) for apart in (1, 2)),
+        *(
+            (first, low, low + apart)
+            for first in range(10)
+            for low in range(first + 1, first + 8)
+            for apart in (1, 2)
+        ),
+    }
+    for reached in (0, 3, 10):
+        found = list(list_wall_sets(10, reached))
+        assert len(found) == len(set(found))
+        assert set(found) == {
+            walls for walls in everything if len(walls) == 1 or walls[-1] < reached
+        }
 
 
 def place(element, *levels):

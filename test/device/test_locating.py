@@ -10,6 +10,8 @@ import pytest
 from mlmem import (
     BLANK,
     UNDECODABLE,
+    Calibration,
+    DelayTable,
     Disturb,
     End,
     Faults,
@@ -24,8 +26,11 @@ from mlmem import (
     factory_calibration,
     load_element,
 )
+from mlmem.instrument.echo import Echo
 from mlmem.physics import CASE_II, find_walls
-from mlmem.procedures import estimates
+from mlmem.procedures import estimates, surveying
+from mlmem.readers.delay_reader import locate_reflector
+from mlmem.readers.reading import WELL_ERROR_CELLS
 
 from . import rig
 
@@ -120,6 +125,25 @@ def test_shaken_wall_is_not_located(written):
     assert outcome.error == 'the base shakes: hold it still to locate a wall'
 
 
+@pytest.mark.parametrize('step', [0.5, 3.0])
+@pytest.mark.parametrize('floor', [0.0, 2e-3])
+def test_error_of_position_grows_with_samples_and_noise(step, floor):
+    """Levels whose delays rise evenly, so that no error is that of the lines between them: a cell
+    takes 4 time units. The envelope rises by 1e-3 in a time unit.
+    """
+    design = dataclasses.replace(CASE_II, N=150)
+    delays = tuple(100.0 + 4.0 * site for site in map(design.defect_site, range(design.levels)))
+    element = rig.device(design=design, calibration=Calibration(*[DelayTable(delays)] * 2))
+    t, site = step * np.arange(1.0, 400.0), design.defect_site(2)
+    v_c = 1e-3 * np.abs(t - 50.0)
+    probe = element.transducer.probes[End.LEFT]
+    echo = Echo(End.LEFT, probe, t, v_c, v_c, delays[2], threshold_margin=2.0, floor=floor)
+    position, deviation = locate_reflector(element, echo)
+    timing = np.hypot(step, floor / 1e-3)
+    assert position == pytest.approx(site)
+    assert deviation == pytest.approx(np.hypot(WELL_ERROR_CELLS, timing / 4.0))
+
+
 def test_locating_moves_nothing_and_leaves_content_to_read(written):
     element = written(3)
     before = first(element)
@@ -178,6 +202,21 @@ def test_survey_without_actuator_kicks_and_restores_level():
     assert {shot.strain for shot in shots} == {0.0}
     for wall in (0, *map(element.design.defect_site, (0, 2, 3))):
         assert {shot.end for shot in shots if shot.wall == wall} == set(End)
+
+
+def test_survey_goes_half_way_where_wall_is_lost(monkeypatch):
+    """The wall is gone after the step to the middle level, 2; so that to level 1 is tried."""
+    element, go_to_level = rig.shipped('kick_2'), surveying.go_to_level
+
+    def lose_wall(element, present, level, **how):
+        yield from go_to_level(element, present, BLANK if level == 2 else level, **how)
+
+    monkeypatch.setattr(surveying, 'go_to_level', lose_wall)
+    *events, outcome = rig.events(element, Survey())
+    assert outcome.success, outcome.error
+    shots = shots_of(events)
+    assert outcome.found == {'shots': len(shots)} == {'shots': 4 + 2 + 3}
+    assert {shot.wall for shot in shots} == {0, *map(element.design.defect_site, (0, 1))}
 
 
 def test_survey_without_actuator_and_kicks_is_rejected():
