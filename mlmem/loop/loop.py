@@ -17,7 +17,7 @@ from ..commands import Command, Disturb, Event
 from ..element import MemoryElement
 from ..errors import Refused
 from ..procedure_table import Abort
-from .mailbox import Asked, Cancel, Ending, Mailbox, Request, TickRequest
+from .mailbox import Asked, Cancel, Mailbox, Request, TickRequest
 from .open_requests import OpenRequests, Resolve, Stamped
 from .timetable import LoopStatistics, Pacer, SteadyPacer, Timetable, check_speed
 
@@ -100,16 +100,11 @@ class Loop:
         self._paused = self._box.paused
         self._thread.start()
 
-    def stop(self) -> None:
-        """End the loop after the present tick, and refuse pending requests."""
-        self._end_loop(Ending.STOP)
-
     def shut_down(self) -> None:
-        """Abort any procedure, bring the strain to zero regardless of the clock, and stop."""
-        self._end_loop(Ending.FINISH)
-
-    def _end_loop(self, ending: Ending) -> None:
-        self._box.end(ending)
+        """Refuse pending requests, abort any procedure, bring the strain to zero regardless of the
+        clock, and end the loop.
+        """
+        self._box.end()
         if self._thread.is_alive():
             self._thread.join()
         self._box.close(Refused(SHUTDOWN_MESSAGE))  # if it was never started
@@ -192,8 +187,7 @@ class Loop:
         refusal = Refused(SHUTDOWN_MESSAGE)
         try:
             self._run_ticks()
-            if self._box.ending is Ending.FINISH:
-                self._release_strain()
+            self._release_strain()
         except BaseException as failure:  # whatever it is, the device reports it and stops
             self.failure = failure
             refusal = Refused(f'the device has stopped: {failure}')
@@ -298,7 +292,7 @@ class Loop:
             while (call := box.take_request(box.calls)) is not None:
                 _call_function(call)
             with box.changed:
-                if box.ending is not Ending.NOT:
+                if box.ending:
                     return None
                 self._paused = box.paused
                 if box.is_held:
@@ -335,7 +329,7 @@ class Loop:
         box = self._box
         with box.changed:
             none = self._paused or not box.calls  # a paused loop defers no ticks
-            if none or box.ending is not Ending.NOT or box.speed != self._times.speed:
+            if none or box.ending or box.speed != self._times.speed:
                 return 0
             return self._times.count_deferred(self.pacer.now() - due, box)
 

@@ -11,7 +11,6 @@ from collections import deque
 from collections.abc import Callable, Sized
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import Any, Generic, TypeVar
 
 from .. import threads
@@ -79,14 +78,6 @@ MAX_PENDING_REQUESTS = 1000
 """Most pending commands, accelerations or single ticks: a pause keeps them waiting."""
 
 
-class Ending(Enum):
-    """How a loop is to end."""
-
-    NOT = 'goes on'
-    FINISH = 'aborts any procedure and releases the strain first'
-    STOP = 'after the present tick'
-
-
 @dataclass
 class TickRequest:
     """Ticks that are asked for while time is paused.
@@ -111,7 +102,7 @@ class Mailbox:
         shakes: Pending accelerations of the base, which are accepted, with their times.
         steps: Pending requests for ticks while time is paused.
         speed: Multiple of real time; 0 for as fast as possible.
-        ending: How the loop is to end.
+        ending: Whether the loop is to end.
         asleep: Whether the loop waits so long that even an acceleration has to wake it.
     """
 
@@ -119,7 +110,7 @@ class Mailbox:
         self.changed = threads.Condition()
         self.paused = False
         self.speed = speed
-        self.ending = Ending.NOT
+        self.ending = False
         self.asleep = False
         self._closed: Refused | None = None
         self.commands: deque[Asked] = deque()
@@ -184,11 +175,10 @@ class Mailbox:
             self.speed = speed
             self.changed.notify_all()
 
-    def end(self, ending: Ending) -> None:
-        """End the loop; one that is to stop no longer finishes."""
+    def end(self) -> None:
+        """End the loop after the present tick."""
         with self.changed:
-            if self.ending is not Ending.STOP:
-                self.ending = ending
+            self.ending = True
             self.changed.notify_all()
 
     def close(self, refusal: Refused) -> None:
@@ -230,7 +220,7 @@ class Mailbox:
     @property
     def is_held(self) -> bool:
         """Whether ticks are held back; call with the lock held."""
-        return self.paused and not self.steps and self.ending is Ending.NOT
+        return self.paused and not self.steps and not self.ending
 
     def take_request(self, queue: deque[Request[Answer]]) -> Request[Answer] | None:
         """Take out the oldest request that was not withdrawn; it no longer can be."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 from .. import threads
 from ..commands import Command
@@ -28,28 +29,27 @@ Resolve = Callable[[Asked], None]
 """Called in the loop's thread, between two ticks, when a request's procedure has ended."""
 
 
+@dataclass
 class OpenRequests:
-    """Applies commands to an element, and remembers the requests whose procedures run."""
+    """Applies commands to an element, and remembers the requests whose procedures run.
 
-    def __init__(
-        self,
-        element: MemoryElement,
-        statistics: LoopStatistics,
-        resolve: Resolve,
-        put_back: Callable[[Asked], None],
-        most: int,
-    ) -> None:
-        """Begin without requests; `statistics` counts the refused, `put_back` takes the one whose
-        turn has come, and at most so many wait.
-        """
-        self._element = element
-        self._statistics = statistics
-        self._resolve = resolve
-        self._put_back = put_back
-        self._most = most
-        self._open: list[Asked] = []
-        self._next: Asked | None = None  # put back, and not taken up again
-        self.waiting: deque[Asked] = deque()
+    Attributes:
+        element: What carries out the commands.
+        statistics: Counts the refused.
+        answer: Answers a request whose procedure has ended.
+        put_back: Takes the request whose turn has come.
+        most: How many may wait.
+        waiting: Those that wait, in order of arrival.
+    """
+
+    element: MemoryElement
+    statistics: LoopStatistics
+    answer: Resolve
+    put_back: Callable[[Asked], None]
+    most: int
+    waiting: deque[Asked] = field(default_factory=deque)
+    _open: list[Asked] = field(default_factory=list)
+    _next: Asked | None = None  # put back, and not taken up again
 
     def apply(self, request: Asked) -> list[Stamped]:
         """Apply a command; return it with its tick if it is accepted."""
@@ -60,7 +60,7 @@ class OpenRequests:
             why = 'canceled by its client'
             if command.of in self.waiting:
                 self._drop_request(command.of, why)
-            if not self._element.is_running(command.of.run):
+            if not self.element.is_running(command.of.run):
                 request.resolve(None)
                 return []
             command = Abort(why)
@@ -69,7 +69,7 @@ class OpenRequests:
                 self.waiting.append(request)
                 self._number_waiting()
                 return []
-            request.run = self._element.apply(command)
+            request.run = self.element.apply(command)
         except Refused as refusal:
             self._refuse_request(request, refusal)
             return []
@@ -80,20 +80,20 @@ class OpenRequests:
             self._open.append(request)
         else:
             request.resolve(None)
-        return [(self._element.ticks, command)]
+        return [(self.element.ticks, command)]
 
     def resolve(self) -> None:
         """Answer those whose procedures have ended, at once or later."""
         for request in [each for each in self._open if each.outcome is not None]:
             self._open.remove(request)
-            self._resolve(request)
-        if self.waiting and self._next is None and not self._element.procedure:
+            self.answer(request)
+        if self.waiting and self._next is None and not self.element.procedure:
             self.refuse_expired()
             if self.waiting:
                 self._next = self.waiting.popleft()
                 self._next.place = 0
                 self._number_waiting()
-                self._put_back(self._next)
+                self.put_back(self._next)
 
     @property
     def deadline(self) -> float:
@@ -106,7 +106,7 @@ class OpenRequests:
         for request in list(self.waiting):
             if now >= request.deadline:
                 self._drop_request(
-                    request, f'busy: {self._element.procedure or "another"} came first'
+                    request, f'busy: {self.element.procedure or "another"} came first'
                 )
 
     def refuse(self, refusal: Refused) -> None:
@@ -116,19 +116,19 @@ class OpenRequests:
         self.waiting.clear()
 
     def _must_wait(self, request: Asked) -> bool:
-        running, asked = self._element.procedure, request.asked
+        running, asked = self.element.procedure, request.asked
         has_turn = isinstance(asked, Procedures) and not isinstance(asked, Abort)
         if not (running and request.waits and has_turn):
             return False
-        self._element.check_arguments(request.asked)
-        if len(self.waiting) >= self._most:
+        self.element.check_arguments(request.asked)
+        if len(self.waiting) >= self.most:
             self.refuse_expired()
-        if len(self.waiting) >= self._most > 0:
+        if len(self.waiting) >= self.most > 0:
             raise Refused(
-                f'busy: {running} is running, and {self._most} requests wait',
+                f'busy: {running} is running, and {self.most} requests wait',
                 code=ErrorCode.BUSY,
             )
-        return self._most > 0
+        return self.most > 0
 
     def _drop_request(self, request: Asked, why: str) -> None:
         self.waiting.remove(request)
@@ -137,7 +137,7 @@ class OpenRequests:
         self._refuse_request(request, Refused(f'{why} {waited}'))
 
     def _refuse_request(self, request: Asked, refusal: Refused) -> None:
-        self._statistics.refused += 1
+        self.statistics.refused += 1
         request.refuse(refusal)
 
     def _number_waiting(self) -> None:

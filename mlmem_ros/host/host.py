@@ -251,7 +251,7 @@ class Host:
         loop, self.loop = self.loop, None
         element = self.element
         if loop is not None and element is not None:
-            loop.stop()
+            loop.shut_down()
             self.stopped = f'the device has stopped: {loop.failure}'
             self.log.error(self.stopped)
             if isinstance(loop.failure, REFUSALS):

@@ -47,4 +47,4 @@ def start():
 
     yield start
     for loop in loops:
-        loop.stop()
+        loop.shut_down()

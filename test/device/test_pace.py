@@ -164,7 +164,7 @@ def test_speed_change_finds_resting_device_in_its_present_tick(start, speed):
     element.advance = follow
     loop.set_speed(speed)
     until(lambda: element.ticks >= 40 + 503)
-    loop.stop()
+    loop.shut_down()
     assert loop.failure is None
     assert loop.statistics.overruns == 0
     assert seen[0] == (40, PERIOD)
@@ -207,7 +207,7 @@ def test_loop_that_is_paused_before_its_start_runs_no_tick():
     before = loop.element.ticks
     loop.start()
     assert result(paused) == before
-    loop.stop()
+    loop.shut_down()
 
 
 @pytest.mark.parametrize('jump', [-1e9, 1e9])
@@ -221,6 +221,6 @@ def test_clock_that_jumps_neither_stops_nor_hurries_loop(start, jump):
 
     loop = start(rig.device(), listen, pacer=clock, speed=1.0)
     until(lambda: len(begun) > 60)
-    loop.stop()
+    loop.shut_down()
     gaps = [after - before for before, after in itertools.pairwise(begun[12:60])]
     assert gaps == pytest.approx([PERIOD] * len(gaps), abs=1e-6)  # 1e9 s are rounded to 1e-7

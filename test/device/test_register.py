@@ -98,6 +98,7 @@ def test_words_are_sets_of_levels_far_enough_apart(spacing):
     assert all(code.word(code.walls(word)) == word for word in range(code.words))
     assert Code(8, 1).walls(0b10100111) == (0, 1, 2, 5, 7)
     assert Code(8, 1).format_binary(0b00100111) == '00100111'  # all of 256 words have 8 digits
+    assert Code(2, 2).format_binary(1) == '01'  # of three
     assert Code(16, 2).words == 2584  # Fibonacci's 18th number
 
 

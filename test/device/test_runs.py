@@ -356,7 +356,7 @@ def lived(seed):
     loop.start()
     until(lambda: len(calls) == 6)
     ticks = [call.result(20.0) for call in calls][-1]
-    loop.stop()
+    loop.shut_down()
     assert loop.statistics.overruns == 0
     refused = {id(each.asked) for each in answers if each.answer.exception(1.0) is not None}
     most = Timetable.max_deferral if not streams else 0.0 if every % batch == 0 else batch * PERIOD
