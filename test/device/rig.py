@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Devices to experiment on, and the true wall, which only the experimenter may see."""
 
+import contextlib
 import dataclasses
 
 import hypothesis
@@ -21,6 +22,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II, Specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall, relax_to_equilibrium
 from mlmem.readers.register import pin_walls
+from mlmem.rejections import ErrorCode
 
 unhurried = hypothesis.settings(deadline=None, derandomize=True, max_examples=60)
 """For Hypothesis: 60 cases, the same in every run; a loaded machine is no finding."""
@@ -69,6 +71,21 @@ def shipped(name, made=None, **settings):
     given = change(given, **settings)
     driver = None if made is None else Simulation.build_blank(made, given.time)
     return MemoryElement(design, given, driver=driver)
+
+
+@contextlib.contextmanager
+def rejected(kind, code, field=''):
+    """Expect what is rejected as this kind of error, with a code and the name of a field."""
+    with pytest.raises(kind) as caught:
+        yield caught
+    assert (caught.value.code, caught.value.field) == (ErrorCode(code), field)
+
+
+def failed_checks(outcome):
+    """Return the names of the checks of a self-test that did not pass, which it must list."""
+    failed = [check.name for check in outcome.checks if not check.passed]
+    assert (outcome.code, outcome.error) == ('failed', f'failed: {", ".join(failed)}')
+    return failed
 
 
 def settle(element, v):

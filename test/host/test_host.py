@@ -85,6 +85,7 @@ def test_write_that_cannot_be_saved_fails(serve, kept, monkeypatch):
     assert not outcome.success
     assert outcome.reading.level == 0
     assert outcome.error.startswith('write succeeded, but is not saved: the state cannot be saved')
+    assert outcome.code == 'failed'
     assert host.submit(Read()).answer.result(SOON).success  # a read saves nothing
 
 
