@@ -241,14 +241,14 @@ class MemoryElement(Memory):
                 f'{name} needs the records of a calibration: calibrate the element first',
                 code=ErrorCode.UNSUPPORTED, field='read.method',
             )  # fmt: skip
-        steps = procedures.find_steps(name)
+        begin, estimate_duration = procedures.find_steps(name)
         try:
-            duration = steps.expected(self, **wanted)
+            duration = estimate_duration(self, **wanted)
         except ProcedureFailed as error:  # there is no way, as without an actuator
             raise Refused(str(error), code=ErrorCode.UNSUPPORTED) from error
         self.progress = Progress(name, self.ticks)
         procedures.estimates.expect_duration(self, duration)
-        self._running = ProcedureRun(command, steps.begin(self, **wanted), self.ticks)
+        self._running = ProcedureRun(command, begin(self, **wanted), self.ticks)
         return self._running
 
     def _abort_procedure(self, why: str) -> None:

@@ -11,36 +11,26 @@ the displacements of the two ends, and never the true wall position.
 from collections.abc import Callable
 from functools import cache
 from importlib import import_module
-from typing import NamedTuple
 
 from ..commands import Outcome
 from ..instrument.blocks import Procedure, run
 from ..procedure_table import PROCEDURES
 from . import estimates
 
-__all__ = ['Procedure', 'ProcedureSteps', 'find_steps', 'run']
-
-
-class ProcedureSteps(NamedTuple):
-    """How a procedure is done; both take the element and the arguments of its command.
-
-    Attributes:
-        begin: Returns the generator.
-        expected: Returns how long it will take, in time units.
-    """
-
-    begin: Callable[..., Procedure[Outcome]]
-    expected: Callable[..., float]
+__all__ = ['Procedure', 'find_steps', 'run']
 
 
 @cache
-def find_steps(name: str) -> ProcedureSteps:
-    """Return how a procedure of the table is done."""
+def find_steps(name: str) -> tuple[Callable[..., Procedure[Outcome]], Callable[..., float]]:
+    """Return how a procedure of the table is done: what begins its generator, and what estimates
+    how long it will take, in time units.
+
+    Both take the element and the arguments of its command.
+    """
     row = PROCEDURES[name]
     module, _, begin = row.steps.partition('.')
-    return ProcedureSteps(
-        getattr(import_module(f'{__name__}.{module}'), begin), getattr(estimates, row.expected)
-    )
+    steps = import_module(f'{__name__}.{module}')
+    return getattr(steps, begin), getattr(estimates, row.expected)
 
 
 for _name in ('write', 'read', 'erase', 'abort'):  # or the first of them would wait for an import

@@ -56,12 +56,15 @@ def write(element: Memory, level: int) -> Procedure[Outcome]:
                 reading = yield from element.reader.read(element)
         except ProcedureFailed as failure:
             raise ProcedureFailed(str(failure), attempt, failure.code) from failure
-        present, said = reading.level, reading.reason or element.describe_content(reading.level)
+        present = reading.level
         if present >= 0 and reading.level_margin < settings.min_margin:
-            present, said = UNDECODABLE, f'{said} with a margin of {reading.level_margin:.2f}'
-        nudge *= correct_speed(element, reading, level, attempt)
+            present = UNDECODABLE
         if present == level:
             return Outcome(reading, attempt)
+        nudge *= correct_speed(element, reading, level, attempt)
+        said = reading.reason or element.describe_content(reading.level)
+        if present != reading.level:
+            said = f'{said} with a margin of {reading.level_margin:.2f}'
         seen.append(said)
     raise ProcedureFailed(
         f'{element.describe_content(level)} was not reached in {attempts} attempts; read instead: '

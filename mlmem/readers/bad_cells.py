@@ -48,7 +48,7 @@ class HiddenPart(Forecasts):
     ) -> None:
         super().__init__(contents, parts, listener)
         self.nearest_distances = np.minimum(
-            self.nearest_distances, MAX_FORECAST_DISTANCE * float(np.linalg.norm(parts[0]))
+            self.nearest_distances, MAX_FORECAST_DISTANCE * self.pulse_size
         )
         self.cell = cell
 
@@ -82,7 +82,7 @@ class BadCells(Forecasts):
         self.hidden_part = hidden_part
         from_blank = np.linalg.norm(parts - parts[0], axis=1)
         from_blank[0] = from_blank[1:].min(initial=np.inf)
-        pulse = float(np.linalg.norm(parts[0]))  # of the blank element: mostly the pulse itself
+        pulse = self.pulse_size
         self.nearest_distances = np.minimum(
             self.nearest_distances, np.minimum(from_blank, MAX_FORECAST_DISTANCE * pulse)
         )

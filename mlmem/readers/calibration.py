@@ -7,7 +7,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
@@ -159,15 +159,6 @@ class DelayTable:
         used = np.isfinite(known).all(axis=0) & np.isfinite(times)
         earliest = earliest_delay(probe)
         return np.maximum(known[:, used], earliest), np.maximum(times[used], earliest)
-
-    def distance(self, delay: float, distances: Sequence[float]) -> float:
-        """Return the distance of a reflector in cells, by interpolation between the levels.
-
-        `distances` are those of every level's wall from this end, in cells.
-        """
-        order = np.argsort(self.delays)
-        known, far = np.asarray(self.delays)[order], np.asarray(distances, dtype=float)[order]
-        return float(np.interp(delay, known, far))
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,8 @@ from dataclasses import replace
 from statistics import median_low
 from typing import Any
 
+import numpy as np
+
 from ..instrument.echo import ECHO_TAIL_TIME, Echo, Shape, is_hidden
 from ..instrument.end import End
 from ..physics import Design
@@ -79,9 +81,13 @@ def _report_end(design: Design, calibration: Calibration, reading: Reading, end:
 
 
 def _reflector_distance(design: Design, calibration: Calibration, end: End, delay: float) -> float:
-    """Return the distance from an end to what answers with a delay, between the levels."""
-    distances = [end.distance(design, level) for level in range(design.levels)]
-    return calibration.table(end).distance(delay, distances)
+    """Return the distance in cells from an end to what answers with a delay, by interpolation
+    between the levels.
+    """
+    delays = np.array(calibration.table(end).delays)
+    distances = np.array([end.distance(design, level) for level in range(design.levels)], float)
+    order = np.argsort(delays)
+    return float(np.interp(delay, delays[order], distances[order]))
 
 
 def _decode_echo(

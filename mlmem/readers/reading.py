@@ -79,10 +79,15 @@ class Reading:
 
     @property
     def confidence(self) -> float:
-        """See the function `compute_confidence`; 0 if nothing was decoded."""
-        if self.level == UNDECODABLE:
+        """How much may be lost before the answer changes, from 0 to 1; 0 if nothing was decoded.
+
+        The lesser of two fractions: how far the delay may still shift on the way to the next level
+        (the level margin), and how much of its height the echo may still lose before it is missed
+        (1 - 1 / threshold margin).
+        """
+        if self.level == UNDECODABLE or self.threshold_margin <= 1.0:
             return 0.0
-        return compute_confidence(self.level_margin, self.threshold_margin)
+        return max(0.0, min(self.level_margin, 1.0 - 1.0 / self.threshold_margin))
 
 
 @dataclass(frozen=True)
@@ -94,18 +99,6 @@ class Unknown:
 
     def __str__(self) -> str:
         return f'unknown since tick {self.since}: {self.reason}'
-
-
-def compute_confidence(level_margin: float, threshold_margin: float) -> float:
-    """Return how much may be lost before the answer changes, from 0 to 1.
-
-    The lesser of two fractions: how far the delay may still shift on the way to the next level
-    (the level margin), and how much of its height the echo may still lose before it is missed
-    (1 - 1 / threshold margin).
-    """
-    if threshold_margin <= 1.0:
-        return 0.0
-    return max(0.0, min(level_margin, 1.0 - 1.0 / threshold_margin))
 
 
 def correct_speed(element: Memory, reading: Reading, level: int, attempt: int) -> float:

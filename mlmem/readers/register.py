@@ -179,17 +179,6 @@ class Forecasts:
         """How many contents there are, as numbers from 0, those that are lost included."""
         return 1 + max((*self.lost, *(each.number for each in self.contents)))
 
-    def find_content(self, number: int) -> Content:
-        """Return the content of a number.
-
-        Raises:
-            KeyError: None has this number.
-        """
-        found = next((each for each in self.contents if each.number == number), None)
-        if found is None:
-            raise KeyError(f'no content has the number {number}')
-        return found
-
     def describe_limits(self) -> str:
         """Return which contents cannot be used, and why; empty if all can."""
         return ''
@@ -199,7 +188,7 @@ class Forecasts:
         """Distance of every part to the nearest one with the same phase at the left end, shape
         (contents,); at most the pulse, as far as the blank element answers it.
         """
-        found, pulse = np.empty(len(self.parts)), float(np.linalg.norm(self.parts[0]))
+        found, pulse = np.empty(len(self.parts)), self.pulse_size
         for odd in (0, 1):
             same = np.flatnonzero(self.odd == odd)
             parts = (self.parts[same] - self.parts[0]).astype(np.float32)
@@ -231,14 +220,9 @@ class Forecasts:
     @cached_property
     def max_noise(self) -> float:
         """Noise (`Listener.noise`) up to which every content can be told from all others."""
+        distance = self.least_distance
         # the noise during a read may be twice that before it
-        return (
-            MAX_RESIDUAL_RATIO
-            * MAX_RESIDUAL_RATIO
-            * self.least_distance
-            * self.least_distance
-            / 2.0
-        )
+        return MAX_RESIDUAL_RATIO * MAX_RESIDUAL_RATIO * distance * distance / 2.0
 
     def find_match(self, part: Array, phase: int) -> Match:
         """Return the nearest content to a part with a phase at the left end."""

@@ -67,15 +67,16 @@ class WaveformReader(Reader):
         self.content_count = forecasts.content_count
         self.unusable_reasons = forecasts.lost
         self.limits = forecasts.describe_limits()
+        self._walls = {number: walls for number, walls, _ in forecasts.contents}
         self.single_walls = {
             walls[0]: number
-            for number, walls, _ in forecasts.contents
+            for number, walls in self._walls.items()
             if len(walls) == 1 and number >= 0 and number not in forecasts.lost
         }
 
     def list_walls(self, content: int) -> tuple[int, ...]:
         """Return the levels at which the walls of a content rest, the lowest first."""
-        return self.forecasts.find_content(content).walls
+        return self._walls[content]
 
     def read_duration(self, element: Memory) -> float:
         """Return the time for which both ends are recorded."""

@@ -124,7 +124,7 @@ def record_shots(element, contents):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(forecasts, 'decode', lambda *each: given.append(each) or decode(*each))
         for content in contents:
-            pin(element, *forecasts.find_content(content).walls)
+            pin(element, *element.reader.list_walls(content))
             element.forget_content('placed')
             assert succeed(element, Read()).level == content
     return given
