@@ -199,10 +199,9 @@ def decode_value(
 
     A document of another kind is refused without quoting it: a client may name any file.
 
-    A dataclass comes from an object, or from a list of all its fields; a tuple, list or text of
-    words from a list; a mapping with other keys than texts from a list of pairs; an array from a
-    number, a list of numbers or of hexadecimal ones, or the object that `encode_array` gives.
-    Numbers are finite.
+    A dataclass comes from an object; a tuple, list or text of words from a list; a mapping, whose
+    keys are texts or of an enum, from an object; an array from a number, a list of numbers or of
+    hexadecimal ones, or the object that `encode_array` gives. Numbers are finite.
 
     Args:
         data: The values.
@@ -300,8 +299,6 @@ def _describe_fields(kind: type) -> dict[str, tuple[Any, Description, bool]]:
 
 def _decode_object(kind: type, data: Any, name: str) -> Any:
     fields = _describe_fields(kind)
-    if isinstance(data, list) and data and len(data) == len(fields):
-        data = dict(zip(fields, data, strict=True))
     if not isinstance(data, Mapping):
         if not name:
             raise DecodeError(
@@ -382,10 +379,6 @@ def _decode_mapping(
     kinds: Sequence[Any], data: Any, name: str, given: Description
 ) -> dict[Any, Any]:
     key, value = kinds
-    if key is not str and not isinstance(key, enum.EnumMeta):
-        if not isinstance(data, list):
-            _raise_mismatch(name, 'a list of pairs', data)
-        return dict(_decode_list(tuple, (key, value), pair, name, given) for pair in data)
     if not isinstance(data, Mapping):
         _raise_mismatch(name, 'an object', data)
     return {

@@ -298,9 +298,9 @@ def test_ideal_element_that_cannot_be_probed_is_rejected(monkeypatch):
         {'left': {'delays': [1.0] * 4, 'shapes': [[1.0, 2.0, 0.0]] * 4}},  # an echo of no height
         {'left': {'delays': [1.0] * 4, 'shapes': [[1.0, math.nan, 2.0]] * 4}},
         {'left': {'delays': [1.0] * 4, 'shapes': [[1.0, 2.0, 3.0]]}},
-        {'pulse_corrections': {'steps': [[math.nan, 1.0, 1.0]], 'schedule': ''}},
-        {'pulse_corrections': {'steps': [[1.0, 0.0, 1.0]], 'schedule': ''}},
-        {'pulse_corrections': {'steps': [[1.0, 1.0, 1.0]], 'schedule': ''}},  # four are needed
+        {'pulse_corrections': {'steps': [{'peak': math.nan}], 'schedule': ''}},
+        {'pulse_corrections': {'steps': [{'times': 0.0}], 'schedule': ''}},
+        {'pulse_corrections': {'steps': [{'peak': 1.0}], 'schedule': ''}},  # four are needed
     ],
     ids=str,
 )
