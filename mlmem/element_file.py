@@ -249,13 +249,13 @@ def _complete_values(data: Any) -> Any:
     """
     if not isinstance(data, Mapping):
         return data
-    values, base = dict(data), Settings().as_dict()
+    values, base = dict(data), encode_value(Settings())
     if 'based_on' in data:
         if (name := values.pop('based_on')) not in ELEMENT_NAMES:
             known = ', '.join(ELEMENT_NAMES)
             raise DecodeError.out_of_range('based_on', name, f'one of {known}')
         shipped = load_element(name)
-        base = shipped.as_dict() | shipped.settings.as_dict()
+        base = shipped.as_dict() | encode_value(shipped.settings)
         values = {**base, **values}
     for key in base.keys() & values.keys():
         if isinstance(base[key], Mapping) and isinstance(values[key], Mapping):

@@ -12,7 +12,6 @@ import dataclasses
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 from .errors import Checked, SettingsError
 from .moves.clearing_pulse import ClearingPulseSettings
@@ -287,6 +286,10 @@ class Settings:
         if not (self.write.uses_kicks or self.actuator.present):
             expected = 'kick or auto for an element without an actuator (actuator.present)'
             yield Problem('write.method', self.write.method, expected)
+        loudest = self.transducer.max_amplitude
+        if self.clearing_pulse.A > loudest:
+            expected = f'at most transducer.max_amplitude = {loudest:g}'
+            yield Problem('clearing_pulse.A', self.clearing_pulse.A, expected)
         if self.element.bad_cells and self.holds_words:
             expected = 'empty for an element with many walls (register.spacing)'
             yield Problem('element.bad_cells', self.element.bad_cells, expected)
@@ -339,7 +342,3 @@ class Settings:
     def list_groups(self) -> dict[str, Checked]:
         """Return the groups by name."""
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(Settings)}
-
-    def as_dict(self) -> dict[str, dict[str, Any]]:
-        """Return all settings by group and name."""
-        return dataclasses.asdict(self)

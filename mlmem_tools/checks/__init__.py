@@ -64,13 +64,14 @@ def check(
     # pulses whose delay is read. Elements read by waveform have deep, near defects, strong damping
     # and a pulse of their own; counted writes judge them.
     paper_findings = ('gradient', 'wall_width', 'pin_depth', 'carrier_left', 'carrier_right')
+    # how strain launches one wall, its echoes, their pulses, and the kicks that write and erase it
+    one_wall_checks = (launch, echoes, disturb, transducer)
     found = [
         finding
         for concern in CHECK_MODULES
         # without an actuator there is no strain
         if settings.actuator.present or concern not in (launch, steps)
-        # it judges how strain launches one wall
-        if not settings.holds_words or concern is not launch
+        if not settings.holds_words or concern not in one_wall_checks
         # it judges the delays by which one wall is read
         if settings.read.method == 'delay' or concern is not echoes
         for finding in concern.check(subject)

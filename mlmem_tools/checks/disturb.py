@@ -27,12 +27,8 @@ from .concern import Finding, Subject, grade_finding, judge_value
 
 
 def check(subject: Subject) -> Iterator[Finding]:
-    """Yield the finding on what a read does to the wall; none of an element with many walls, which
-    is read by another pulse.
-    """
+    """Yield the finding on what a read by echoes does to the wall."""
     settings = subject.settings
-    if settings.holds_words:
-        return
     made, probes = (
         subject.element or subject.design,
         {end: end.select_probe(settings) for end in End},

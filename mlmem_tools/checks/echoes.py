@@ -117,8 +117,6 @@ def check(subject: Subject, max_calibration_cell_steps: float = 1.5e8) -> Iterat
             Above, levels are sampled.
     """
     settings = subject.settings
-    if settings.holds_words:
-        return
     dt = settings.time.tick / steps_per_tick(subject.made, settings.time)
     integrator = INTEGRATORS[settings.time.integrator]
     walls = {}

@@ -26,7 +26,7 @@ def check(subject: Subject) -> Iterator[Finding]:
     """Yield what kicks need; nothing of an element that has none."""
     design, settings = subject.design, subject.settings
     kick, limits = settings.kick, settings.transducer
-    if not any(kick.wall_speeds) or settings.holds_words:
+    if not any(kick.wall_speeds):
         return
     chain, asked = build_bare_chain(subject.made, settings.time), {}
     with suppress(StateError):  # the last level pins no wall, as another check says

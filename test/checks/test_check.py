@@ -12,7 +12,7 @@ from scipy.integrate import quad
 
 from mlmem import MemoryElement, Settings, factory_calibration, load_element
 from mlmem.instrument.end import End
-from mlmem.parsing import decode_value
+from mlmem.parsing import decode_value, encode_value
 from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.held_wall import hold_walls
@@ -283,4 +283,4 @@ def test_register_is_not_judged_as_one_wall():
 
 def settings_with(**groups):
     """Return the default settings but for some values of some groups."""
-    return decode_value(Settings, Settings().as_dict() | groups)
+    return decode_value(Settings, encode_value(Settings()) | groups)

@@ -119,6 +119,7 @@ def test_element_file_keeps_fitted_element_with_settings(tmp_path):
         (('format: 1', 'alpha: [1.0, 2.0]\nformat: 1'), 1, 'alpha', 'alpha must be 81 numbers'),
         (('kick:', 'write: {tension: 0.2}\nkick:'), 3, 'write.tension', 'actuator.max_strain'),
         (('kick:', 'transducers: {left: [0, 1]}\nkick:'), 3, 'transducers.left', 'there is no'),
+        (('kick:', 'clearing_pulse: {A: 1.5}\nkick:'), 3, 'clearing_pulse.A', 'max_amplitude = 1'),
         (('late: 0.5', 'late: ]'), 4, '', 'must be YAML; line 4'),
         (('kick:', 'format: 1\nkick:'), 3, 'format', 'format stands twice, in line 1 and in'),
         (('d: 0.038', 'd: 0.038, d: 0.04'), 2, 'd', 'd stands twice'),

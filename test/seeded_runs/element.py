@@ -17,7 +17,7 @@ from mlmem import (
     load_element,
     snapshot,
 )
-from mlmem.parsing import decode_value
+from mlmem.parsing import decode_value, encode_value
 from mlmem.physics import Design
 from mlmem_ros.host.settings import (
     FileSettings,
@@ -79,7 +79,7 @@ def _make_quick_kind():
     design = Design(
         N=81, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=1 / 80, tail=54
     )
-    given = load_element('bits_1').settings.as_dict()
+    given = encode_value(load_element('bits_1').settings)
     given['write'] |= {'final_settle': 300.0}
     given['erase'] |= {'settle': 300.0}
     given['read'] |= {'rest': 50.0}
