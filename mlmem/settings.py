@@ -287,7 +287,7 @@ class Settings:
             expected = 'kick or auto for an element without an actuator (actuator.present)'
             yield Problem('write.method', self.write.method, expected)
         loudest = self.transducer.max_amplitude
-        if self.clearing_pulse.A > loudest:
+        if loudest < self.clearing_pulse.A:
             expected = f'at most transducer.max_amplitude = {loudest:g}'
             yield Problem('clearing_pulse.A', self.clearing_pulse.A, expected)
         if self.element.bad_cells and self.holds_words:
