@@ -104,6 +104,11 @@ class KickSettings(Checked):
         """Mean speeds of kinks by level."""
         return _parse_numbers(self.kinks)
 
+    @property
+    def erases(self) -> bool:
+        """Whether an element that is written by kicks is erased by them, too."""
+        return any(self.wall_speeds) and self.erase_speed > 0.0
+
     def scale_speeds(self, walls: Iterable[float], kinks: Iterable[float]) -> KickSettings:
         """Return settings with factors on the speeds of walls and of kinks, by level."""
         speeds, kink_speeds = (
@@ -264,7 +269,7 @@ def moves_from(
                     duration = kick_duration(design, shape, speed, shape.settle)
                     margin = shape.speed_margin(level)
                     yield KickIn(start, level, duration, ringing, margin, speed=speed)
-        elif erase_speed(design, settings):
+        elif settings.kick.erases and _can_kick(design, settings, settings.kick.erase_speed):
             duration = _erase_duration(design, settings.kick)
             yield KickOut(start, BLANK, duration, ringing_time(design))
 
@@ -295,19 +300,16 @@ def _word_kicks(design: Design, settings: Settings, start: int, target: int) -> 
 
 def kick_speed(design: Design, settings: Settings, level: int) -> float:
     """Return the mean speed of the kick from blank to a level; 0 if there is none."""
-    speeds, limits = settings.kick.wall_speeds, settings.transducer
+    speeds = settings.kick.wall_speeds
     speed = speeds[level] if level < len(speeds) else 0.0
-    able = abs(design.D_s2 - design.D_s1) <= limits.max_stroke
-    return speed if able and settings.kick.peak_speed_ratio * speed <= limits.max_speed else 0.0
+    return speed if _can_kick(design, settings, speed) else 0.0
 
 
-def erase_speed(design: Design, settings: Settings) -> float:
-    """Return the mean speed of the kick that erases one wall; 0 if kicks do not erase."""
-    kick, limits = settings.kick, settings.transducer
-    able = settings.write.uses_kicks and any(kick.wall_speeds)
-    able &= abs(design.D_s2 - design.D_s1) <= limits.max_stroke
-    able &= kick.peak_speed_ratio * kick.erase_speed <= limits.max_speed
-    return kick.erase_speed if able else 0.0
+def _can_kick(design: Design, settings: Settings, speed: float) -> bool:
+    """Return whether the transducer can kick at a mean speed."""
+    stroke, limits = abs(design.D_s2 - design.D_s1), settings.transducer
+    fastest = settings.kick.peak_speed_ratio * speed
+    return stroke <= limits.max_stroke and fastest <= limits.max_speed
 
 
 def kick_out(element: Memory) -> Procedure[None]:

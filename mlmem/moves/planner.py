@@ -10,7 +10,7 @@ from __future__ import annotations
 import heapq
 import itertools
 import pkgutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
@@ -19,7 +19,7 @@ from ..errors import ProcedureFailed
 from ..physics import Design
 from ..readers.reading import BLANK, UNDECODABLE, describe_level
 from ..settings import Settings
-from .move import MIN_MARGIN, Move
+from .move import MIN_MARGIN, Move, blank_content
 
 
 @cache
@@ -64,6 +64,16 @@ def erasing_moves(design: Design, settings: Settings) -> list[Move]:
     """Return the moves that make an element blank whatever it holds, strained ones last."""
     found = _all_moves(design, settings, UNDECODABLE, BLANK)
     return sorted(found, key=lambda move: move.needs_actuator)
+
+
+def is_strainless(design: Design, settings: Settings, contents: Iterable[int]) -> bool:
+    """Return whether strain is avoided, and some contents are written and erased without it."""
+    erases = any(not move.needs_actuator for move in erasing_moves(design, settings))
+    if not (settings.write.avoids_strain and erases):
+        return False
+    blank = blank_content(settings)
+    routes = [find_route(design, settings, blank, content) for content in contents]
+    return not any(move.needs_actuator for route in routes for move in route)
 
 
 def _all_moves(design: Design, settings: Settings, start: int, target: int) -> list[Move]:

@@ -12,14 +12,14 @@ from dataclasses import replace
 import numpy as np
 
 from ..commands import Check, Outcome
-from ..corrections import is_kicked
 from ..errors import ProcedureFailed, Refused
 from ..instrument.blocks import Procedure, catch_up, ramp_strain, wait
 from ..instrument.echo import detection_threshold
 from ..instrument.end import End
 from ..memory import Memory
-from ..moves.kick import erase_speed, kick_out
+from ..moves.kick import kick_out
 from ..moves.move import blank_content
+from ..moves.planner import is_strainless
 from ..moves.strain_cycle import return_to_zero
 from ..physics import StateError
 from ..procedure_table import UNSET_SEED
@@ -103,10 +103,9 @@ def _run_test(name: str, test: Procedure[Tested]) -> Procedure[Check]:
 
 def _is_strainless(element: Memory) -> bool:
     """Return whether every level is written without strain, and the strain is zero."""
-    settings = element.settings
-    kicks = all(is_kicked(settings, level) for level in range(element.design.levels))
-    erased = bool(erase_speed(element.design, settings))
-    return kicks and erased and element.transmission.encoder_strain == 0.0
+    contents = element.reader.single_walls.values()
+    strainless = is_strainless(element.design, element.settings, contents)
+    return strainless and element.transmission.encoder_strain == 0.0
 
 
 def _test_transducer(element: Memory, end: End) -> Procedure[Tested]:
