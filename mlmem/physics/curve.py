@@ -12,44 +12,18 @@ import itertools
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..rejections import ErrorCode
 from ..schema import Problem, describe_field, find_problems
-from .jit import fma, register_formula
+from .formulas import SplineConstants
 from .values import Array, DesignError
 
 MIN_FORCES, MAX_FORCES = 8, 4096
 """Numbers of forces of a curve."""
-
-
-class Constants(NamedTuple):
-    """What the loops take.
-
-    Attributes:
-        height: alpha_j d, shape (N,).
-        pieces: Coefficients of the force from power 0 up, shape (4, m + 1): of every interval, and
-            before and after them of a straight line.
-        per: Intervals in a unit of length.
-    """
-
-    height: Array
-    pieces: Array
-    per: float
-
-
-@register_formula(Constants)
-def evaluate_spline(constants: Constants, j: int, y: float) -> tuple[float, float]:
-    """Return alpha_j d and the force at y, counted from an interval before the first force."""
-    height, pieces, per = constants
-    place, last = y * per, float(pieces.shape[1] - 1)
-    k = int(min(max(place, 0.0), last))  # 0 for NaN, which stays NaN
-    t = place - k
-    force = fma(t, fma(t, fma(t, pieces[3, k], pieces[2, k]), pieces[1, k]), pieces[0, k])
-    return height[j], force
 
 
 @dataclass(frozen=True)
@@ -110,7 +84,7 @@ class Curve:
 
     @cached_property
     def pieces(self) -> Array:
-        """Coefficients of the force over d (see `Constants`)."""
+        """Coefficients of the force over d (see `SplineConstants`)."""
         f = [float(each) for each in self.force]
         s = _compute_slopes(f)
         rows = [(f[0] - s[0], s[0], 0.0, 0.0)]
@@ -119,9 +93,9 @@ class Curve:
         rows.append((f[-1], s[-1], 0.0, 0.0))
         return np.ascontiguousarray(np.array(rows).T)
 
-    def constants(self, height: Array) -> Constants:
+    def constants(self, height: Array) -> SplineConstants:
         """Return what `formulas.on_site_factors` takes, given alpha_j d, shape (N,)."""
-        return Constants(height, self.pieces, 1.0 / self.step)
+        return SplineConstants(height, self.pieces, 1.0 / self.step)
 
     def _find_piece(self, D: ArrayLike) -> tuple[Any, Array]:
         """Return the number of the piece of every configuration, and the place in it."""

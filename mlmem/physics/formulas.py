@@ -8,22 +8,22 @@ These are made of additions, multiplications and roundings only, each of which I
 Everything that enters the material's state is computed with them, so that a session replays
 exactly.
 
-Without a law of its own an element has the paper's: no branch, no table. The type of a law's
-constants chooses its formula when a loop is compiled (`jit.register_formula`), so every loop
-knows every law, and none pays for the others.
+Without a law of its own an element has the paper's: no branch, no table. The type of the constants
+chooses the formula when a loop is compiled, so that every loop knows both laws, and none pays for
+the other.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 
-from .jit import compile_kernel, find_formula, fma, inline_function
-from .potential import Array
+from .jit import compile_kernel, fma, inline_function
+from .values import Array
 
 # sin(r) / r as a polynomial in r^2 on [-pi/2, pi/2] (Chebyshev fit in 40 digits): error 1.2e-16;
 # highest power first.
@@ -117,12 +117,27 @@ def sine_of_turns(turns: float) -> float:
     return h * odd
 
 
+class SplineConstants(NamedTuple):
+    """What the loops take of a law that is a cubic spline (see `curve.Curve`).
+
+    Attributes:
+        height: alpha_j d, shape (N,).
+        pieces: Coefficients of the force from power 0 up, shape (4, m + 1): of every interval, and
+            before and after them of a straight line.
+        per: Intervals in a unit of length.
+    """
+
+    height: Array
+    pieces: Array
+    per: float
+
+
 @inline_function
 def on_site_factors(constants: Any, j: int, y: float) -> tuple[float, float]:
     """Return two factors of alpha_j psi'(y + origin), the on-site force.
 
     Adding the product to something else rounds only once. The constants are those of
-    `Potential.constants`, or of another law.
+    `Potential.constants` or of `Curve.constants`.
     """
     slope, factor = _select_on_site(constants, j, y)
     return slope, factor
@@ -141,8 +156,17 @@ def _overload_on_site(constants: Any, j: Any, y: Any) -> Any:
         turns = y * fma(INVERSE_TURN * b, y2, INVERSE_TURN * a)
         return height[j] * fma(3.0 * b, y2, a), sine_of_turns(turns)
 
-    law = find_formula(constants)
-    return paper_force if law is None else law
+    def spline_force(constants: Any, j: Any, y: Any) -> Any:  # y from before the first force
+        height, pieces, per = constants
+        place, last = y * per, float(pieces.shape[1] - 1)
+        k = int(min(max(place, 0.0), last))  # 0 for NaN, which stays NaN
+        t = place - k
+        force = fma(t, fma(t, fma(t, pieces[3, k], pieces[2, k]), pieces[1, k]), pieces[0, k])
+        return height[j], force
+
+    # the compiler gives the type of the constants, a call without it the constants
+    kind = getattr(constants, 'instance_class', type(constants))
+    return spline_force if kind is SplineConstants else paper_force
 
 
 @inline_function
@@ -151,8 +175,7 @@ def coupling_pull(constants: Any, j: int, left: float, x: float, right: float) -
 
     Without constants they have stiffness 1, and nothing else is compiled. The first constant is
     the stiffness left of every cell and right of the last, 0 beyond the ends, shape (n + 1,). A
-    second one is a constant force on every cell, shape (n,), which is added. A coupling with a
-    formula of its own has other constants.
+    second one is a constant force on every cell, shape (n,), which is added.
     """
     pull: float = _select_coupling(constants, j, left, x, right)
     return pull
@@ -176,9 +199,6 @@ def _overload_coupling(constants: Any, j: Any, left: Any, x: Any, right: Any) ->
         k_r, force = constants
         return fma(k_r[j + 1], right - x, fma(-k_r[j], x - left, force[j]))
 
-    law = find_formula(constants)
-    if law is not None:
-        return law
     return (uniform_pull, scattered_pull, forced_pull)[len(constants)]
 
 

@@ -24,7 +24,7 @@ import hashlib
 import inspect
 import logging
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from types import FunctionType
 from typing import Any, ClassVar, TypeVar, cast
@@ -72,32 +72,6 @@ def inline_function(function: Function) -> Function:
         The compiled function.
     """
     return cast(Function, numba.njit(inline='always', error_model='numpy')(function))
-
-
-_formulas_by_type: dict[type, Any] = {}
-"""Formulas of laws by the type of their constants, a named tuple (see `register_formula`)."""
-
-
-def register_formula(constants: type) -> Callable[[Function], Function]:
-    """Make a scalar formula the one that the loops use wherever they are given constants of a
-    type, a named tuple of its own. It is `inline_function`.
-    """
-
-    def register_function(function: Function) -> Function:
-        # numba wants the annotations of what it chooses from to be the same text
-        function.__annotations__ = dict.fromkeys(function.__annotations__, 'Any')
-        _formulas_by_type[constants] = compiled = inline_function(function)
-        return compiled
-
-    return register_function
-
-
-def find_formula(constants: Any) -> Any:
-    """Return the Python formula registered for constants, or for their type of the compiler; None
-    if none is.
-    """
-    law = _formulas_by_type.get(getattr(constants, 'instance_class', type(constants)))
-    return getattr(law, 'py_func', law)
 
 
 def _type_fma(typing: Any, a: Any, b: Any, c: Any) -> Any:
@@ -199,10 +173,7 @@ class _Cache(FunctionCache):
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         key = super()._index_key(sig, codegen)  # type: ignore[no-untyped-call]
-        laws = sorted(
-            {hashlib.sha256(text).hexdigest() for text in map(_read_source_text, _find_laws(sig))}
-        )
-        return (*key, self._digest, *laws, int(cast(Any, numba.config).OPT))
+        return (*key, self._digest, int(cast(Any, numba.config).OPT))
 
     def has_entry(self, types: tuple[Any, ...], codegen: Any) -> bool:
         """Return whether machine code for these types is cached."""
@@ -211,21 +182,6 @@ class _Cache(FunctionCache):
             return self._cache_file.load(key) is not None  # type: ignore[no-untyped-call]
         except Exception:  # a torn pickle raises anything
             return False
-
-
-def _find_laws(types: Any) -> Iterator[FunctionType]:
-    """Yield the formulas registered for types of the compiler, tuples of them included."""
-    for each in types:
-        if (law := find_formula(each)) is not None:
-            yield law
-        else:
-            yield from _find_laws(getattr(each, 'types', ()))
-
-
-def _read_source_text(function: FunctionType) -> bytes:
-    """Return the text of a function and of all compiled ones that it calls, with its name."""
-    files = b''.join(path.read_bytes() for path in sorted(_find_sources(function)))
-    return function.__qualname__.encode() + files
 
 
 def _find_sources(function: FunctionType) -> set[Path]:
