@@ -35,8 +35,14 @@ from .physics import (
     substep_times,
 )
 from .physics.energy import kinetic_energy
-from .physics.equilibrium import compute_energies, find_pinned_walls, make_blank, wall_profile
-from .physics.potential import Array, StateError
+from .physics.equilibrium import (
+    compute_energies,
+    find_pinned_walls,
+    guess_position,
+    make_blank,
+    wall_profile,
+)
+from .physics.potential import Array
 from .progress import track_progress
 from .rejections import ErrorCode
 
@@ -44,44 +50,14 @@ TimeFunction = Callable[[Any], ArrayLike]
 """A quantity over time, given a time or an array of times."""
 
 
-@dataclass(frozen=True)
-class WallStart:
-    """Walls at rest, from which a simulation begins; made by `wall_at` and `walls_at`.
-
-    Attributes:
-        positions: Where the walls are, in sites, from the left to the right.
-        levels: The same as levels; either is empty.
-        relaxed: Whether the walls come to rest in the nearest minimum of their energy first.
-    """
-
-    positions: tuple[float, ...] = ()
-    levels: tuple[int, ...] = ()
-    relaxed: bool = True
-
-    def displacements(self, specimen: Specimen) -> Array:
-        """Return the displacements of an element with these walls, shape (N,).
-
-        Raises:
-            StateError: A level does not exist, or no equilibrium was found.
-        """
-        design = specimen.design
-        for level in self.levels:
-            if not 0 <= level < design.levels:
-                expected = f'from 0 to {design.levels - 1}'
-                raise StateError.out_of_range('level', level, expected)
-        guess_offset = 0.3  # in cells: a guess right on a defect is balanced on it
-        positions = [design.defect_site(level) + guess_offset for level in self.levels]
-        positions += self.positions
-        if self.relaxed:
-            return find_pinned_walls(specimen, positions)
-        (position,) = positions
-        return wall_profile(design, position) + specimen.offsets
+InitialState = Callable[[Specimen], Array]
+"""A function of a specimen that returns the displacements v_j, shape (N,), to begin with."""
 
 
 def wall_at(
     level: int | None = None, *, position: float | None = None, relaxed: bool = True
-) -> WallStart:
-    """Describe an element that holds one wall.
+) -> InitialState:
+    """Begin a simulation with one wall.
 
     Args:
         level: Level at whose defect the wall rests; or
@@ -90,18 +66,28 @@ def wall_at(
             it has the profile of a tanh, and moves as soon as time begins.
 
     Raises:
-        ValueError: Neither or both of level and position are given.
+        ValueError: Neither or both of level and position are given; or in the simulation, there
+            is no such level, or no equilibrium was found.
     """
     if (level is None) == (position is None):
         raise SettingsError('give either level or position', ErrorCode.CONFLICT, 'level', level)
-    if level is not None:
-        return WallStart(levels=(level,), relaxed=relaxed)
-    return WallStart(positions=(float(position or 0.0),), relaxed=relaxed)
+
+    def place_wall(specimen: Specimen) -> Array:
+        place = float(position or 0.0) if level is None else guess_position(specimen, level)
+        if relaxed:
+            return find_pinned_walls(specimen, [place])
+        return wall_profile(specimen, place) + specimen.offsets
+
+    return place_wall
 
 
-def walls_at(levels: Sequence[int]) -> WallStart:
-    """Describe an element that holds walls and kinks, in turn, at several levels."""
-    return WallStart(levels=tuple(levels))
+def walls_at(levels: Sequence[int]) -> InitialState:
+    """Begin a simulation with walls and kinks, in turn, at rest at several levels."""
+
+    def place_walls(specimen: Specimen) -> Array:
+        return find_pinned_walls(specimen, [guess_position(specimen, level) for level in levels])
+
+    return place_walls
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,13 +204,14 @@ class Trajectory:
             OSError: It cannot be written.
         """
         path = Path(path)
-        names = ('t', 'configuration', 'displacement', 'velocity', 'substrate', 'wall_positions')
+        names = (
+            't', 'strain', 'configuration', 'displacement', 'velocity', 'substrate',
+            'wall_positions', 'energy',
+        )  # fmt: skip
         arrays = {name: getattr(self, name) for name in names}
         design = json.dumps(self.specimen.design.as_dict())
         with path.open('wb') as file:
-            np.savez_compressed(
-                file, energy=self.energy, strain=self.strain, design=design, **arrays
-            )
+            np.savez_compressed(file, design=design, **arrays)
         return path
 
 
@@ -232,7 +219,7 @@ def simulate(
     material: Material,
     *,
     duration: float,
-    initial: WallStart | ArrayLike | None = None,
+    initial: InitialState | ArrayLike = make_blank,
     save_every: float | None = None,
     strain: TimeFunction | float = 0.0,
     drive: Mapping[int, TimeFunction] | None = None,
@@ -247,8 +234,9 @@ def simulate(
         material: A design, simulated exactly as designed; a specimen with scatter of its own; or
             what has one, such as a loaded element.
         duration: Simulated time in time units; rounded up to a multiple of `save_every`.
-        initial: `wall_at`, `walls_at`, or displacements v_j, shape (N,); by default a blank
-            element. Where the strain does not begin at 0, it is the configuration that is given.
+        initial: Displacements v_j, shape (N,), or a function of the specimen that returns them,
+            such as `wall_at` and `walls_at` make; by default a blank element. Where the strain
+            does not begin at 0, it is the configuration that is given.
         save_every: Time between two saved states; by default a 200th of the duration.
         strain: Strain of the substrate over time, tension positive.
         drive: Displacement v_j over time of an end, site 1 or N; NaN while the end is free. One
@@ -364,15 +352,10 @@ def _select_driven_end(
     return site, motion
 
 
-def _set_initial_state(chain: Chain, initial: WallStart | ArrayLike | None, strain: float) -> None:
+def _set_initial_state(chain: Chain, initial: InitialState | ArrayLike, strain: float) -> None:
     """Set the state from which a simulation begins."""
     specimen = chain.specimen
-    if initial is None:
-        v = make_blank(specimen)
-    elif isinstance(initial, WallStart):
-        v = initial.displacements(specimen)
-    else:
-        v = np.asarray(initial, dtype=np.float64)
+    v = np.asarray(initial(specimen) if callable(initial) else initial, dtype=np.float64)
     V_N = specimen.design.end_displacement(strain)
     chain.place(v + V_N * specimen.strain_shape if V_N else v, V_N)
 

@@ -20,6 +20,7 @@ from .potential import Array, DesignError, StateError
 from .specimen import MAX_OFFSET, Material, Specimen, as_specimen
 from .stepping import (
     NO_HELD_CELL,
+    NO_INPUTS,
     STABILITY_MARGIN,
     HeldCell,
     Inputs,
@@ -286,10 +287,9 @@ class Chain:
             StateError: The inputs have the wrong shape, are not finite, or drive a cell so far
                 that the step becomes unstable. The chain is as it was before.
         """
-        substeps, inputs = (
-            self.integrator.substeps,
-            Inputs(_copy_contiguous(V_N), held_cell, shake),
-        )
+        substeps, V_N = self.integrator.substeps, _copy_contiguous(V_N)
+        base = np.zeros_like(V_N) if shake is None else _copy_contiguous(shake)
+        inputs = Inputs(V_N, held_cell or NO_HELD_CELL, base)
         inputs.check(self.design.N, substeps)
         before = [row.copy() for row in self._list_rows()], self.V_N, self.steps_done
         steps = len(V_N) // substeps
@@ -319,11 +319,10 @@ class Chain:
     def _advance_stretch(self, inputs: Inputs, every: int) -> tuple[Array, bool]:
         """Advance until a rest begins or ends; `every` is the number of steps of a tick, or 0."""
         substeps = self.integrator.substeps
-        if (
-            every
-            and self.at_rest
-            and (ticks := inputs.count_still_substeps(self.V_N) // (substeps * every))
-        ):
+        ticks = 0
+        if every and self.at_rest:
+            ticks = inputs.count_still_substeps(self.V_N) // (substeps * every)
+        if ticks:
             steps = every * ticks
             self.pass_by(steps)
             return np.repeat([[self.end(1)], [self.end(self.design.N)]], steps, axis=1), False
@@ -352,15 +351,12 @@ class Chain:
     def _build_arguments(self, inputs: Inputs, ends: Array, every: int = 0) -> tuple[Any, ...]:
         """Return the arguments of the loop; `every` is the number of steps of a tick, or 0."""
         V_N, held_cell, shake = inputs
-        base = np.zeros(len(V_N)) if shake is None else _copy_contiguous(shake)
-        motion, site = (
-            _copy_contiguous((held_cell or NO_HELD_CELL).motion),
-            (held_cell or NO_HELD_CELL).site,
-        )
+        motion = _copy_contiguous(held_cell.motion)
         look, slow = (every, MAX_REST_SPEED) if every else (max(1, ends.shape[1]), 0.0)
         forcing = Forcing(
-            V_N, base, site, motion.shape[1], motion, look, *self._range, slow, self.V_N
-        )
+            V_N, shake, held_cell.site, motion.shape[1], motion,
+            look, *self._range, slow, self.V_N,
+        )  # fmt: skip
         chains = self._metamaterial, self._substrate
         losses = self._friction(), self._compute_drag(V_N)
         return ends.shape[1], *chains, self._cells, forcing, self._constants, ends, *losses
@@ -395,10 +391,8 @@ class Chain:
 
 def is_kernel_cached(design: Design, integrator: Integrator = DEFAULT_INTEGRATOR) -> bool:
     """Return whether the loop for an element of a design is already compiled, here or on disk."""
-    nothing = Inputs(np.empty(0)), np.empty((2, 0))
-    return is_cached(
-        integrator.advance, *Chain(design, integrator=integrator)._build_arguments(*nothing)
-    )
+    arguments = Chain(design, integrator=integrator)._build_arguments(NO_INPUTS, np.empty((2, 0)))
+    return is_cached(integrator.advance, *arguments)
 
 
 def _copy_contiguous(array: Array) -> Array:

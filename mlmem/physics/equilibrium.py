@@ -179,6 +179,19 @@ DEFECT_OFFSET_CELLS = 0.3
 """Distance from a defect, in cells, at which a guess is not balanced on it."""
 
 
+def guess_position(material: Material, level: int) -> float:
+    """Return a position in sites next to the defect of a level, from which a wall finds it.
+
+    Raises:
+        StateError: There is no such level.
+    """
+    design = as_design(material)
+    if not 0 <= level < design.levels:
+        levels = f'from 0 to {design.levels - 1}' if design.levels else 'left out: there is none'
+        raise StateError.out_of_range('level', level, levels)
+    return design.defect_site(level) + DEFECT_OFFSET_CELLS
+
+
 def find_pinned_wall(material: Material, level: int) -> Array:
     """Return the displacements of an unstrained element with its wall pinned at a level.
 
@@ -190,13 +203,9 @@ def find_pinned_wall(material: Material, level: int) -> Array:
     """
     specimen = as_specimen(material)
     design = specimen.design
-    if not 0 <= level < design.levels:
-        expected = f'from 0 to {design.levels - 1}'
-        raise StateError.out_of_range('level', level, expected)
-    defect = design.defect_site(level)
-    guess = wall_profile(design, defect + DEFECT_OFFSET_CELLS) + specimen.offsets
+    guess = wall_profile(design, guess_position(design, level)) + specimen.offsets
     v = relax_to_equilibrium(specimen, guess, np.zeros(design.N))
-    found = find_walls(design, v)
+    found, defect = find_walls(design, v), design.defect_site(level)
     if len(found) != 1 or abs(found[0].position - defect) > _wall_width(design):
         left = ', '.join(f'one at {wall.position:.4g}' for wall in found) or 'none'
         text = (

@@ -62,15 +62,12 @@ class Potential:
         D = np.linspace(low, high, number)
         h = 0.25 * (high - low) / (number - 1)
         inside = np.clip(D, low + 2.0 * h, high - 2.0 * h)
-        place = (D - inside) / h  # 0, and -2 and 2 at the ends
-        slope = np.zeros(number)
-        for node in (-2, -1, 0, 1, 2):  # of the quartic through five points around each
-            others = [other for other in (-2, -1, 0, 1, 2) if other != node]
-            weight = sum(
-                math.prod((place - other) for other in others if other != left) for left in others
-            ) / math.prod(node - other for other in others)
-            slope += weight * np.asarray(psi(inside + node * h), dtype=np.float64)
-        return Curve(low, high, tuple((slope / h).tolist()))
+        # the slope of the quartic through five points around each, and at the two ends
+        values = np.array([psi(inside + node * h) for node in (-2, -1, 0, 1, 2)], dtype=np.float64)
+        slope = values[0] - 8.0 * values[1] + 8.0 * values[3] - values[4]
+        at_end = np.array([-25.0, 48.0, -36.0, 16.0, -3.0])
+        slope[0], slope[-1] = np.sum(at_end * values[:, 0]), -np.sum(at_end * values[::-1, -1])
+        return Curve(low, high, tuple((slope / (12.0 * h)).tolist()))
 
     def energy(self, D: ArrayLike) -> Array:
         """Return psi at the configurations D (any shape)."""

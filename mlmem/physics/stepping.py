@@ -134,27 +134,24 @@ class Inputs(NamedTuple):
     Attributes:
         V_N: Displacement of the substrate's end, shape (m,).
         held_cell: A cell held at a prescribed motion at the start of the run.
-        shake: Acceleration of the base, shape (m,); None for a base at rest.
+        shake: Acceleration of the base, shape (m,).
     """
 
     V_N: Array
-    held_cell: HeldCell | None = None
-    shake: Array | None = None
+    held_cell: HeldCell
+    shake: Array
 
     def check(self, N: int, substeps: int) -> None:
         """Raise `StateError` unless they are inputs of a chain of N cells, in whole steps."""
-        V_N, held_cell, shake = self
+        V_N, shake, site, motion = self.V_N, self.shake, self.held_cell.site, self.held_cell.motion
         if V_N.ndim != 1 or len(V_N) % substeps:
             raise StateError.out_of_range('V_N', V_N.shape, f'of shape ({substeps} steps,)')
         if not np.isfinite(V_N).all():
             raise StateError.out_of_range('V_N', 'NaN or infinity', 'finite')
-        if shake is not None and not (shake.shape == V_N.shape and np.isfinite(shake).all()):
+        if not (shake.shape == V_N.shape and np.isfinite(shake).all()):
             raise StateError.out_of_range('shake', shake.shape, f'finite and of shape {V_N.shape}')
-        if held_cell is None:
-            return
-        if held_cell.site not in (1, N):
-            raise StateError.out_of_range('site', held_cell.site, f'1 or N = {N}')
-        motion = held_cell.motion
+        if site not in (1, N):
+            raise StateError.out_of_range('site', site, f'1 or N = {N}')
         if motion.ndim != 2 or motion.shape[0] != 2:
             raise StateError.out_of_range('motion', motion.shape, 'of shape (2, m)')
         if motion.shape[1] > len(V_N):
@@ -165,16 +162,16 @@ class Inputs(NamedTuple):
 
     def skip_substeps(self, done: int) -> Inputs:
         """Return those that come after some sub-steps."""
-        V_N, held_cell, shake = self
-        if held_cell is not None:
-            held_cell = HeldCell(held_cell.site, held_cell.motion[:, done:])
-        return Inputs(V_N[done:], held_cell, None if shake is None else shake[done:])
+        held_cell = HeldCell(self.held_cell.site, self.held_cell.motion[:, done:])
+        return Inputs(self.V_N[done:], held_cell, self.shake[done:])
 
     def count_still_substeps(self, V_N: float) -> int:
         """Return for how many sub-steps nothing moves whose substrate's end is at V_N."""
-        if self.held_cell is not None and self.held_cell.motion.size:
+        if self.held_cell.motion.size:
             return 0
-        moved: NDArray[np.bool_] = self.V_N != V_N
-        if self.shake is not None:
-            moved |= self.shake != 0.0
+        moved: NDArray[np.bool_] = (self.V_N != V_N) | (self.shake != 0.0)
         return int(moved.argmax()) if moved.any() else len(moved)
+
+
+NO_INPUTS = Inputs(np.empty(0), NO_HELD_CELL, np.empty(0))
+"""The inputs of a run of no steps."""

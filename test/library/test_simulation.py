@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mlmem.physics import CASE_II, Specimen, StateError, find_walls
+from mlmem.physics import CASE_II, Scatter, Specimen, StateError, draw_specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.rejections import ErrorCode
 from mlmem.simulation import simulate, wall_at, walls_at
 
 KICK_SPEED = 0.0793
@@ -105,8 +106,16 @@ def test_simulate_bad_argument_is_named(arguments, word):
 def test_wall_at_needs_one_place():
     with pytest.raises(ValueError, match='level or position'):
         wall_at()
-    with pytest.raises(StateError, match='level must be from 0 to 7'):
-        simulate(CASE_II, initial=wall_at(level=8), duration=10.0)
+    for design, level in ((CASE_II, 8), (replace(CASE_II, J=225), 0)):
+        with pytest.raises(StateError) as caught:
+            simulate(design, initial=wall_at(level), duration=10.0)
+        assert (caught.value.code, caught.value.field) == (ErrorCode.OUT_OF_RANGE, 'level')
+
+
+def test_simulate_begins_with_what_a_function_of_the_specimen_returns():
+    made = draw_specimen(CASE_II, Scatter(offset=0.01), seed=1)
+    run = simulate(made, initial=lambda specimen: specimen.offsets + CASE_II.D_s1, duration=10.0)
+    assert np.array_equal(run.configuration[0], made.offsets + CASE_II.D_s1)
 
 
 def test_trajectory_file_holds_what_was_simulated(tmp_path):

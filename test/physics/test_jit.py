@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from mlmem.physics import CASE_II, INTEGRATORS, Chain, jit
-from mlmem.physics.stepping import Inputs
+from mlmem.physics.stepping import NO_INPUTS
 
 INTEGRATOR = pytest.mark.parametrize('integrator', INTEGRATORS.values(), ids=INTEGRATORS)
 
@@ -45,7 +45,7 @@ def test_loops_are_vectorised(integrator, substrate):
     """
     chain = Chain(dataclasses.replace(CASE_II, substrate=substrate), integrator=integrator)
     chain.advance_steps(1)
-    nothing = chain._build_arguments(Inputs(np.empty(0)), np.empty((2, 0)))
+    nothing = chain._build_arguments(NO_INPUTS, np.empty((2, 0)))
     compiled = integrator.advance.overloads[tuple(map(numba.typeof, nothing))]
     packed = r'call .*@llvm\.fma\.v\d+f64'
     found = re.findall(packed, str(compiled.library._get_module_for_linking()))

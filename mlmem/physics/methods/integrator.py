@@ -61,8 +61,8 @@ class Forcing(NamedTuple):
         driven: Number of leading nodes at which it is driven.
         motion: Its displacement and velocity, shape (2, >= driven).
         every: Number of steps between checks of all cells.
-        low, high: The range of a cell's D; by default there is none.
-        slow: The loop ends at a check at which all cells are slower; by default never.
+        low, high: The range of a cell's D.
+        slow: The loop ends at a check at which all cells are slower; never if it is 0.
         start: Displacement of the substrate's end before the run.
     """
 
@@ -71,11 +71,11 @@ class Forcing(NamedTuple):
     site: int
     driven: int
     motion: Array
-    every: int = 1
-    low: float = -math.inf
-    high: float = math.inf
-    slow: float = 0.0
-    start: float = 0.0
+    every: int
+    low: float
+    high: float
+    slow: float
+    start: float
 
 
 def align_array(values: Array, first: int = 0) -> Array:
