@@ -7,7 +7,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -46,7 +45,8 @@ from ...contract.requests import (
     load_action_types,
 )
 from .connection import ClientThread, create_node_name
-from .reply import Peer, ProcedureReply, Reply, ServiceCall, ServiceReply, check_timeout
+from .reply import Reply
+from .request import Peer, ProcedureReply, ServiceCall, ServiceReply, check_timeout
 
 
 class MemoryClient:
@@ -88,7 +88,7 @@ class MemoryClient:
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait at most `timeout` seconds, whatever the patience, until the node is available."""
         call = ServiceCall('request', SetParametersAtomically, None, lambda _: None)
-        return ServiceReply(replace(self._peer, patience=timeout), 'ready', call, timeout)
+        return ServiceReply(Peer(self.node, self.name, timeout), 'ready', call, timeout)
 
     def node_count(self) -> int:
         """Return how many memory nodes of this name are on the graph now: more than one may
@@ -138,13 +138,13 @@ class MemoryClient:
         """
         what = ' '.join([name, *map(str, filter(None, arguments.values()))])
         call = _build_request_call(name, timeout, arguments)
-        goal = {
-            each.name: parameter_value_to_python(each.value) for each in call.message.parameters
-        }
-        del goal['request']
+        _, *given = call.message.parameters
+        values = {each.name: parameter_value_to_python(each.value) for each in given}
         if name == 'self_test':  # its own service reports every check
             call = ServiceCall('self_test', SelfTest, SelfTest.Request(), parse_self_test)
-        return ProcedureReply(self._peer, what, call, timeout, name, self._actions.get(name), goal)
+        action = self._actions.get(name)
+        goal = action and action.Goal(**values)
+        return ProcedureReply(self._peer, what, call, timeout, action, goal)
 
     def request(self, name: str, timeout: float = 120.0, **arguments: Any) -> Reply[Any]:
         """Send any request that `~/request` takes, with its arguments; see `contract.requests`.
@@ -183,11 +183,8 @@ class MemoryClient:
             rates: Strain rate of every point in 1/s, for a smooth profile; none for straight
                 lines.
         """
-        points: dict[str, Any] = {
-            'times': [float(value) for value in times],
-            'strains': [float(value) for value in strains],
-            'rates': [float(value) for value in rates],
-        }
+        lists = {'times': times, 'strains': strains, 'rates': rates}
+        points: dict[str, Any] = {name: [*map(float, given)] for name, given in lists.items()}
         return self.request('follow', timeout, **points)
 
     def record(self, on: bool = True, path: str = '', timeout: float = 10.0) -> Reply[Recorded]:

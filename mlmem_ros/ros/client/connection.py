@@ -15,10 +15,11 @@ import os
 import threading
 import time
 from collections.abc import Callable
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.action import ActionClient
 from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.node import Node
@@ -27,16 +28,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from ...contract.topics import Qos
 from ..middleware import create_events_executor
-
-
-class PendingRequest(Protocol):
-    """A request that the thread of its link resumes when it is `due` on the monotonic clock."""
-
-    due: float
-    link: MemoryLink
-
-    def resume(self) -> None:
-        """Go on, if what it waits for has come, is late or is hopeless."""
+from .reply import CLIENT_THREAD_NAME
 
 
 class ClientThread(threading.Thread):
@@ -46,7 +38,7 @@ class ClientThread(threading.Thread):
 
     Attributes:
         node: The node, which has the ROS entities of the clients.
-        requests: The requests that pend.
+        requests: The requests that pend: every `ServiceReply` that it resumes when it is due.
         closed: Whether it has ended.
     """
 
@@ -55,9 +47,9 @@ class ClientThread(threading.Thread):
 
     def __init__(self, node: Node, context: Context) -> None:
         """Spin a node for the clients in a robot's context."""
-        super().__init__(name='mlmem-client', daemon=True)
+        super().__init__(name=CLIENT_THREAD_NAME, daemon=True)
         self.node = node
-        self.requests: set[PendingRequest] = set()
+        self.requests: set[Any] = set()
         self.closed = self._is_closing = False
         self._context = context
         self._links: dict[str, MemoryLink] = {}
@@ -69,8 +61,8 @@ class ClientThread(threading.Thread):
         self.start()
 
     @classmethod
-    def connect_request(cls, request: PendingRequest, context: Context, peer: str) -> None:
-        """Give a request its link to a memory node, and to the link's thread.
+    def accept(cls, request: Any, context: Context, peer: str) -> MemoryLink:
+        """Take a request of a robot's context on; return its link to a memory node.
 
         The node of the clients is hidden in the robot's context, and no further participant. A
         memory node that stands still (SIGSTOP, swap, a debugger) is forgotten by others after a
@@ -82,18 +74,20 @@ class ClientThread(threading.Thread):
             if thread is None:
                 thread = cls(_create_hidden_node(context), context)
             elif peer in thread._links and thread._links[peer].is_interrupted():
-                own = _create_context_like(thread.node)
+                own = Context()  # in the enclave that the command line names
+                domain = thread.node.context.get_domain_id()
+                no_handlers = SignalHandlerOptions.NO
+                rclpy.init(context=own, domain_id=domain, signal_handler_options=no_handlers)
                 thread = cls(_create_hidden_node(own), context)
             if peer not in thread._links:
                 thread._links[peer] = MemoryLink(thread, peer)
-            request.link = thread._links[peer]
             thread.requests.add(request)
+        thread.post(request.resume)
+        return thread._links[peer]
 
     def post(self, function: Callable[[], object]) -> None:
-        """Have the thread call a function, after those posted before."""
-        if self.closed:
-            function()
-        else:
+        """Have the thread call a function, after those posted before, unless it has ended."""
+        if not self.closed:
             self._executor.create_task(function)
 
     def close(self) -> None:
@@ -120,7 +114,6 @@ class ClientThread(threading.Thread):
             self.closed = True
             if self._newest.get(self._context) is self:
                 del self._newest[self._context]
-        self._spin_once(0.0)  # what was posted meanwhile
         for each in tuple(self.requests):
             each.resume()
         atexit.unregister(self.close)
@@ -158,21 +151,6 @@ def create_node_name() -> str:
     return f'mlmem_client_{os.getpid()}_{time.time_ns() % 10**6}'
 
 
-def _create_context_like(node: Node) -> Context:
-    """Return a context in the domain and the enclave of a node."""
-    me = node.get_name(), node.get_namespace()
-    known = node.get_node_names_and_namespaces_with_enclaves()
-    enclave = next((enclave for *name, enclave in known if (*name,) == me), '/')
-    context = Context()
-    rclpy.init(
-        args=['--ros-args', '--enclave', enclave],
-        context=context,
-        domain_id=node.context.get_domain_id(),
-        signal_handler_options=SignalHandlerOptions.NO,
-    )
-    return context
-
-
 class MemoryLink:
     """What the clients of a thread share to reach one memory node, and whether that lives.
 
@@ -180,7 +158,6 @@ class MemoryLink:
         thread: The thread in which the requests live.
         status: The last heartbeat; its message is what the memory node waits for or prepares.
         reported: The last message of a heartbeat that was logged.
-        receivers: Who is given the feedback of an action's goal, by the goal's id.
     """
 
     def __init__(self, thread: ClientThread, peer: str) -> None:
@@ -188,10 +165,8 @@ class MemoryLink:
         self.thread = thread
         self.status = DiagnosticStatus()
         self.reported = ''
-        self.receivers: dict[bytes, Callable[[Any], None]] = {}
         self._peer = peer
-        self._clients: dict[str, Client] = {}
-        self._feedback_topics: set[str] = set()
+        self._clients: dict[str, Any] = {}
         self._last_sign = math.inf  # a heartbeat, or the node's discovery
         self._came_back = False
         self.thread.node.create_subscription(
@@ -214,9 +189,9 @@ class MemoryLink:
         """Take note that the memory node is there."""
         self._last_sign = min(self._last_sign, time.monotonic())
 
-    def has_service(self, service: str) -> bool:
-        """Return whether the memory node has a service, as far as is known."""
-        return bool(self.thread.node.count_services(f'{self._peer}/{service}'))
+    def serves_action(self, name: str) -> bool:
+        """Return whether the memory node serves an action, as far as is known."""
+        return bool(self.thread.node.count_services(f'{self._peer}/{name}/_action/send_goal'))
 
     def get_client(self, service: str, kind: Any) -> Client:
         """Return the client of a service, created on first use since each slows the node."""
@@ -224,19 +199,18 @@ class MemoryLink:
             self._clients[service] = self.thread.node.create_client(
                 kind, f'{self._peer}/{service}', qos_profile=Qos.KEEP_ALL.profile
             )
-        return self._clients[service]
+        client: Client = self._clients[service]
+        return client
 
-    def subscribe_feedback(self, topic: str, kind: Any) -> None:
-        """Have the feedback of an action's goals delivered to `receivers` from now on."""
-        if topic not in self._feedback_topics:
-            self._feedback_topics.add(topic)
-            self.thread.node.create_subscription(
-                kind, f'{self._peer}/{topic}', self._take_feedback, Qos.RELIABLE.profile
-            )
-
-    def _take_feedback(self, message: Any) -> None:
-        if receiver := self.receivers.get(bytes(message.goal_id.uuid)):
-            receiver(message.feedback)
+    def get_action_client(self, name: str, kind: Any) -> ActionClient:
+        """Return the client of an action, created on first use."""
+        key = f'action {name}'
+        if key not in self._clients:
+            names = (f'{each}_service_qos_profile' for each in ('goal', 'result', 'cancel'))
+            qos = dict.fromkeys(names, Qos.KEEP_ALL.profile)
+            node, path = self.thread.node, f'{self._peer}/{name}'
+            self._clients[key] = ActionClient(node, kind, path, **qos)
+        return self._clients[key]
 
     def _take_heartbeat(self, status: DiagnosticStatus) -> None:
         self._came_back = self.is_interrupted()
