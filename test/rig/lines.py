@@ -65,6 +65,17 @@ class TamperedLine:
         self.closed = True
 
 
+class PatientRig(EmulatedRig):
+    """Its clock waits for set-points instead of running dry, for a busy machine may hold up the
+    driver for longer than its lead.
+    """
+
+    def _advance_clock(self, seconds):
+        if self._playing:
+            seconds = min(seconds, (len(self._ticks) - self._due) * self.tick_seconds)
+        super()._advance_clock(seconds)
+
+
 def emulated(settings=None, **options):
     """Return an emulated rig that plays set-points as they arrive."""
     return EmulatedRig(CASE_II, settings or Settings(), at_once=True, **options)

@@ -13,9 +13,9 @@ from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.settings import ScaleSettings
 from mlmem_ros.rig.frames import FrameKind, Layout, Parser, encode_frame
-from mlmem_tools.rig.emulated import EmulatedRig, LineProperties
+from mlmem_tools.rig.emulated import LineProperties
 
-from .lines import calibration, serving
+from .lines import PatientRig, calibration, serving
 
 FAST = Settings(scale=ScaleSettings(time=1e-5))
 
@@ -30,7 +30,7 @@ LATE = LineProperties(latency=0.002, jitter=0.003, loss=0.003, seed=3)
 
 def test_latency_shifts_no_echo():
     """Five milliseconds are 500 time units here; the delay is that of the calibration."""
-    rig = EmulatedRig(CASE_II, FAST, drift=2e-4)
+    rig = PatientRig(CASE_II, FAST, drift=2e-4)
     with serving(rig, LATE) as server:
         rig.chain.place(find_pinned_wall(Specimen(CASE_II), 2))
         element = element_at(f'tcp://127.0.0.1:{server.port}?lead=0.2&patience=10')

@@ -20,7 +20,7 @@ from mlmem_ros.ros.node import node as node_module
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 from mlmem_tools.rig.emulated import EmulatedRig, LineProperties
-from test.rig.lines import serving
+from test.rig.lines import PatientRig, serving
 
 UNKNOWN = -2
 
@@ -48,7 +48,7 @@ def break_line(rig):
 
 def test_node_over_a_rig_writes_records_and_reconnects(start, tmp_path):
     line = LineProperties(latency=0.002, jitter=0.003, loss=0.002)
-    rig = EmulatedRig(DESIGN, SETTINGS)
+    rig = PatientRig(DESIGN, SETTINGS)
     with serving(rig, line) as server:
         node = start({
             'device.driver': 'rig',
