@@ -40,7 +40,7 @@ LEAD = f'lead={500 * UNIT}'
 
 
 def element_at(address):
-    patient = ReadSettings(attempts=10)  # a busy machine may be late with set-points
+    patient = ReadSettings(attempts=100)  # a busy machine may be late with set-points
     settings = Settings(scale=ScaleSettings(time=UNIT), read=patient)
     driver = drivers.open_driver('rig', f'{address}&{LEAD}', CASE_II, settings)
     return MemoryElement(CASE_II, settings, calibration(), driver)
