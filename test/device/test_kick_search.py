@@ -1,0 +1,34 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The speeds that a calibration tries until a kick takes the wall to its level."""
+
+import numpy as np
+import pytest
+
+from mlmem.procedures.calibrating import KickSearch
+
+SCRIPTS = {
+    'faster': ((1.30, 1.35), lambda speed: -1, [0, 1, 2, 3]),
+    'between': ((0.70, 0.74), lambda speed: 1 if speed > 0.72 else -1, [0, -1, -2, -3, -4, -3.5]),
+    'not heard': ((0.80, 0.84), lambda speed: 0, [0, -1, -2]),
+    'slower than all that fall short': (
+        (0.80, 0.84), lambda speed: -1, [*range(7), -1, -2]
+    ),
+    'faster than all that go too far': (
+        (1.30, 1.35), lambda speed: 1, [*range(0, -7, -1), 1, 2, 3]
+    ),
+}  # fmt: skip
+"""Range of the speeds that take a wall to its level; to which side others take it; and the speeds
+to be tried, as powers of 1.1.
+"""
+
+
+@pytest.mark.parametrize('script', SCRIPTS)
+def test_kick_search_brackets_the_speed_on_either_side(script):
+    """It steps by a tenth up to a factor of 1.8, then on the other side, and halves a bracket."""
+    (low, high), find_side, powers = SCRIPTS[script]
+    search, tried = KickSearch(1.0, tries=20), [1.0]
+    while not search.has_arrived(float(low < search.speed < high)):
+        assert search.change_speed(0.0, find_side(search.speed))
+        tried.append(search.speed)
+    assert tried == pytest.approx(np.power(1.1, powers))
