@@ -213,7 +213,7 @@ def measure_research(name: str) -> dict[str, str]:
         'elastic': Specimen(replace(design, substrate='elastic')),
         'a law of its own': Specimen(replace(design, law=own, phase=0)),
     }
-    starts = {
+    starts: dict[str, Any] = {
         'blank': None,
         'with a wall at rest': wall_at(0),
         'with a wall that moves': wall_at(position=30.0, relaxed=False),

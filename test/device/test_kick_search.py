@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from mlmem.procedures.calibrating import KickSearch
+from mlmem.readers.delay_calibration import KickSearch
 
 SCRIPTS = {
     'faster': ((1.30, 1.35), lambda speed: -1, [0, 1, 2, 3]),
