@@ -22,6 +22,7 @@ from .physics import Design
 from .procedure_table import PROCEDURES, Abort, Calibrate, Procedures, Reset
 from .procedures import Procedure
 from .readers.calibration import Calibration
+from .readers.reading import find_failure_code
 from .rejections import ErrorCode, OutcomeCode
 from .schema import find_descriptions, find_problems
 from .settings import Settings
@@ -327,9 +328,8 @@ class MemoryElement(Memory):
             self._finish_procedure(stop.value)
         except ProcedureFailed as failure:
             error = f'{failure}{self._describe_remedy()}'
-            self._finish_procedure(
-                Outcome(self.reading, failure.attempts, code=failure.code, error=error)
-            )
+            code = find_failure_code(self.reading)
+            self._finish_procedure(Outcome(self.reading, failure.attempts, code=code, error=error))
         else:
             run.due = self.ticks + ticks
             return ticks

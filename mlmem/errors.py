@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .rejections import OutcomeCode, Rejected
+from .rejections import Rejected
 from .schema import find_problems
 
 
@@ -38,16 +38,15 @@ class DriverHangs(DriverError):
 class ProcedureFailed(Exception):
     """A procedure that ran and failed; the message says what was observed.
 
+    The code of its outcome follows from its last reading (`find_failure_code`).
+
     Attributes:
         attempts: How often it was tried.
-        code: Whether an echo could not be decoded, or it failed for another reason.
     """
 
-    def __init__(
-        self, message: str, attempts: int = 1, code: OutcomeCode = OutcomeCode.FAILED
-    ) -> None:
+    def __init__(self, message: str, attempts: int = 1) -> None:
         super().__init__(message)
-        self.attempts, self.code = attempts, code
+        self.attempts = attempts
 
 
 class Astray(ProcedureFailed):

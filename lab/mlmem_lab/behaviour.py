@@ -54,6 +54,7 @@ from mlmem import (
     wall_at,
 )
 from mlmem.instrument.drivers import Simulation
+from mlmem.physics.equilibrium import make_blank
 from mlmem.physics.methods import INTEGRATORS
 
 from .study import Study
@@ -213,8 +214,8 @@ def measure_research(name: str) -> dict[str, str]:
         'elastic': Specimen(replace(design, substrate='elastic')),
         'a law of its own': Specimen(replace(design, law=own, phase=0)),
     }
-    starts: dict[str, Any] = {
-        'blank': None,
+    starts = {
+        'blank': make_blank,
         'with a wall at rest': wall_at(0),
         'with a wall that moves': wall_at(position=30.0, relaxed=False),
     }

@@ -239,7 +239,6 @@ class WordKickOut(Move):
         raise ProcedureFailed(
             f'the element is not blank after {design.levels} turns of kicks; read last: '
             f'{element.describe_content(content)}',
-            code=reading.failure_code,
         )
 
 

@@ -200,7 +200,6 @@ class KinkDrive(Move):
         raise ProcedureFailed(
             f'the element is not blank after {cycles} strain cycles; read last: '
             f'{describe_level(reading.level)}',
-            code=reading.failure_code,
         )
 
 

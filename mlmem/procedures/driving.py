@@ -20,7 +20,6 @@ from ..moves.planner import disable_kicks, erasing_moves, find_route
 from ..moves.strain_cycle import return_to_zero
 from ..readers.listening import try_wait_for_decay
 from ..readers.reading import UNDECODABLE, Reading
-from ..rejections import OutcomeCode
 
 
 def erase(element: Memory, *, plainly: bool = False) -> Procedure[Outcome]:
@@ -48,7 +47,6 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Outcome]:
         f'the element is not blank after {settings.write.attempts} attempts ({seen}); no other '
         'move erases it: strain does, with an actuator and one wall',
         settings.write.attempts,
-        reading.failure_code if reading else OutcomeCode.FAILED,
     )
 
 

@@ -26,7 +26,7 @@ from ..procedure_table import UNSET_SEED
 from ..readers.decoding import MAX_THRESHOLD_FACTOR
 from ..readers.listening import noise_floor, wait_for_decay
 from ..readers.reader import Writer
-from ..readers.reading import BLANK, UNDECODABLE, Reading
+from ..readers.reading import BLANK, UNDECODABLE, Reading, find_failure_code
 from ..rejections import OutcomeCode
 from .driving import erase, go_to_level
 from .writing import restore_content, write
@@ -48,7 +48,7 @@ def calibrate(element: Memory) -> Procedure[Outcome]:
             yield from restore_content(element, content)
         except ProcedureFailed as lost:
             text = f'{failure}; nor was the content restored: {lost}'
-            raise ProcedureFailed(text, code=lost.code) from failure
+            raise ProcedureFailed(text) from failure
         raise
     return replace((yield from restore_content(element, content)), **found)
 
@@ -73,7 +73,6 @@ def self_test(element: Memory) -> Procedure[Outcome]:
         raise ProcedureFailed(
             f'not tested: the content cannot be read now ({content.reason}) and so could not be '
             'restored; write a level or erase first',
-            code=content.failure_code,
         )
     checks = []
     for end in element.transducer.ends:
@@ -88,7 +87,8 @@ def self_test(element: Memory) -> Procedure[Outcome]:
             checks.append((yield from _run_test(f'level {level}', _test_level(element, number))))
         checks.append((yield from _run_test('restore', _test_restore(element, content))))
     failed = ', '.join(check.name for check in checks if not check.passed)
-    code, error = (OutcomeCode.FAILED, f'failed: {failed}') if failed else (OutcomeCode.OK, '')
+    code = find_failure_code(element.reading) if failed else OutcomeCode.OK
+    error = f'failed: {failed}' if failed else ''
     return Outcome(element.reading, checks=tuple(checks), code=code, error=error)
 
 
@@ -216,6 +216,5 @@ def reset(element: Memory, content: int = BLANK, seed: int = UNSET_SEED) -> Proc
         why = reading.reason or element.describe_content(reading.level)
         raise ProcedureFailed(
             f'the new element is not read as {element.describe_content(expected)}: {why}',
-            code=reading.failure_code,
         )
     return Outcome(reading)

@@ -23,7 +23,7 @@ def read(element: Memory, end: str = '') -> Procedure[Outcome]:
     """
     reading = yield from element.reader.read_settled(element, end)
     if reading.level == UNDECODABLE:
-        raise ProcedureFailed(reading.reason, code=reading.failure_code)
+        raise ProcedureFailed(reading.reason)
     return Outcome(reading)
 
 

@@ -55,7 +55,7 @@ def write(element: Memory, level: int) -> Procedure[Outcome]:
             if element.reader.needs_second_read(reading):  # the wall has only just arrived
                 reading = yield from element.reader.read(element)
         except ProcedureFailed as failure:
-            raise ProcedureFailed(str(failure), attempt, failure.code) from failure
+            raise ProcedureFailed(str(failure), attempt) from failure
         present = reading.level
         if present >= 0 and reading.level_margin < settings.min_margin:
             present = UNDECODABLE
@@ -70,7 +70,6 @@ def write(element: Memory, level: int) -> Procedure[Outcome]:
         f'{element.describe_content(level)} was not reached in {attempts} attempts; read instead: '
         f'{", ".join(seen)}',
         attempts,
-        reading.failure_code,
     )
 
 

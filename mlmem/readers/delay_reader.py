@@ -121,13 +121,13 @@ class DelayReader(Reader):
         for end, echo in echoes.items():
             if echo.delay is None or echo.threshold_factor > MAX_THRESHOLD_FACTOR:
                 reason = reading.reason or f'the echo at the {end} end is unclear'
-                raise ProcedureFailed(reason, code=reading.failure_code)
+                raise ProcedureFailed(reason)
         if reading.level == BLANK:
             return Outcome(reading, found={'walls': 0})
         if phases[0] == 0 and (cell := (yield from _find_stuck_cell(element, echoes[End.RIGHT]))):
             return Outcome(reading, found={'walls': 0, 'stuck_cell': cell})
         if phases != (1, 0):
-            raise ProcedureFailed(reading.reason, code=reading.failure_code)
+            raise ProcedureFailed(reading.reason)
         position, deviation = _combine_places(element, reading, echoes)
         found = {'position': round(position, 3), 'position_std': round(deviation, 3)}
         return Outcome(reading, found={'walls': 1, **found})
@@ -250,7 +250,7 @@ def _combine_places(
         either = (left - right) / most  # whichever end errs is off by no more
         return position, math.hypot(float(weights.sum() ** -0.5), either)
     if reading.level == UNDECODABLE:
-        raise ProcedureFailed(reading.reason, code=reading.failure_code)
+        raise ProcedureFailed(reading.reason)
     if not heard:
         raise ProcedureFailed('something is heard at both ends when listening begins')
     ((position, deviation),) = heard.values()

@@ -73,11 +73,6 @@ class Reading:
         return self.left_delay if end is End.LEFT else self.right_delay
 
     @property
-    def failure_code(self) -> OutcomeCode:
-        """The code of a procedure that failed with this as its last reading."""
-        return OutcomeCode.UNDECODABLE if self.level == UNDECODABLE else OutcomeCode.FAILED
-
-    @property
     def confidence(self) -> float:
         """How much may be lost before the answer changes, from 0 to 1; 0 if nothing was decoded.
 
@@ -88,6 +83,12 @@ class Reading:
         if self.level == UNDECODABLE or self.threshold_margin <= 1.0:
             return 0.0
         return max(0.0, min(self.level_margin, 1.0 - 1.0 / self.threshold_margin))
+
+
+def find_failure_code(last: Reading | None) -> OutcomeCode:
+    """Return the code of a procedure that failed, from its last reading."""
+    is_undecodable = last is not None and last.level == UNDECODABLE
+    return OutcomeCode.UNDECODABLE if is_undecodable else OutcomeCode.FAILED
 
 
 @dataclass(frozen=True)

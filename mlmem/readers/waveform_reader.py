@@ -134,7 +134,7 @@ class WaveformReader(Reader):
         """
         reading = yield from self.read(element)
         if reading.level == UNDECODABLE:
-            raise ProcedureFailed(reading.reason, code=reading.failure_code)
+            raise ProcedureFailed(reading.reason)
         sites = [element.design.defect_site(level) for level in self.list_walls(reading.level)]
         found: dict[str, float | str] = {'walls': len(sites)}
         if self.holds_words:
@@ -368,7 +368,6 @@ class RecordReader(WaveformReader):
         raise ProcedureFailed(
             f'{element.describe_content(content)} was not recorded in {attempts} attempts; heard '
             f'instead: {", ".join(seen)}',
-            code=reading.failure_code,
         )
 
 

@@ -43,7 +43,7 @@ def test_readings_of_both_ends_are_reported():
 def test_failure_is_reported_without_infinity():
     reading = Reading(-2, '', 'left', None, 0.0, 0.5, math.inf, 'no echo came back')
     outcome = Outcome(
-        reading, code=reading.failure_code, error='no echo came back', procedure='read'
+        reading, code=find_failure_code(reading), error='no echo came back', procedure='read'
     )
     found = outcome_to_dict(outcome)
     assert found['error'] == found['reason'] == 'no echo came back'
