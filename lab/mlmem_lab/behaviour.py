@@ -33,7 +33,6 @@ from mlmem import (
     Locate,
     MemoryElement,
     Outcome,
-    Potential,
     Read,
     Refused,
     Reset,
@@ -54,6 +53,7 @@ from mlmem import (
     wall_at,
 )
 from mlmem.instrument.drivers import Simulation
+from mlmem.physics.curve import Curve
 from mlmem.physics.equilibrium import make_blank
 from mlmem.physics.methods import INTEGRATORS
 
@@ -207,7 +207,8 @@ def _measure_readers(name: str) -> dict[str, str]:
 def measure_research(name: str) -> dict[str, str]:
     """Return the hashes of simulations without a device, by both integrators."""
     design, found = load_element(name).design, {}
-    own = Potential.from_function(lambda D: 0.2 * (D**2 - 1.0) ** 2, -1.8, 1.8)
+    D = np.linspace(-1.8, 1.8, 200)
+    own = Curve(-1.8, 1.8, tuple((0.8 * D * (D**2 - 1.0)).tolist()))
     specimens = {
         'as designed': Specimen(design),
         'scattered': draw_specimen(design, Scatter(alpha=0.01, k_r=0.01, s=0.01, depth=0.01), 4),

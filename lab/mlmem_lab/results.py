@@ -3,8 +3,8 @@
 """Result files: numbers with the command, version, processor, seed and date that they belong to.
 
 A result also names the modules that it measured: files and folders of the checkout, which the
-study lists, and for each entry one hash of their contents, of code without comments and
-docstrings. If the contents have changed, the entry is stale: `make figures-stale` lists it.
+study lists, and for each entry one hash of their contents, of code without comments, docstrings
+and imports. If the contents have changed, the entry is stale: `make figures-stale` lists it.
 `PICTURES_FILE` has the same for every picture of the pages, and a hash of its bytes.
 """
 
@@ -156,21 +156,20 @@ def _read_content(file: Path) -> bytes:
 
 @cache
 def _parse_code(file: Path, changed_ns: int) -> str:
-    """Return the syntax tree of a module without its docstrings, as text."""
+    """Return the syntax tree of a module without its docstrings and imports, as text."""
     tree = ast.parse(file.read_bytes())
     for node in ast.walk(tree):
         if isinstance(body := getattr(node, 'body', None), list):
-            node.body = [each for each in body if not _is_string(each)]  # type: ignore[attr-defined]
+            node.body = [each for each in body if not _is_left_out(each)]  # type: ignore[attr-defined]
     return ast.dump(tree)
 
 
-def _is_string(node: ast.AST) -> bool:
-    """Return whether a statement is only a string, as a docstring is."""
-    return (
-        isinstance(node, ast.Expr)
-        and isinstance(node.value, ast.Constant)
-        and isinstance(node.value.value, str)
-    )
+def _is_left_out(node: ast.AST) -> bool:
+    """Return whether a statement is an import, or only a string, as a docstring is."""
+    match node:
+        case ast.Import() | ast.ImportFrom() | ast.Expr(ast.Constant(str())):
+            return True
+    return False
 
 
 def load_result(path: Path) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import pytest
 from rclpy.parameter import parameter_value_to_python
 
 from mlmem import Outcome, Reading
+from mlmem.readers.reading import find_failure_code
 from mlmem_ros.contract import answers
 from mlmem_ros.contract.answers import (
     Calibrated,
