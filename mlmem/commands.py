@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a device takes and what it reports: commands, events, and the progress of a procedure.
+"""What a device takes and what it reports: commands, events, and feedback.
 
 Commands are all its inputs: procedures (see `mlmem.procedure_table`) and what has no outcome. A
 command is stamped with the tick at which it takes effect.
@@ -9,7 +9,7 @@ command is stamped with the tick at which it takes effect.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 from .instrument.echo import Echo
 from .instrument.end import Shot
@@ -17,6 +17,9 @@ from .instrument.faults import Faults
 from .procedure_table import JOINT_NAME, Procedures
 from .readers.reading import Reading, Unknown
 from .rejections import OutcomeCode
+
+if TYPE_CHECKING:
+    from .instrument.instrument import Phase
 
 
 @dataclass(frozen=True)
@@ -73,12 +76,6 @@ Command = SetStrain | FollowTrajectory | Disturb | SetFaults | SetMethod | Proce
 
 COMMANDS_BY_NAME: dict[str, type[Any]] = {kind.__name__: kind for kind in get_args(Command)}
 """The commands by name."""
-
-
-def is_number(value: object, limit: float) -> bool:
-    """Return whether a value is a number of at most this magnitude; NaN and bools are not."""
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return number and abs(value) <= limit  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -155,10 +152,6 @@ class Outcome:
 Event = EchoReceived | Shot | Outcome | Unknown
 
 
-Phase = Literal['', 'waiting', 'quieting', 'straining', 'launching', 'settling', 'listening']
-"""Phase of a procedure: waiting while another one runs, empty before its first tick."""
-
-
 class Feedback(NamedTuple):
     """Feedback from a running procedure.
 
@@ -175,31 +168,3 @@ class Feedback(NamedTuple):
     strain: float
     attempts: int
     place: int = 0
-
-
-class Progress:
-    """The progress of one procedure."""
-
-    def __init__(self, procedure: str = '', tick: int = 0) -> None:
-        self.procedure = procedure
-        self.phase: Phase = ''
-        self.attempts = 1
-        self.start_tick = self._end = tick
-
-    def expect_end(self, end: float) -> None:
-        """Expect the end at this tick or later.
-
-        A procedure that another one calls ends within the expected time; a further attempt
-        prolongs it.
-        """
-        self._end = max(self._end, round(end))
-
-    def record_attempts(self, procedure: str, attempts: int) -> None:
-        """Set the attempts of the procedure itself; those of one that it calls do not count."""
-        if procedure == self.procedure:
-            self.attempts = attempts
-
-    def find_elapsed_share(self, tick: int) -> float:
-        """Return the elapsed share of the expected time, 0 to 1; 1 if it is late."""
-        passed = tick - self.start_tick
-        return passed / max(self._end - self.start_tick, passed, 1)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from . import commands, factory, procedures
-from .commands import Command, Event, Feedback, Outcome, Progress
+from .commands import Command, Event, Feedback, Outcome
 from .element_file import Element
 from .errors import ProcedureFailed, Refused, SettingsError
 from .instrument.base import NO_SHAKES, Shakes
@@ -17,6 +17,7 @@ from .instrument.blocks import MAX_RUN_TICKS
 from .instrument.drivers import Driver, Simulation
 from .instrument.end import End
 from .instrument.faults import Faults
+from .instrument.instrument import Progress
 from .memory import Memory
 from .physics import Design
 from .procedure_table import PROCEDURES, Abort, Calibrate, Procedures, Reset

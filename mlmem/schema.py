@@ -118,6 +118,12 @@ def is_valid_value(value: Any, kind: str, description: Description) -> bool:
     return above and below
 
 
+def is_number(value: object, limit: float) -> bool:
+    """Return whether a value is a number of at most this magnitude; NaN and bools are not."""
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return number and abs(value) <= limit  # type: ignore[arg-type]
+
+
 def _is_valid_text(value: str, description: Description) -> bool:
     if description.choices:
         return value in description.choices

@@ -16,20 +16,23 @@ import sys
 from bisect import bisect_left
 from dataclasses import MISSING, dataclass
 from itertools import accumulate, repeat
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..commands import FollowTrajectory, is_number
 from ..errors import Refused
 from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..procedure_table import JOINT_NAME
 from ..rejections import ErrorCode
 from ..rng import RandomStream, draw_event
-from ..schema import describe_field
+from ..schema import describe_field, is_number
 from ..settings import ActuatorSettings
 from .faults import Faults
 from .motion import Motion, Profile, Ramp, shape_ramp
+
+if TYPE_CHECKING:
+    from ..commands import FollowTrajectory
 
 
 @dataclass(frozen=True)

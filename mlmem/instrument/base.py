@@ -11,9 +11,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ..commands import is_number
 from ..errors import Refused
 from ..physics.potential import Array
+from ..schema import is_number
 from ..settings import DisturbanceSettings
 
 Shakes = Mapping[int, float]

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
-from ..commands import Progress
 from ..errors import Astray, DriverError, Refused, SettingsError
 from ..physics import CASE_II, Chain, Design, DesignError, Specimen, StateError, substep_times
 from ..physics.equilibrium import make_blank
@@ -27,6 +27,37 @@ from .echo import listening_time
 from .end import End
 from .faults import NO_FAULTS, Faults, Sensors, apply_faults
 from .transducer import UNLIMITED_SAMPLES, Transducer
+
+Phase = Literal['', 'waiting', 'quieting', 'straining', 'launching', 'settling', 'listening']
+"""Phase of a procedure: waiting while another one runs, empty before its first tick."""
+
+
+class Progress:
+    """The progress of one procedure."""
+
+    def __init__(self, procedure: str = '', tick: int = 0) -> None:
+        self.procedure = procedure
+        self.phase: Phase = ''
+        self.attempts = 1
+        self.start_tick = self._end = tick
+
+    def expect_end(self, end: float) -> None:
+        """Expect the end at this tick or later.
+
+        A procedure that another one calls ends within the expected time; a further attempt
+        prolongs it.
+        """
+        self._end = max(self._end, round(end))
+
+    def record_attempts(self, procedure: str, attempts: int) -> None:
+        """Set the attempts of the procedure itself; those of one that it calls do not count."""
+        if procedure == self.procedure:
+            self.attempts = attempts
+
+    def find_elapsed_share(self, tick: int) -> float:
+        """Return the elapsed share of the expected time, 0 to 1; 1 if it is late."""
+        passed = tick - self.start_tick
+        return passed / max(self._end - self.start_tick, passed, 1)
 
 
 class Instrument:

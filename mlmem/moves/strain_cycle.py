@@ -199,7 +199,7 @@ class KinkDrive(Move):
             kink += 1
         raise ProcedureFailed(
             f'the element is not blank after {cycles} strain cycles; read last: '
-            f'{describe_level(reading.level)}',
+            f'{describe_level(reading.level)}'
         )
 
 

@@ -117,7 +117,8 @@ class DelayReader(Reader):
         echoes = yield from probe_ends(element, _find_detecting_ends(element))
         reading = _store_echoes(element, echoes)
         if any(echo.shaken for echo in echoes.values()):
-            raise ProcedureFailed('the base shakes: hold it still to locate a wall')
+            reason = 'the base shakes: hold it still to locate a wall'
+            raise ProcedureFailed(reason)
         for end, echo in echoes.items():
             if echo.delay is None or echo.threshold_factor > MAX_THRESHOLD_FACTOR:
                 reason = reading.reason or f'the echo at the {end} end is unclear'

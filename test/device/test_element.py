@@ -29,9 +29,7 @@ from mlmem import (
     Unknown,
     Write,
 )
-from mlmem.commands import (
-    Progress,
-)
+from mlmem.instrument.instrument import Progress
 from mlmem.physics import CASE_II, PEFRL, Specimen, stable_step
 from mlmem.rejections import ErrorCode
 
