@@ -249,17 +249,10 @@ def _check_points(command: FollowTrajectory) -> tuple[tuple[float, ...], ...]:
     times, strains, rates = columns = command.times, command.strains, command.rates
     if not 1 <= len(times) <= MAX_PROFILE_POINTS:
         raise Refused.out_of_range('times', len(times), f'1 to {MAX_PROFILE_POINTS} points')
-    if len(strains) != len(times):
-        raise Refused.of_value(
-            ErrorCode.CONFLICT, 'strains', len(strains), f'{len(times)}, one for every point'
-        )
-    if len(rates) not in (0, len(times)):
-        raise Refused.of_value(
-            ErrorCode.CONFLICT,
-            'rates',
-            len(rates),
-            f'{len(times)}, one for every point, or none',
-        )
+    for name, column in (('strains', strains), ('rates', rates or times)):  # rates may be left out
+        if len(column) != len(times):
+            expected = f'{len(times)}, one for every point'
+            raise Refused.of_value(ErrorCode.CONFLICT, name, len(column), expected)
     for name, column in zip(('times', 'strains', 'rates'), columns, strict=True):
         if bad := [value for value in column if not is_number(value, sys.float_info.max)]:
             raise Refused.out_of_range(name, bad[0], 'finite numbers')
