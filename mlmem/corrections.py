@@ -95,21 +95,12 @@ def remove_kicks(settings: Settings, levels: Collection[int]) -> Settings:
 def hash_schedule(settings: Settings) -> str:
     """Return a hash of all settings that shape the pulses of a write."""
     write, actuator = settings.write, settings.actuator
-    values: list[float | str] = [
-        write.ramp,
-        write.hold,
-        write.ease,
-        write.release,
-        write.settle,
-        write.compression,
-        write.tension,
-        write.start_strain,
-        write.ease_to,
-        write.launch_speed,
-        write.last_release,
-        actuator.max_strain,
-        actuator.max_rate,
-    ]
+    names = (
+        'ramp', 'hold', 'ease', 'release', 'settle', 'compression', 'tension', 'start_strain',
+        'ease_to', 'launch_speed', 'last_release',
+    )  # fmt: skip
+    values: list[float | str] = [getattr(write, name) for name in names]
+    values += [actuator.max_strain, actuator.max_rate]
     if write.avoids_strain:
         values += [settings.kick.speeds, settings.kick.hold]
         values += [given for given in (settings.kick.late, settings.kick.kinks) if given]

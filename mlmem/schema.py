@@ -63,6 +63,10 @@ def make_field_factory(unit: str, least: float, most: float, **common: Any) -> C
     return make_field
 
 
+describe_time = make_field_factory('time', 0.0, 1e6)
+"""Returns a field of a duration in time units."""
+
+
 def find_descriptions(owner: Any) -> Iterator[tuple[dataclasses.Field[Any], Description]]:
     """Yield every described field of a dataclass or of its instance."""
     for field in dataclasses.fields(owner):

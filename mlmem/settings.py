@@ -18,9 +18,8 @@ from .moves.clearing_pulse import ClearingPulseSettings
 from .moves.kick import KickSettings
 from .moves.strain_cycle import EraseSettings, WriteSettings
 from .rejections import ErrorCode
-from .schema import Problem, describe_field, make_field_factory
+from .schema import Problem, describe_field, describe_time, make_field_factory
 
-_time = make_field_factory('time', 0.0, 1e6)
 _rate = make_field_factory('1/time', 0.0, 1.0)
 _carrier = make_field_factory('rad/time', 1e-3, 10.0)
 _length = make_field_factory('cells', 0.0, 10.0)
@@ -71,7 +70,7 @@ class ProbeSettings(Checked):
 
     omega_c: float = _carrier(2.1, 'carrier frequency')
     A: float = _length(0.01, 'pulse amplitude', low=1e-9, high=0.5)
-    sigma: float = _time(8.0, 'standard deviation of the envelope', low=0.1, high=1e4)
+    sigma: float = describe_time(8.0, 'standard deviation of the envelope', low=0.1, high=1e4)
     v_th: float = _length(1.6e-4, 'threshold of the compensated v_c', low=1e-12, high=1.0)
     gain_decay: float = _rate(0.002, 'decay that the gain compensates: eta / 2')
     window: float = describe_field(
@@ -100,8 +99,8 @@ class ReadSettings(Checked):
         low=0.01,
         high=1.0,
     )
-    settle_timeout: float = _time(6000.0, 'longest wait for waves to fade before a read')
-    rest: float = _time(0.0, 'additional wait before a pulse')
+    settle_timeout: float = describe_time(6000.0, 'longest wait for waves to fade before a read')
+    rest: float = describe_time(0.0, 'additional wait before a pulse')
     min_margin: float = _margin(0.5, 'least level margin')
     shaken_margin: float = _margin(0.5, 'least level margin while the base shakes')
     attempts: int = describe_field(
@@ -135,8 +134,10 @@ class RegisterSettings(Checked):
     )
     omega_c: float = _carrier(1.7, 'carrier at which a wall returns a part and passes the rest')
     A: float = _length(0.01, 'amplitude of the pulse', low=1e-9, high=0.5)
-    sigma: float = _time(16.0, 'standard deviation of its envelope', low=0.1, high=1e4)
-    listen: float = _time(900.0, 'time for which both ends are recorded after it', high=1e5)
+    sigma: float = describe_time(16.0, 'standard deviation of its envelope', low=0.1, high=1e4)
+    listen: float = describe_time(
+        900.0, 'time for which both ends are recorded after it', high=1e5
+    )
     min_margin: float = _margin(0.5, 'least margin between the forecasts of two words')
     max_residual: float = describe_field(
         0.5,
@@ -206,7 +207,7 @@ class DisturbanceSettings(Checked):
         1e-4,
         'acceleration below which no wall moves, and the content stays known',
     )
-    timeout: float = _time(
+    timeout: float = describe_time(
         1000.0,
         'time without messages after which the base is taken as at rest',
         low=1.0,
@@ -218,7 +219,7 @@ class DisturbanceSettings(Checked):
 class TimeSettings(Checked):
     """Length of a tick, and the integrator."""
 
-    tick: float = _time(
+    tick: float = describe_time(
         20.0, 'length of a tick; commands take effect between ticks', low=0.1, high=1e4
     )
     integrator: str = describe_field(

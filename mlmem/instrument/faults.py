@@ -22,7 +22,13 @@ from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..rejections import ErrorCode
 from ..rng import RandomStream, draw_event, draw_normal
-from ..schema import Description, describe_field, find_descriptions, make_field_factory
+from ..schema import (
+    Description,
+    describe_field,
+    describe_time,
+    find_descriptions,
+    make_field_factory,
+)
 from .end import End
 
 
@@ -31,7 +37,6 @@ class OfMaterial(Description):
     """The description of a fault of the material, which a real element cannot be given."""
 
 
-_time = make_field_factory('time', 0.0, 1e6)
 _probability = make_field_factory('', 0.0, 1.0)
 _end = partial(describe_field, 'both', choices=('both', 'left', 'right'))
 _of_material = make_field_factory('', 0.0, 0.5, kind=OfMaterial)
@@ -56,8 +61,8 @@ class Faults(Checked):
     sensor_gain: float = describe_field(
         1.0, 'the signal, relative to the displacement', low=-10.0, high=10.0
     )
-    sensor_lag: float = _time(0.0, "time constant of the signal's lag")
-    sensor_delay: float = _time(0.0, 'delay of the signal', high=1e4)
+    sensor_lag: float = describe_time(0.0, "time constant of the signal's lag")
+    sensor_delay: float = describe_time(0.0, 'delay of the signal', high=1e4)
     transducer_end: str = _end('the transducer whose drive is faulty')
     transducer_off: bool = describe_field(False, 'the transducer does not drive its end')
     transducer_gain: float = describe_field(
@@ -66,7 +71,7 @@ class Faults(Checked):
     actuator_offset: float = describe_field(
         0.0, 'offset of the substrate strain, unknown to the actuator', low=-0.1, high=0.1
     )
-    actuator_lag: float = _time(0.0, "time constant of the actuator's lag")
+    actuator_lag: float = describe_time(0.0, "time constant of the actuator's lag")
     actuator_stuck: bool = describe_field(False, 'the actuator does not move')
     missed_cycle: float = _probability(
         0.0, 'probability that the grip slips for a whole strain cycle'

@@ -21,9 +21,7 @@ from ..errors import Checked, SettingsError
 from ..physics.jit import compile_kernel
 from ..physics.potential import Array
 from ..rejections import ErrorCode
-from ..schema import describe_field, make_field_factory
-
-_time = make_field_factory('time', 0.0, 1e6)
+from ..schema import describe_field, describe_time
 
 
 @dataclass(frozen=True)
@@ -94,14 +92,16 @@ class CycleSettings(Checked):
     well that becomes shallow before it is released.
     """
 
-    ramp: float = _time(1200.0, 'ramp to the peak strain', low=1.0)
-    hold: float = _time(600.0, 'hold at the peak strain')
-    ease: float = _time(0.0, 'ramp from the peak to the pause on the way back; 0: no pause')
+    ramp: float = describe_time(1200.0, 'ramp to the peak strain', low=1.0)
+    hold: float = describe_time(600.0, 'hold at the peak strain')
+    ease: float = describe_time(
+        0.0, 'ramp from the peak to the pause on the way back; 0: no pause'
+    )
     ease_to: float = describe_field(
         0.5, 'strain of that pause, as a fraction of the peak', low=-1.0, high=1.0
     )
-    release: float = _time(1200.0, 'ramp back to zero strain', low=1.0)
-    settle: float = _time(1500.0, 'wait after the cycle')
+    release: float = describe_time(1200.0, 'ramp back to zero strain', low=1.0)
+    settle: float = describe_time(1500.0, 'wait after the cycle')
 
 
 @dataclass(frozen=True)

@@ -13,15 +13,12 @@ from ..instrument.blocks import Procedure, wait, wait_for_ends
 from ..instrument.echo import pulse_duration
 from ..instrument.end import End, Pulse
 from ..physics import Design
-from ..schema import describe_field, make_field_factory
-from .ends import bring_ends_back
-from .move import Drive, Move, blank_content
+from ..schema import describe_field, describe_time
+from .move import Drive, Move, blank_content, bring_ends_back
 
 if TYPE_CHECKING:
     from ..memory import Memory
     from ..settings import Settings
-
-_time = make_field_factory('time', 0.0, 1e6)
 
 
 @dataclass(frozen=True)
@@ -33,8 +30,8 @@ class ClearingPulseSettings(Checked):
     A: float = describe_field(
         0.0, 'amplitude; 0: no pulse, kicks take the walls out', unit='cells', low=0.0, high=5.0
     )
-    sigma: float = _time(5.0, 'standard deviation of the envelope', low=0.1, high=1e4)
-    settle: float = _time(200.0, 'wait until the walls have left and the waves have faded')
+    sigma: float = describe_time(5.0, 'standard deviation of the envelope', low=0.1, high=1e4)
+    settle: float = describe_time(200.0, 'wait until the walls have left and the waves have faded')
 
 
 @dataclass(frozen=True)

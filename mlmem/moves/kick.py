@@ -23,16 +23,13 @@ from ..physics import Design
 from ..physics.potential import Array
 from ..readers.reading import BLANK, UNDECODABLE, Reading
 from ..readers.words import Code
-from ..schema import describe_field, make_field_factory
-from .ends import bring_ends_back
-from .move import Drive, Move
+from ..schema import describe_field, describe_time
+from .move import Drive, Move, bring_ends_back
 from .strain_cycle import ringing_time
 
 if TYPE_CHECKING:
     from ..memory import Memory
     from ..settings import Settings
-
-_time = make_field_factory('time', 0.0, 1e6)
 
 
 def _parse_numbers(text: str) -> tuple[float, ...]:
@@ -71,8 +68,8 @@ class KickSettings(Checked):
         low=0.0,
         high=1.0,
     )
-    hold: float = _time(20.0, 'hold at the other ground state')
-    settle: float = _time(800.0, 'wait until the wall stops at its level')
+    hold: float = describe_time(20.0, 'hold at the other ground state')
+    settle: float = describe_time(800.0, 'wait until the wall stops at its level')
     erase_speed: float = describe_field(
         0.3,
         'mean speed of the kick that erases one wall from any level; 0: no kick erases',
@@ -80,7 +77,7 @@ class KickSettings(Checked):
         low=0.0,
         high=10.0,
     )
-    erase_settle: float = _time(1400.0, 'wait after that kick before the next one')
+    erase_settle: float = describe_time(1400.0, 'wait after that kick before the next one')
 
     @cached_property
     def peak_speed_ratio(self) -> float:

@@ -1,6 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a move is: one way to take an element from one content to another.
+"""What a move is: one way to take an element from one content to another; and how ends that
+strayed are brought back before they are driven.
 
 Every other module of this package with a function `moves_from(design, settings, start, target)`
 adds its moves to the planner. That function yields the moves that begin at a content, or, from
@@ -11,12 +12,13 @@ leads away from the target.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..corrections import PulseCorrection
-from ..instrument.blocks import Procedure
+from ..instrument.blocks import Procedure, catch_up, wait, wait_for_ends
+from ..instrument.end import End, EndMove
 from ..readers.reading import BLANK
 
 if TYPE_CHECKING:
@@ -85,3 +87,27 @@ class Move(ABC):
 def blank_content(settings: Settings) -> int:
     """Return the content of an element without walls: `BLANK`, or word 0 of a register."""
     return 0 if settings.holds_words else BLANK
+
+
+def bring_back(element: Memory, end: End) -> Procedure[None]:
+    """Move an end that strayed into a third ground state back to the active phase.
+
+    A wall driven over a free end returns as a wall between the active phase and the next. No
+    strain moves it, but the wall launched here removes it within some 90 cells.
+    """
+    element.forget_content('an end was brought back')
+    element.progress.phase = 'launching'
+    start = element.transducer.find_displacement(end)
+    # speeds of 0.1 to 0.4 work
+    element.transducer.drive_end(end, EndMove(start, element.design.D_s2, 0.2))
+    yield from wait_for_ends(element)
+    yield from wait(element, element.settings.erase.settle)
+    yield from catch_up(element)
+
+
+def bring_ends_back(element: Memory, ends: Iterable[End] = End) -> Procedure[None]:
+    """Bring back those of some ends that strayed."""
+    yield from catch_up(element)
+    for end in ends:
+        if element.phase(end) is None:
+            yield from bring_back(element, end)

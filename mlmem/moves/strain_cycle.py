@@ -18,18 +18,15 @@ from ..instrument.end import End, EndMove
 from ..instrument.motion import Cycle, CycleSettings
 from ..physics import Design
 from ..readers.reading import BLANK, UNDECODABLE, Reading, describe_level
-from ..schema import describe_field, make_field_factory
-from .ends import bring_back
-from .move import Drive, Move
+from ..schema import describe_field, describe_time, make_field_factory
+from .move import Drive, Move, bring_back
 
 if TYPE_CHECKING:
     from ..instrument.instrument import Instrument
     from ..memory import Memory
     from ..settings import Settings
 
-_time = make_field_factory('time', 0.0, 1e6)
 _speed = make_field_factory('cells/time', 1e-4, 10.0)
-_part = make_field_factory('', 0.0, 1.0)
 _count = make_field_factory('', 1, 100)
 _strain = make_field_factory('', -0.5, 0.5)
 _compression = make_field_factory('', -0.5, -1e-6)
@@ -52,11 +49,11 @@ class WriteSettings(CycleSettings):
     tension: float = _tension(0.048, 'peak strain at levels where tension frees the wall')
     start_strain: float = _strain(0.035, 'strain under which the wall is launched', low=0.0)
     launch_speed: float = _speed(0.05, 'speed of the boundary cell')
-    final_settle: float = _time(
+    final_settle: float = describe_time(
         0.0,
         'longest extra wait after the last cycle of a write, until the waves are small',
     )
-    last_release: float = _time(
+    last_release: float = describe_time(
         0.0,
         'shortest ramp back to zero strain in the last cycle of a write',
     )
@@ -70,7 +67,9 @@ class WriteSettings(CycleSettings):
         1.1, 'factor on the peak strains at each further attempt', low=1.0, high=2.0
     )
     escalation_limit: float = describe_field(1.35, 'largest such factor', low=1.0, high=4.0)
-    min_margin: float = _part(0.5, 'least level margin of a written level', high=0.99)
+    min_margin: float = describe_field(
+        0.5, 'least level margin of a written level', low=0.0, high=0.99
+    )
     kick_tries: int = _count(
         20,
         'most kicks with which a calibration looks for the speed of a level',
