@@ -20,8 +20,7 @@ from .memory import Memory
 from .physics import Design, Specimen, StateError
 from .physics.equilibrium import find_pinned_wall, make_blank
 from .physics.potential import Array
-from .procedures.driving import erase
-from .procedures.writing import write
+from .procedures.writing import erase, write
 from .readers.calibration import Calibration, DelayTable
 from .readers.decoding import primary_end
 from .readers.listening import probe_ends

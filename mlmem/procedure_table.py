@@ -188,7 +188,7 @@ PROCEDURES = {
         'estimate_settled_read',
         changes=False,
     ),
-    'erase': Procedure(Erase, 'make the element blank', 'driving.erase', 'estimate_erase'),
+    'erase': Procedure(Erase, 'make the element blank', 'writing.erase', 'estimate_erase'),
     'calibrate': Procedure(
         Calibrate,
         'measure the echo delay of every level, then restore the content',
@@ -229,7 +229,7 @@ PROCEDURES = {
         Kick,
         'kick a wall off from the left end, or a kink that takes one away; what rests then is '
         'not known until a read',
-        'driving.kick_by_hand',
+        'writing.kick_by_hand',
         'estimate_kick',
         action=False,
         listens=False,
@@ -237,7 +237,7 @@ PROCEDURES = {
     'abort': Procedure(
         Abort,
         'stop the running procedure and bring the strain to zero',
-        'driving.abort',
+        'writing.abort',
         'estimate_abort',
         action=False,
         listens=False,

@@ -124,7 +124,7 @@ def _describe_probes(element: MemoryElement, many: bool) -> dict[str, Any]:
 
 
 def _describe_register(settings: Settings) -> dict[str, Any]:
-    """Return how a byte is written: see `procedures.driving.go_to_level`."""
+    """Return how a byte is written: see `procedures.writing.go_to_level`."""
     kick = settings.kick
     pulse = settings.clearing_pulse
     return {

@@ -28,8 +28,7 @@ from ..readers.listening import noise_floor, wait_for_decay
 from ..readers.reader import Writer
 from ..readers.reading import BLANK, UNDECODABLE, Reading, find_failure_code
 from ..rejections import OutcomeCode
-from .driving import erase, go_to_level
-from .writing import restore_content, write
+from .writing import erase, go_to_level, restore_content, write
 
 
 def calibrate(element: Memory) -> Procedure[Outcome]:

@@ -23,9 +23,8 @@ from ..physics.waves import pass_band
 from ..readers.listening import fire_pulse, wait_for_decay
 from ..readers.reading import BLANK
 from ..settings import ProbeSettings
-from .driving import erase, go_to_level
 from .estimates import QUIET_DAMPING_TIMES, RECORD_TIME
-from .writing import restore_content
+from .writing import erase, go_to_level, restore_content
 
 
 class Aim(NamedTuple):

@@ -1,17 +1,26 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Writing: drive the wall to a level by the fastest moves, verify, and try again."""
+"""Writing: drive the walls to a content by the fastest moves, verify, and try again; drive them
+out of the element; kick one by hand; and the abort of it all.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from ..commands import Outcome
+from ..corrections import PulseCorrection
 from ..errors import NotFollowed, ProcedureFailed
-from ..instrument.blocks import Procedure
+from ..instrument.blocks import Procedure, catch_up, ramp_strain
 from ..memory import Memory
+from ..moves.kick import kick_to_other_phase
+from ..moves.move import Drive, Move, blank_content
+from ..moves.planner import disable_kicks, erasing_moves, find_route
 from ..moves.strain_cycle import return_to_zero
+from ..readers.listening import try_wait_for_decay
 from ..readers.reading import UNDECODABLE, Reading, correct_speed
 from . import estimates
-from .driving import erase, go_to_level
 
 
 def write(element: Memory, level: int) -> Procedure[Outcome]:
@@ -40,7 +49,7 @@ def write(element: Memory, level: int) -> Procedure[Outcome]:
         estimates.expect_duration(element, estimates.writing_time(element, present, level))
         try:
             plainly = strained and not settings.avoids_strain and 1 < attempt == attempts
-            force = _peak_factor(element, attempt)
+            force = min(settings.escalation ** (attempt - 1), settings.escalation_limit)
             try:
                 yield from go_to_level(
                     element, present, level, force,
@@ -84,7 +93,108 @@ def restore_content(element: Memory, content: Reading) -> Procedure[Outcome]:
     return (yield from erase(element))
 
 
-def _peak_factor(element: Memory, attempt: int) -> float:
-    """Return the factor on the peak strains of an attempt, counted from 1."""
-    settings = element.settings.write
-    return float(min(settings.escalation ** (attempt - 1), settings.escalation_limit))
+def erase(element: Memory, *, plainly: bool = False) -> Procedure[Outcome]:
+    """Make the element blank: without strain unless `plainly`, or else with it.
+
+    Raises:
+        ProcedureFailed: The element is not blank after all moves that erase.
+    """
+    yield from return_to_zero(element)
+    settings = disable_kicks(element.settings) if plainly else element.settings
+    how = Drive(element.calibration.corrections_by_level(element.settings))
+    reading: Reading | None = None
+    for move in erasing_moves(element.design, settings):
+        if move.listens:
+            return Outcome((yield from move.drive(element, how)))
+        for attempt in range(1, settings.write.attempts + 1):
+            element.progress.record_attempts('erase', attempt)
+            if attempt > 1 or not (yield from seems_blank(element)):
+                yield from move.drive(element, how)
+            reading = yield from element.reader.read(element)
+            if reading.level == blank_content(settings):
+                return Outcome(reading, attempt)
+    seen = reading and (reading.reason or element.describe_content(reading.level))
+    raise ProcedureFailed(
+        f'the element is not blank after {settings.write.attempts} attempts ({seen}); no other '
+        'move erases it: strain does, with an actuator and one wall',
+        settings.write.attempts,
+    )
+
+
+def seems_blank(element: Memory) -> Procedure[bool]:
+    """Return whether the ends are those of a blank element, which tells nothing of many walls."""
+    if element.reader.holds_words:
+        return False
+    yield from catch_up(element)
+    return element.phases == (0, 0)
+
+
+def kick_by_hand(element: Memory, speed: float) -> Procedure[Outcome]:
+    """Kick a wall off from the left end, or a kink if that end is active; nothing is read.
+
+    Args:
+        element: The element to kick.
+        speed: Mean speed of the end in cells per time unit, within the transducer's limit.
+
+    Raises:
+        NotFollowed: The strain was not zero, and the actuator does not bring it there.
+    """
+    yield from return_to_zero(element)
+    element.forget_content('kicked by hand')
+    yield from kick_to_other_phase(element, speed)
+    return Outcome(None)
+
+
+def abort(element: Memory) -> Procedure[Outcome]:
+    """Release a held cell and bring the strain to zero, smoothly.
+
+    As slowly as an erase: at the highest rate, one element in twenty was left with cells in a
+    third ground state, which no strain clears (see `bring_back`).
+    """
+    times = element.settings.erase
+    element.transducer.release_ends()
+    if element.actuator.strain != 0.0 or element.actuator.is_moving:
+        yield from ramp_strain(element, 0.0, times.release)
+    return Outcome(None)
+
+
+def go_to_level(
+    element: Memory,
+    present: int,
+    level: int,
+    force: float = 1.0,
+    *,
+    nudge: float = 1.0,
+    plainly: bool = False,
+    strained: bool = True,
+    corrections: Sequence[PulseCorrection] | None = None,
+) -> Procedure[None]:
+    """Drive the walls from the content that was read to another by the fastest moves, open loop.
+
+    Args:
+        force: Factor on the peak strains of steps up, within the actuator's limit.
+        nudge: Factor on the speed of a kick, within the transducer's limit.
+        plainly: Use only steps up and a kink, as in the paper.
+        strained: Whether to use the actuator, if there is one.
+        corrections: By the level to which a move goes; by default those of the calibration.
+
+    Raises:
+        ProcedureFailed: There is no way; `NotFollowed` if there is only one by strain, and the
+            actuator does not follow.
+    """
+    design, settings = element.design, element.settings
+    if corrections is None:
+        corrections = element.calibration.corrections_by_level(settings)
+    settings = (
+        disable_kicks(settings) if plainly else element.calibration.remove_missed_kicks(settings)
+    )
+    if not strained:
+        settings = replace(settings, actuator=replace(settings.actuator, present=False))
+    if present == UNDECODABLE and not settings.holds_words:
+        yield from erase(element, plainly=plainly)
+        present = blank_content(settings)
+    how = Drive(corrections, force, nudge)
+    moves: list[Move] = find_route(design, settings, present, level)
+    for move in moves:
+        yield from move.drive(element, replace(how, is_last=move is moves[-1]))
+    yield from try_wait_for_decay(element, settings.write.final_settle)

@@ -20,7 +20,7 @@ from mlmem.memory import Memory
 from mlmem.physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank, relax_to_equilibrium
 from mlmem.physics.potential import Array
-from mlmem.procedures.driving import go_to_level
+from mlmem.procedures.writing import go_to_level
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.readers.reading import BLANK
 from mlmem.readers.register import find_wall_levels, pin_walls

@@ -32,7 +32,7 @@ from mlmem.physics import (
     find_walls,
 )
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
-from mlmem.procedures.driving import go_to_level
+from mlmem.procedures.writing import go_to_level
 from mlmem.readers.reading import Reading
 from mlmem.readers.register import MAX_LEVEL_OFFSET_CELLS, pin_walls
 from mlmem.readers.words import count_words
