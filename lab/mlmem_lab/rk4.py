@@ -78,7 +78,7 @@ class Rk4Element(Driver):
         V_N: Array,
         held_cell: HeldCell | None = None,
         shake: Array | None = None,
-        looks: int = 1,
+        ticks: int = 1,
     ) -> Array:
         """Return the samples of both ends; see `Driver.advance`."""
         made = self.specimen

@@ -95,7 +95,7 @@ class Driver(ABC):
         V_N: Array,
         held_cell: HeldCell | None = None,
         shake: Array | None = None,
-        looks: int = 1,
+        ticks: int = 1,
     ) -> Array:
         """Apply the set-points of whole ticks, and return their samples.
 
@@ -106,7 +106,7 @@ class Driver(ABC):
             V_N: Displacement of the substrate's end, shape (n nodes,) for n samples.
             held_cell: An end cell that is held for the first set-points, then released.
             shake: Acceleration of the base; a real element ignores it.
-            looks: Number of ticks.
+            ticks: Number of ticks.
 
         Returns:
             Displacements of the first and the last cell after every sample, shape (2, n).
@@ -212,10 +212,10 @@ class Simulation(Driver):
         V_N: Array,
         held_cell: HeldCell | None = None,
         shake: Array | None = None,
-        looks: int = 1,
+        ticks: int = 1,
     ) -> Array:
         """Advance the chain; see `Chain.advance`."""
-        return self.chain.advance(V_N, held_cell, shake, looks)
+        return self.chain.advance(V_N, held_cell, shake, ticks)
 
     def at_rest(self, V_N: float) -> bool:
         """Return whether the chain is at rest at a displacement of the substrate's end."""
@@ -347,12 +347,12 @@ class Watchdog(Driver):
         V_N: Array,
         held_cell: HeldCell | None = None,
         shake: Array | None = None,
-        looks: int = 1,
+        ticks: int = 1,
     ) -> Array:
         """Return the samples of the driver; raises `DriverError` if it takes too long."""
         playing = len(V_N) / len(self.nodes) * self.dt * self._seconds
         return self._call_driver(
-            'playing', lambda: self.driver.advance(V_N, held_cell, shake, looks), playing
+            'playing', lambda: self.driver.advance(V_N, held_cell, shake, ticks), playing
         )
 
     def end(self, site: int) -> float:

@@ -265,7 +265,7 @@ class Chain:
         V_N: Array,
         held_cell: HeldCell | None = None,
         shake: Array | None = None,
-        looks: int = 0,
+        ticks: int = 0,
     ) -> Array:
         """Advance by whole steps.
 
@@ -275,10 +275,10 @@ class Chain:
             held_cell: A cell held at a prescribed motion at the start of the run.
             shake: Acceleration of the base at the same times, shape (m steps,), finite; the
                 displacements are those relative to the base. None for a base at rest.
-            looks: Number of equal parts of the run, its ticks: the range of all cells is checked
-                at the end of each, and an error in any undoes the whole run. In a tick that begins
-                `calm`, and in which nothing moves the chain, it is at rest. By default there are
-                no ticks: the range is checked at the end, and the chain never rests.
+            ticks: Number of equal parts of the run: the range of all cells is checked at the end
+                of each, and an error in any undoes the whole run. A tick that begins `at_rest`,
+                and in which nothing moves the chain, is passed by. By default there are no ticks:
+                the range is checked at the end, and the chain never rests.
 
         Returns:
             Displacements v_1 and v_N after every step, shape (2, steps).
@@ -293,7 +293,7 @@ class Chain:
         inputs.check(self.design.N, substeps)
         before = [row.copy() for row in self._list_rows()], self.V_N, self.steps_done
         steps = len(V_N) // substeps
-        every = max(1, steps // looks) if looks else 0
+        every = max(1, steps // ticks) if ticks else 0
         ends, strayed = self._advance_stretch(inputs, every)
         while not strayed and ends.shape[1] < steps:
             part, strayed = self._advance_stretch(
@@ -389,7 +389,7 @@ class Chain:
         return self.advance(np.full(self.integrator.substeps * steps, self.V_N))
 
 
-def is_kernel_cached(design: Design, integrator: Integrator = DEFAULT_INTEGRATOR) -> bool:
+def is_kernel_cached(design: Design, integrator: Integrator) -> bool:
     """Return whether the loop for an element of a design is already compiled, here or on disk."""
     arguments = Chain(design, integrator=integrator)._build_arguments(NO_INPUTS, np.empty((2, 0)))
     return is_cached(integrator.advance, *arguments)

@@ -126,7 +126,7 @@ class Rig(Driver):
         V_N: Array,
         held_cell: HeldCell | None = None,
         shake: Array | None = None,
-        looks: int = 1,
+        ticks: int = 1,
     ) -> Array:
         """Send set-points and return the samples of `lag` ticks ago; see `Driver.advance`."""
         with self._turn:

@@ -20,11 +20,11 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.motion import Cycle
 from mlmem.moves.strain_cycle import EraseSettings, WriteSettings, launch_wall
 from mlmem.physics import StateError, find_walls
-from mlmem.physics.held_wall import cut_excerpt
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.settings import RegisterSettings
 
 from .concern import MAX_CELL_STEPS, MIN_STEP_CELLS, Finding, Subject, Verdict
+from .excerpt import cut_excerpt
 
 
 def check(subject: Subject) -> Iterator[Finding]:

@@ -11,10 +11,12 @@ import numpy as np
 
 from mlmem.physics.design import Design, stiffness_profile
 from mlmem.physics.equilibrium import relax_to_equilibrium, wall_profile
-from mlmem.physics.held_wall import cut_excerpt, hold_walls, make_uniform
+from mlmem.physics.held_wall import hold_walls, make_uniform
 from mlmem.physics.potential import Array, StateError
 from mlmem.physics.specimen import Specimen, as_specimen
 from mlmem.physics.wall import find_walls
+
+from .excerpt import cut_excerpt
 
 MAX_PINNED_DISTANCE = 3.0
 """A wall farther than this from its defect, in cells, is de-pinned."""

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from mlmem.physics import CASE_II, Specimen, StateError
-from mlmem.physics.held_wall import cut_excerpt, hold_walls
+from mlmem.physics.held_wall import hold_walls
+from mlmem_tools.checks.excerpt import cut_excerpt
 from mlmem_tools.checks.quasistatic import (
     compute_held_landscape,
     compute_self_energy,

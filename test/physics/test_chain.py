@@ -391,9 +391,9 @@ def test_cell_that_leaves_its_range_and_returns_is_detected(substrate, method):
     motion[0, out] = chain._range[1] + 1.0
     held_cell = HeldCell(1, motion)
     chain.advance(still, held_cell)  # who looks at the end alone sees nothing
-    for looks in (2, 8):  # after the fourth step and the last, or after every one
+    for ticks in (2, 8):  # after the fourth step and the last, or after every one
         with pytest.raises(StateError, match='left the range'):
-            other.advance(still, held_cell, looks=looks)
+            other.advance(still, held_cell, ticks=ticks)
         assert other.state().tobytes() == Chain(design, integrator=method).state().tobytes()
 
 

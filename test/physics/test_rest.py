@@ -39,7 +39,7 @@ def still(chain, ticks):
 
 
 def pass_ticks(chain, ticks):
-    return chain.advance(still(chain, ticks), looks=ticks)
+    return chain.advance(still(chain, ticks), ticks=ticks)
 
 
 def whole(chain):
@@ -109,7 +109,7 @@ def test_whatever_moves_chain_wakes_it(method, substrate):
     def strain(chain):
         V_N = still(chain, 1)
         V_N[-1] = 1e-9
-        chain.advance(V_N, looks=1)
+        chain.advance(V_N, ticks=1)
 
     def shake(chain):
         base = still(chain, 1)

@@ -52,7 +52,7 @@ class Late(LocalDriver):
         self._line = super().advance(np.zeros(steps * len(self.nodes)))
         self._last = self._line[:, -1]
 
-    def advance(self, V_N, held_cell=None, shake=None, looks=1):
+    def advance(self, V_N, held_cell=None, shake=None, ticks=1):
         line = np.concatenate((self._line, super().advance(V_N, held_cell)), axis=1)
         arrived, self._line = np.split(line, [line.shape[1] - self._line.shape[1]], axis=1)
         self._last, self.V_N = arrived[:, -1], float(V_N[-1])

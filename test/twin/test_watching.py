@@ -75,7 +75,7 @@ class Measured(Simulation):
         super().__init__(Simulation.build_blank(made, SETTINGS.time).chain)
         self.bench = bench
 
-    def advance(self, V_N, drive=None, shake=None, looks=1):
+    def advance(self, V_N, drive=None, shake=None, ticks=1):
         if drive is not None:
             motion = self.bench.sensors.held(drive.site, drive.motion)
             rest = self.chain.end(drive.site) if self.rest is None else self.rest
@@ -83,7 +83,7 @@ class Measured(Simulation):
             weaker = self.bench.weaker[drive.site > 1]
             motion = weaker * (motion - [[rest], [0.0]]) + [[rest], [0.0]]
             drive = replace(drive, motion=motion)
-        return self.bench.sensors.measure_ends(super().advance(V_N, drive, shake, looks))
+        return self.bench.sensors.measure_ends(super().advance(V_N, drive, shake, ticks))
 
 
 @pytest.fixture

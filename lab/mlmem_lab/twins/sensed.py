@@ -49,13 +49,13 @@ class SensedSimulation(Simulation):
         V_N: Array,
         held_cell: HeldCell | None = None,
         shake: Array | None = None,
-        looks: int = 1,
+        ticks: int = 1,
     ) -> Array:
         """Return the samples of both ends as the sensors give them; see `Driver.advance`."""
         if held_cell is not None:
             motion = self.sensors.held(held_cell.site, held_cell.motion)
             held_cell = replace(held_cell, motion=motion)
-        return self.sensors.measure_ends(super().advance(V_N, held_cell, shake, looks))
+        return self.sensors.measure_ends(super().advance(V_N, held_cell, shake, ticks))
 
     def end(self, site: int) -> float:
         """Return the displacement of an end as its sensor gives it."""
@@ -101,7 +101,7 @@ class HiddenElement(Driver):
         V_N: Array,
         held_cell: HeldCell | None = None,
         shake: Array | None = None,
-        looks: int = 1,
+        ticks: int = 1,
     ) -> Array:
         """Return the samples of both ends as the line gives them; see `Driver.advance`."""
         width, n = self._past.shape[1], len(V_N)
