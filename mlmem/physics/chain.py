@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -28,6 +27,7 @@ from .stepping import (
     farthest_reach,
     stable_step,
 )
+from .values import require_finite
 
 
 class Chain:
@@ -129,14 +129,9 @@ class Chain:
         Raises:
             StateError: A wrong shape or a value that is not finite; nothing is changed.
         """
+        require_finite('v', v, (self.design.N,))
+        require_finite('V_N', V_N, ())
         state = np.zeros_like(self.state())
-        if np.shape(v) != (self.design.N,):
-            expected = f'of shape ({self.design.N},)'
-            raise StateError.out_of_range('v', np.shape(v), expected)
-        if not (np.isfinite(v).all() and math.isfinite(V_N)):
-            raise StateError(
-                'v and V_N must be finite; got NaN or infinity', ErrorCode.OUT_OF_RANGE, 'v'
-            )
         V = V_N * self.specimen.strain_shape
         state[0] = v
         state[2] = metamaterial_force(self.specimen, state[0], V) / self.specimen.masses
@@ -161,14 +156,8 @@ class Chain:
         Raises:
             StateError: A wrong shape or a value that is not finite; nothing is changed.
         """
-        wanted = (6 if self._substrate is not None else 3, self.design.N)
-        if np.shape(state) != wanted:
-            expected = f'of shape {wanted}'
-            raise StateError.out_of_range('state', np.shape(state), expected)
-        if not (np.isfinite(state).all() and math.isfinite(V_N)):
-            raise StateError(
-                'the state must be finite; got NaN or infinity', ErrorCode.OUT_OF_RANGE, 'state'
-            )
+        require_finite('state', state, (3 * len(self._list_chains()), self.design.N))
+        require_finite('V_N', V_N, ())
         self._set_rows(state)
         if not self.integrator.keeps_accelerations:
             for _, _, acceleration, *_ in self._list_chains():
@@ -228,7 +217,7 @@ class Chain:
     def _build_cells(self) -> None:
         """Build the loop's arguments from the specimen."""
         made, design = self.specimen, self.design
-        mobility, stuck = align_array(1.0 / made.masses), np.array(made.stuck, dtype=np.int64) - 1
+        mobility, stuck = align_array(1.0 / made.masses), made.stuck_indices
         elastic = design.substrate == 'elastic'
         if not elastic:
             mobility[stuck] = 0.0

@@ -186,12 +186,9 @@ class Curve:
 
         That is the barriers below the first and above the last one, or the ends of the curve.
         """
-        below = [
-            D for D, stable in self._force_zeros if not stable and self.ground_state(first) > D
-        ]
-        above = [
-            D for D, stable in self._force_zeros if not stable and self.ground_state(last) < D
-        ]
+        low, high = self.ground_state(first), self.ground_state(last)
+        tops = [D for D, stable in self._force_zeros if not stable]
+        below, above = [D for D in tops if low > D], [D for D in tops if high < D]
         return max(below, default=self.low), min(above, default=self.high)
 
 

@@ -242,13 +242,11 @@ class Design:
     def alpha(self) -> Array:
         """Amplification of the on-site potential, shape (N,)."""
         defect = (self.sites % self.J == 0) & (self.sites <= self.N - self.tail)
-        anomaly = 1.0 + self.beta * defect
-        if self.profile:
-            half = len(self.defect_factors) // 2
-            for center in np.flatnonzero(defect):
-                for cell, factor in enumerate(self.defect_factors, int(center) - half):
-                    if 0 <= cell < self.N:
-                        anomaly[cell] = factor
+        anomaly, half = np.ones(self.N), len(self.defect_factors) // 2
+        for center in np.flatnonzero(defect):
+            for cell, factor in enumerate(self.defect_factors, int(center) - half):
+                if 0 <= cell < self.N:
+                    anomaly[cell] = factor
         if self.rise:
             anomaly[self.sites > self.defect_site(self.levels - 1) + self.J / 2.0] *= (
                 1.0 + self.rise

@@ -62,7 +62,7 @@ def end_force(material: Material, v: Array, V: Array) -> Array:
     made = as_specimen(material)
     force = -substrate_force(made, v, V)
     if made.stuck:  # the substrate carries these cells, and what pulls at them
-        carried = np.array(made.stuck) - 1
+        carried = made.stuck_indices
         force[..., carried] -= metamaterial_force(made, v, V)[..., carried]
     rigid = made.design.substrate == 'rigid'
     return np.asarray(force @ made.strain_shape if rigid else force[..., -1])

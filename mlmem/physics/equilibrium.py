@@ -13,7 +13,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..rejections import ErrorCode
 from .design import Design, as_design
@@ -151,7 +150,7 @@ def relax_to_equilibrium(
     """
     specimen = as_specimen(material)
     v = np.array(v, dtype=np.float64)
-    held = _list_stuck_indices(specimen)
+    held = specimen.stuck_indices
     tolerance = 1e-12  # of the residual force per cell, over the stiffness of the stiffest cell
     for _ in range(iterations):
         force = metamaterial_force(specimen, v, V)
@@ -236,7 +235,7 @@ def find_pinned_walls(
     for phase, position in enumerate(sorted(positions, reverse=True), 1):
         left = (wall_profile(design, position) - design.D_s1) / step
         share = share * (1.0 - left) + phase % 2 * left
-    held = _list_stuck_indices(specimen)
+    held = specimen.stuck_indices
     share[held] = np.round(share[held])
     guess = design.D_s1 + step * share + specimen.offsets
     return relax_to_equilibrium(specimen, guess, np.zeros(design.N), iterations=iterations)
@@ -260,15 +259,9 @@ def _downhill_step(specimen: Specimen, diagonal: Array, force: Array) -> Array:
         shift = 4.0 * shift if shift else 0.01
 
 
-def _list_stuck_indices(specimen: Specimen) -> NDArray[np.int64]:
-    """Return the indices of the stuck cells."""
-    return np.array(specimen.stuck, dtype=np.int64) - 1
-
-
 def _solve_definite(specimen: Specimen, diagonal: Array, right: Array) -> Array | None:
     """Solve the tridiagonal system; None if it is not positive definite."""
     solution, diagonal, beside = right[None].copy(), diagonal.copy(), -specimen.k_r
-    if specimen.stuck:
-        held = _list_stuck_indices(specimen)
-        diagonal[held], beside[held], beside[held - 1] = 1.0, 0.0, 0.0
+    held = specimen.stuck_indices
+    diagonal[held], beside[held], beside[held - 1] = 1.0, 0.0, 0.0
     return solution[0] if solve_tridiagonal(diagonal, beside, solution) else None

@@ -105,6 +105,11 @@ class Specimen:
 
     # --- as the functions of the material use it ------------------------------------------
 
+    @cached_property
+    def stuck_indices(self) -> NDArray[np.int64]:
+        """Indices of the stuck cells."""
+        return np.array(self.stuck, dtype=np.int64) - 1
+
     @property
     def masses(self) -> Array:
         """Masses, shape (N,)."""

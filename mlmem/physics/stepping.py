@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .methods import DEFAULT_INTEGRATOR, Integrator
 from .potential import Array, StateError
 from .specimen import Material, Specimen, as_specimen
+from .values import require_finite
 
 STABILITY_MARGIN = 0.95
 """Largest fraction of the stability limit to use."""
@@ -146,10 +147,8 @@ class Inputs(NamedTuple):
         V_N, shake, site, motion = self.V_N, self.shake, self.held_cell.site, self.held_cell.motion
         if V_N.ndim != 1 or len(V_N) % substeps:
             raise StateError.out_of_range('V_N', V_N.shape, f'of shape ({substeps} steps,)')
-        if not np.isfinite(V_N).all():
-            raise StateError.out_of_range('V_N', 'NaN or infinity', 'finite')
-        if not (shake.shape == V_N.shape and np.isfinite(shake).all()):
-            raise StateError.out_of_range('shake', shake.shape, f'finite and of shape {V_N.shape}')
+        require_finite('V_N', V_N, V_N.shape)
+        require_finite('shake', shake, V_N.shape)
         if site not in (1, N):
             raise StateError.out_of_range('site', site, f'1 or N = {N}')
         if motion.ndim != 2 or motion.shape[0] != 2:
@@ -157,8 +156,7 @@ class Inputs(NamedTuple):
         if motion.shape[1] > len(V_N):
             expected = f'at most the {len(V_N)} sub-steps of the run'
             raise StateError.out_of_range('motion', motion.shape[1], expected)
-        if not np.isfinite(motion).all():
-            raise StateError.out_of_range('motion', 'NaN or infinity', 'finite')
+        require_finite('motion', motion, motion.shape)
 
     def skip_substeps(self, done: int) -> Inputs:
         """Return those that come after some sub-steps."""

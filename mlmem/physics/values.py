@@ -5,11 +5,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..rejections import Rejected
 
 Array = NDArray[np.float64]
+
+
+Complex = NDArray[np.complex128]
 
 
 class DesignError(Rejected, ValueError):
@@ -18,3 +21,11 @@ class DesignError(Rejected, ValueError):
 
 class StateError(Rejected, ValueError):
     """Arrays that are not a state of this chain: wrong shape, not finite, wrong kind."""
+
+
+def require_finite(field: str, values: ArrayLike, shape: tuple[int, ...]) -> None:
+    """Raise `StateError` unless these are finite numbers of a shape; () stands for one number."""
+    if np.shape(values) != shape:
+        raise StateError.out_of_range(field, np.shape(values), f'of shape {shape}')
+    if not np.isfinite(values).all():
+        raise StateError.out_of_range(field, 'NaN or infinity', 'finite')

@@ -67,11 +67,11 @@ def find_level(material: Material, configuration: Array, tolerance: float = 1.0)
     found = find_walls(design, configuration)
     if not found and configuration.max() < design.D_barrier:
         return -1
-    if len(found) == 1 and found[0].anti_kink:
-        level = round(found[0].position / design.J) - 1
-        if 0 <= level < design.levels:
-            return level if abs(found[0].position - design.defect_site(level)) < tolerance else -2
-    return -2
+    if len(found) != 1 or not found[0].anti_kink:
+        return -2
+    level = round(found[0].position / design.J) - 1
+    distance = abs(found[0].position - design.defect_site(level))
+    return level if 0 <= level < design.levels and distance < tolerance else -2
 
 
 @lru_cache(maxsize=64)

@@ -31,8 +31,7 @@ from .jit import compile_kernel
 from .methods import Integrator
 from .potential import Array
 from .specimen import Material, Specimen, as_specimen
-
-Complex = NDArray[np.complex128]
+from .values import Complex as Complex
 
 
 def wavenumber(omega: ArrayLike, k_s: float) -> NDArray[np.complex128]:
@@ -103,7 +102,7 @@ def linearize_cells(material: Material, v: Array) -> tuple[Array, Array, Array]:
     made = as_specimen(material)
     stiffness = np.asarray(made.alpha * made.potential.stiffness(v - made.offsets))
     # stiff enough to stand for a stuck cell
-    stiffness[np.array(made.stuck, dtype=np.int64) - 1] = 1e9
+    stiffness[made.stuck_indices] = 1e9
     return stiffness, made.masses, np.append(made.k_r, 1.0)
 
 

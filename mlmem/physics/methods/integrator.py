@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numpy.typing import NDArray
 
 from ..formulas import coupling_pull, on_site_factors
 from ..jit import compile_kernel, fma, inline_function
 from ..potential import Array
+from ..values import Complex as Complex
 
 Chained = tuple[Array, ...]
 """The arrays of one chain: displacement, velocity, acceleration, and a method's work space.
@@ -108,9 +108,6 @@ def make_displacements(n: int) -> Array:
 def make_cell_array(n: int) -> Array:
     """Return a zero for each of n cells."""
     return align_array(np.zeros(n))
-
-
-Complex = NDArray[np.complex128]
 
 
 class Integrator(ABC):

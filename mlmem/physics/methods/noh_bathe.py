@@ -246,15 +246,10 @@ class NohBathe(Integrator):
 
     def make_arrays(self, n: int) -> Chained:
         """Return u, du, ddu, u_p, du_p and ddu_p (see `Integrator`)."""
-        u, u_p = make_displacements(n), make_displacements(n)
-        return (
-            u,
-            make_cell_array(n),
-            make_cell_array(n),
-            u_p,
-            make_cell_array(n),
-            make_cell_array(n),
+        now, between = (
+            (make_displacements(n), make_cell_array(n), make_cell_array(n)) for _ in range(2)
         )
+        return now + between
 
     def constants(self, dt: float, mobility: Array, eta: Array | float) -> Array:
         """Return a0 ... a7 (see `Integrator`)."""
