@@ -103,7 +103,7 @@ def examples():
         law_file._File: {'law': {'low': 0.0, 'high': 1.0, 'force': [0.0] * 8}, 'format': 1},
     }
     procedures = (answers.Decoded, *answers.ANSWER_TYPES.values())
-    for kind in (*procedures, answers.Paused, answers.Recorded, answers.Stepped):
+    for kind in (*procedures, answers.Paused, answers.Recorded):
         found[kind] = {each.name: told[each.name] for each in dataclasses.fields(kind)}
     values = {
         'level': 1,

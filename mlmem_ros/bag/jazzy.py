@@ -45,31 +45,20 @@ def find_definition(type_name: str) -> Definition:
     return Definition(text, _load_typestore().hash_rihs01(type_name))
 
 
-def make_message(type_name: str, **values: Any) -> Any:
-    """Make a message of a type, an object with all its fields as attributes; arrays of numbers are
-    numpy arrays.
+def encode_message(type_name: str, **values: Any) -> bytes:
+    """Return a message with all its fields as little-endian CDR with its encapsulation header;
+    arrays of numbers are numpy arrays.
 
     Raises:
-        BagError: Jazzy has no such type, or the fields are not its fields.
+        BagError: Jazzy has no such type, or the values are not those of its fields.
     """
     _require_type(type_name)
+    store = _load_typestore()
     try:
-        return _load_typestore().types[type_name](**values)
-    except TypeError as error:
-        raise BagError(f'The fields must be those of {type_name}: {error}.') from error
-
-
-def serialize_message(message: Any) -> bytes:
-    """Encode a message made by `make_message` as little-endian CDR with its encapsulation header.
-
-    Raises:
-        BagError: A field has a wrong value.
-    """
-    name = message.__msgtype__
-    try:
-        return bytes(_load_typestore().serialize_cdr(message, name, little_endian=True))
+        message = store.types[type_name](**values)
+        return bytes(store.serialize_cdr(message, type_name, little_endian=True))
     except Exception as error:  # whatever the generated code raises
-        raise BagError(f'The message must be a valid {name}: {error}.') from error
+        raise BagError(f'The values must be those of a {type_name}: {error}.') from error
 
 
 def deserialize_message(cdr: bytes, type_name: str) -> Any:

@@ -96,7 +96,7 @@ class QueuedWriter:
             Whether the message was accepted. It is not when the queue is full, which is counted,
             or when the recording has failed or is closed.
         """
-        size = len(cdr) if isinstance(cdr, bytes) else 0  # else the writer's thread reports it
+        size = len(cdr)
         with self._changed:
             if not self._accepting:
                 return False
@@ -157,8 +157,7 @@ class QueuedWriter:
                 self._write_items(items)
                 if dropped > recorded_dropped:  # after all that fitted into the queue
                     recorded_dropped = dropped
-                    count = jazzy.make_message('std_msgs/msg/UInt64', data=dropped)
-                    cdr = jazzy.serialize_message(count)
+                    cdr = jazzy.encode_message('std_msgs/msg/UInt64', data=dropped)
                     self._writer.write(self._dropped_topic, cdr, dropped_time)
                 self._sync_if_due()
                 self._update_counts()

@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from operator import index
 from os import PathLike
 from pathlib import Path
 from typing import IO, cast
@@ -99,12 +98,9 @@ class BagWriter:
                 that each file of a split bag can be understood alone.
 
         Raises:
-            BagError: The topic is there already, the type is not known, the bag is closed, or the
-                storage fails.
+            BagError: The type is not known, the bag is closed, or the storage fails.
         """
         self._require_open()
-        if name in self._channels:
-            raise BagError(f'Topic {name} must be added only once; {self.path} already has it.')
         digest = jazzy.find_definition(type_name).hash
         offered = [describe_qos(reliability, durability)]
         channel = _Channel(name, type_name, digest, offered_qos=offered, begins_file=begins_file)
@@ -113,19 +109,15 @@ class BagWriter:
         self._channels[name] = channel
 
     def write(self, topic: str, cdr: bytes, log_time: int) -> None:
-        """Write a message with its time in nanoseconds.
+        """Write a message on a topic that was added, with its time in nanoseconds.
 
         Raises:
-            BagError: The topic was not added, the message is not bytes, its time is out of range,
-                the bag is closed, or the storage fails.
+            BagError: The time is out of range, the bag is closed, or the storage fails.
         """
         self._require_open()
-        channel = self._channels.get(topic)
-        if channel is None:
-            raise BagError(f'Topic {topic!r} must be added to {self.path} before its messages.')
-        if not isinstance(cdr, bytes):
-            raise BagError(f'A message on {topic} must be bytes; got {type(cdr).__name__}.')
-        log_time = _check_nanoseconds(log_time)
+        if not 0 <= log_time < 2**63:
+            raise BagError(f'A time must be from 0 to 2**63 - 1 ns; got {log_time}.')
+        channel = self._channels[topic]
         with self._abandon_on_error():
             if channel.begins_file and self._is_file_full():
                 self._close_file()
@@ -245,12 +237,3 @@ class BagWriter:
         with storage_errors(f'write {path}'):
             text = format_metadata(self._channels.values(), self._files)
             atomic_files.write_atomically(path, text)
-
-
-def _check_nanoseconds(time: int) -> int:
-    try:
-        if 0 <= index(time) <= 2**63 - 1:
-            return index(time)
-    except TypeError:
-        pass
-    raise BagError(f'A time must be an integer from 0 to 2**63 - 1 ns; got {time!r}.')

@@ -207,15 +207,15 @@ class SelfTested(Answer):
 
 @dataclass(frozen=True)
 class Paused(Answer):
-    """Whether time is paused.
+    """Whether time is paused, as it is after a single tick too.
 
     Attributes:
-        paused: True while it is.
         tick: Ticks the device has done.
+        paused: True while it is.
     """
 
-    paused: bool
     tick: int
+    paused: bool = True
 
 
 @dataclass(frozen=True)
@@ -229,17 +229,6 @@ class Recorded(Answer):
 
     recording: bool
     path: str
-
-
-@dataclass(frozen=True)
-class Stepped(Answer):
-    """A single tick that was run.
-
-    Attributes:
-        tick: Ticks the device has done.
-    """
-
-    tick: int
 
 
 ANSWER_TYPES: dict[str, type[Answer]] = {

@@ -124,8 +124,7 @@ def _find_version(package: str) -> str:
 
 
 def _serialize_json(values: dict[str, Any]) -> bytes:
-    message = jazzy.make_message(SessionTopic.HEADER.type, data=json.dumps(values))
-    return jazzy.serialize_message(message)
+    return jazzy.encode_message(SessionTopic.HEADER.type, data=json.dumps(values))
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ PROBE = '/mlmem/probe', 'std_msgs/msg/Empty'
 
 
 def cdr(type_name, **values):
-    return jazzy.serialize_message(jazzy.make_message(type_name, **values))
+    return jazzy.encode_message(type_name, **values)
 
 
 @pytest.fixture

@@ -49,7 +49,7 @@ def find_chunks(path):
 
 
 def count(i):
-    return jazzy.serialize_message(jazzy.make_message('std_msgs/msg/UInt8', data=i))
+    return jazzy.encode_message('std_msgs/msg/UInt8', data=i)
 
 
 def found(part):

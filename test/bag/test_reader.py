@@ -67,7 +67,7 @@ def test_messages_come_back_in_order(record, messages):
 
 def test_order_is_that_of_writing_across_chunks_and_files(tmp_path):
     # With random log times, in chunks of one message, in files of a few.
-    times = np.random.default_rng(3).permutation(100)
+    times = np.random.default_rng(3).permutation(100).tolist()
     with BagWriter(tmp_path / 'bag', max_bytes=4096) as writer:
         writer.add_topic('/n', 'std_msgs/msg/UInt8', begins_file=True)
         for time in times:

@@ -20,7 +20,7 @@ from mlmem_ros.bag.writer import BagWriter
 
 
 def level(i):
-    return jazzy.serialize_message(jazzy.make_message('std_msgs/msg/Int16', data=i))
+    return jazzy.encode_message('std_msgs/msg/Int16', data=i)
 
 
 @pytest.fixture
@@ -92,18 +92,9 @@ def test_bag_with_wrong_settings_or_path_is_not_created(tmp_path, path, wrong):
     assert [file.name for file in tmp_path.iterdir()] == ['file']
 
 
-def test_wrong_arguments_are_rejected(writer):
-    with pytest.raises(BagError, match='/level must be added only once'):
-        writer.add_topic('/level', 'std_msgs/msg/Int16')
+def test_unknown_type_is_rejected(writer):
     with pytest.raises(BagError, match="one of ROS 2 Jazzy; got 'no_msgs/msg/No'"):
         writer.add_topic('/no', 'no_msgs/msg/No')
-    with pytest.raises(BagError, match="'/other' must be added"):
-        writer.write('/other', level(1), 0)
-    with pytest.raises(BagError, match='must be bytes; got str'):
-        writer.write('/level', 'text', 0)
-    for time in (-1, 2**63, 0.5, None):
-        with pytest.raises(BagError, match=r'must be an integer from 0 to 2\*\*63 - 1'):
-            writer.write('/level', level(1), time)
     writer.write('/level', level(2), 0)
     writer.close()
     assert [m.cdr for m in BagReader(writer.path)] == [level(2)]

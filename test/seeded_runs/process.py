@@ -152,7 +152,7 @@ class Process:
         self.loop = host.loop or self.loop  # which the host lets go of before its last tick
         self.invariants.truth.check_tick(element, events)
         if (recording := host.recording) is not None:
-            level = jazzy.make_message(LEVEL_STREAM.type, data=find_content(element, None))
+            level = jazzy.encode_message(LEVEL_STREAM.type, data=find_content(element, None))
             reported = [LEVEL_STREAM for event in events if LEVEL_STREAM.reports_event(event)]
             for topic in (*reported, *([BEAT_STREAM] if element.ticks % 4 == 0 else ())):
-                recording.put(topic.name, jazzy.serialize_message(level))
+                recording.put(topic.name, level)

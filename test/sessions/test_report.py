@@ -201,7 +201,7 @@ def test_dropped_messages_are_missing(session, tmp_path, capsys):
     made = Tampered.read(SESSION)
     kind, topic = 'std_msgs/msg/UInt64', '/mlmem/session/dropped'
     last = made.messages[-1]
-    cdr = jazzy.serialize_message(jazzy.make_message(kind, data=7))
+    cdr = jazzy.encode_message(kind, data=7)
     made.messages.append(last._replace(topic=topic, type=kind, cdr=cdr))
     made.topics[topic] = type(next(iter(made.topics.values())))(topic, kind)
     made.write(tmp_path / 'bag')
@@ -272,9 +272,11 @@ def copies(made, topic):
 
 def edit(made, index, change):
     """Change a message of a session."""
-    message = jazzy.deserialize_message(made.messages[index].cdr, made.messages[index].type)
+    recorded = made.messages[index]
+    message = jazzy.deserialize_message(recorded.cdr, recorded.type)
     change(message)
-    made.messages[index] = made.messages[index]._replace(cdr=jazzy.serialize_message(message))
+    cdr = jazzy.encode_message(recorded.type, **vars(message))
+    made.messages[index] = recorded._replace(cdr=cdr)
 
 
 def test_replay_of_an_edited_outcome_names_its_topic(session, tmp_path, same_build):

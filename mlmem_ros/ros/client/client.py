@@ -34,7 +34,6 @@ from ...contract.answers import (
     Recorded,
     RequestRefused,
     SelfTested,
-    Stepped,
     parse_answer,
     parse_self_test,
 )
@@ -160,9 +159,9 @@ class MemoryClient:
         message = SetBool.Request(data=bool(hold))
         return self._call('pause', timeout, SetBool, message, partial(_parse_response, Paused))
 
-    def step(self, timeout: float = 10.0) -> Reply[Stepped]:
+    def step(self, timeout: float = 10.0) -> Reply[Paused]:
         """Run one tick while time is paused."""
-        parse = partial(_parse_response, Stepped)
+        parse = partial(_parse_response, Paused)
         return self._call('step', timeout, Trigger, Trigger.Request(), parse)
 
     def follow(
