@@ -510,16 +510,6 @@ def parse_self_test(response: Any) -> SelfTested:
 # --- topics, live or from a bag -----------------------------------------------------------------
 
 
-def parse_content(values: Mapping[str, Any]) -> int:
-    """Return the content that an outcome tells: a word, or a level.
-
-    Raises:
-        KeyError: It tells none.
-        ValueError: It is no number.
-    """
-    return int(values['word'] if 'word' in values else values['level'])
-
-
 def parse_echo(message: Any) -> NDArray[np.float64]:
     """Return the rows t, v_m and v_c of an echo, shape (3, n).
 

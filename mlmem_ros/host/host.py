@@ -8,6 +8,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -352,13 +353,12 @@ class Host:
 
     def pause(self, paused: bool) -> Future[int]:
         """Pause or resume time; see `Loop.pause`."""
-        return self._call_loop(lambda loop: loop.pause(paused))
+        return self._send_request(lambda loop: Request(None, loop.pause(paused))).answer
 
     def record(self, plan: SessionPlan | None) -> Future[Path]:
         """Begin a recording, or without a plan end it; see `Sessions`."""
-        if plan is None:
-            return self._call_loop(self.sessions.stop)
-        return self._call_loop(lambda loop: self.sessions.start(plan, loop))
+        switch = self.sessions.stop if plan is None else partial(self.sessions.start, plan)
+        return self._send_request(lambda loop: Request(None, switch(loop))).answer
 
     def set_faults(self, faults: Faults) -> None:
         """Hand in faults if time runs; otherwise they take effect at the next activation."""
@@ -382,14 +382,6 @@ class Host:
             request = Request[T](None).refuse(refusal)
         request.answer.add_done_callback(self._count_refusal)
         return request
-
-    def _call_loop(self, ask: Callable[[Loop], Future[T]]) -> Future[T]:
-        try:
-            answer = ask(self.open_loop())
-        except Refused as refusal:
-            answer = Request[T](None).refuse(refusal).answer
-        answer.add_done_callback(self._count_refusal)
-        return answer
 
     def _count_refusal(self, answer: Future[Any]) -> None:
         if not answer.cancelled() and isinstance(answer.exception(), Refused):
