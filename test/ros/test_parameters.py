@@ -108,7 +108,7 @@ def test_dump_starts_the_same_node_and_is_loaded_again(declared, file, levels):
     again, same = declared(saved)
     assert same.values() == first.values()
     assert dump(again) == saved
-    same.lock_parameters(levels)
+    same.lock_parameters()
     for values in (*({name: value} for name, value in saved.items()), saved):
         assert set_all(again, values).successful, values
         assert dump(again) == saved
@@ -156,7 +156,7 @@ def test_description_follows_the_element(declared):
 def test_element_of_the_other_kind_unsets_the_target(declared):
     node, given = declared({'target_level': 5})
     assert set_all(node, {'element': 'byte'}).successful
-    given.lock_parameters(256)
+    given.lock_parameters()
     assert node.get_parameter('target_level').value == -1
 
 
@@ -180,7 +180,7 @@ def test_actuator_absent_with_method_strain_is_rejected(declared):
         given.values()  # as configure does
     assert set_all(node, {'write.method': 'auto'}).successful
     assert not given.values().settings.actuator.present
-    given.lock_parameters(8)  # as a configured node does
+    given.lock_parameters()  # as a configured node does
     assert not set_all(node, {'write.method': 'strain'}).successful
     assert set_all(node, {'write.method': 'kick'}).successful
 

@@ -356,7 +356,7 @@ class MemoryNode(LifecycleNode):
         building, self._building = self._building, None
         built = self._build_device(given, self._blank) if building is None else building.result()
         element = self.host.adopt_device(built, self._blank)
-        self._given.lock_parameters(element.reader.content_count)
+        self._given.lock_parameters()
         self._published = Publishers(self, element, given.publish, self.host)
         words = (
             f'{element.reader.content_count} words, ' if given.settings.register.spacing else ''

@@ -14,7 +14,6 @@ from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
     ParameterDescriptor,
-    ParameterType,
     SetParametersResult,
 )
 from rclpy.exceptions import (
@@ -99,7 +98,7 @@ class ParameterSet:
         if self._get_value('files.root'):  # nor use other places
             self._choices['device.address'] = ('', self._get_value('device.address'))
         check_speed(self._get_value('time.speed'))
-        self._limit_content(count_words(self._element.design, self.values().settings))
+        self._check_targets()
         node.add_pre_set_parameters_callback(self._complete_changes)
         node.add_on_set_parameters_callback(self._check_changes)
         node.add_post_set_parameters_callback(self._apply_changes)
@@ -217,9 +216,13 @@ class ParameterSet:
             named = text if text.startswith(f'{ELEMENT} ') else f'{ELEMENT}: {text}'
             raise SettingsError(named) from error
 
-    def lock_parameters(self, words: int) -> None:
-        """Allow only live parameters from now on, and contents below `words`."""
-        self._limit_content(words)
+    def lock_parameters(self) -> None:
+        """Allow only live parameters from now on.
+
+        Raises:
+            SettingsError: A target is none of the contents of the element.
+        """
+        self._check_targets()
         self.locked = True
 
     def _read_group(self, prefix: str, **changed: Any) -> Any:
@@ -238,26 +241,24 @@ class ParameterSet:
         except SettingsError as error:
             raise SettingsError(f'parameters {prefix}.*: {error}') from error
 
-    def _limit_content(self, words: int) -> None:
-        """Give the target that fits the element its range.
-
-        Raises:
-            SettingsError: A target is out of range, or belongs to the other kind of element.
-        """
+    def _check_targets(self) -> None:
         for name in (LEVEL, WORD):
-            default, description = LIVE_PARAMETERS[name]
-            if is_fitting_target(name, self._element):
-                description = dataclasses.replace(description, high=max(0, words - 1))
-                present = self._get_value(name)
-                if not UNSET_CONTENT <= present < max(1, words):
-                    raise SettingsError(
-                        f'parameter {name} must be from 0 to {words - 1}; got {present}'
-                    )
-            else:
-                _check_target(name, self._get_value(name), self._element)
-            described = build_descriptor(description, default)
-            described.type = ParameterType.PARAMETER_INTEGER
-            self._node.set_descriptor(name, described)
+            self._check_target(name, self._get_value(name), self._element)
+
+    def _check_target(self, name: str, value: int, element: Element) -> None:
+        """Raise `SettingsError` if a target is set that is none of the contents of an element."""
+        if value == UNSET_CONTENT:
+            return
+        if not is_fitting_target(name, element):
+            one_wall = name == WORD
+            kind, other = ('an element with one wall', LEVEL) if one_wall else ('a register', WORD)
+            raise SettingsError(
+                f'{name} must be {UNSET_CONTENT} (not set) for {kind}, which takes {other}; got '
+                f'{value}'
+            )
+        words = count_words(element.design, self._apply_overrides(element))
+        if not 0 <= value < words:
+            raise SettingsError(f'parameter {name} must be from 0 to {words - 1}; got {value}')
 
     def _complete_changes(self, changed: list[Parameter]) -> list[Parameter]:
         """Return the parameters to set: doubles as doubles, and with a new element its text, and
@@ -301,7 +302,7 @@ class ParameterSet:
                 self._load_source(given[ELEMENT]) if ELEMENT in given else self._element
             )
             for name in given.keys() & {LEVEL, WORD}:
-                _check_target(name, given[name], self._checked)
+                self._check_target(name, given[name], self._checked)
             if DESCRIPTION in given and given[DESCRIPTION] != text_of(self._checked):
                 raise SettingsError(f'{DESCRIPTION} follows from {ELEMENT}; set that one')
             faults = {p.name.removeprefix('faults.'): p.value for p in changed if _is_fault(p)}
@@ -399,17 +400,6 @@ class ParameterSet:
 def is_fitting_target(name: str, element: Element) -> bool:
     """Return whether `LEVEL` or `WORD` belongs to an element."""
     return (name == WORD) == (element.settings.register.spacing > 0)
-
-
-def _check_target(name: str, value: int, element: Element) -> None:
-    """Raise `SettingsError` if a target is set that belongs to the other kind of element."""
-    if value != UNSET_CONTENT and not is_fitting_target(name, element):
-        one_wall = name == WORD
-        kind, other = ('an element with one wall', LEVEL) if one_wall else ('a register', WORD)
-        raise SettingsError(
-            f'{name} must be {UNSET_CONTENT} (not set) for {kind}, which takes {other}; got '
-            f'{value}'
-        )
 
 
 def _is_fault(parameter: Parameter) -> bool:
