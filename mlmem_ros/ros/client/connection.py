@@ -61,8 +61,8 @@ class ClientThread(threading.Thread):
         self.start()
 
     @classmethod
-    def accept(cls, request: Any, context: Context, peer: str) -> MemoryLink:
-        """Take a request of a robot's context on; return its link to a memory node.
+    def accept(cls, request: Any, context: Context, peer: str) -> None:
+        """Take a request of a robot's context on, with its `link` to a memory node.
 
         The node of the clients is hidden in the robot's context, and no further participant. A
         memory node that stands still (SIGSTOP, swap, a debugger) is forgotten by others after a
@@ -81,9 +81,9 @@ class ClientThread(threading.Thread):
                 thread = cls(_create_hidden_node(own), context)
             if peer not in thread._links:
                 thread._links[peer] = MemoryLink(thread, peer)
+            request.link = thread._links[peer]
             thread.requests.add(request)
         thread.post(request.resume)
-        return thread._links[peer]
 
     def post(self, function: Callable[[], object]) -> None:
         """Have the thread call a function, after those posted before, unless it has ended."""

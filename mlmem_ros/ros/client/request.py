@@ -76,7 +76,7 @@ class ServiceReply(Reply[T]):
         self._is_found = self._is_unwanted = False
         self._steps: Steps[T] = self._run_steps()
         try:
-            self.link = ClientThread.accept(self, peer.node.context, peer.name)
+            ClientThread.accept(self, peer.node.context, peer.name)
         except Exception:
             if peer.node.context.ok():
                 raise
