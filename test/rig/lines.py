@@ -7,10 +7,9 @@ of a local simulation.
 import contextlib
 import threading
 import time
-from functools import cache
 
-from mlmem import Driver, MemoryElement, Settings, factory_calibration
-from mlmem.instrument.drivers import Simulation
+from mlmem import Driver, MemoryElement, Settings
+from mlmem.instrument.drivers import Simulation, open_driver
 from mlmem.physics import CASE_II
 from mlmem_ros.rig import Rig
 from mlmem_ros.rig.frames import Parser, encode_frame
@@ -22,10 +21,8 @@ PAUSE = 1e-3
 ADDRESS = 'tcp://nowhere:1?lead=0.01&patience=0.05'
 
 
-@cache
-def calibration():
-    """Return the factory calibration."""
-    return factory_calibration(CASE_II, Settings())
+def encode(frame):
+    return encode_frame(*frame)
 
 
 class TamperedLine:
@@ -38,8 +35,7 @@ class TamperedLine:
 
     def __init__(self, rig, inward=None, outward=None):
         self.rig = rig
-        self.inward = inward or (lambda frame: encode_frame(*frame))
-        self.outward = outward or (lambda frame: encode_frame(*frame))
+        self.inward, self.outward = inward or encode, outward or encode
         self.closed = False
         self._parsers, self._come = (Parser(), Parser()), b''
         rig.begin(self._take)
@@ -84,8 +80,13 @@ def emulated(settings=None, **options):
 def driven(line, settings=None, address=ADDRESS):
     """Return a device with its element at the other end of a line."""
     settings = settings or Settings()
-    driver = Rig(CASE_II, settings, address, line)
-    return MemoryElement(CASE_II, settings, calibration(), driver)
+    return MemoryElement(CASE_II, settings, driver=Rig(CASE_II, settings, address, line))
+
+
+def connect(address, settings):
+    """Return a device with the element of the rig at an address."""
+    driver = open_driver('rig', address, CASE_II, settings)
+    return MemoryElement(CASE_II, settings, driver=driver)
 
 
 @contextlib.contextmanager

@@ -13,20 +13,16 @@ import struct
 import numpy as np
 import pytest
 
-from mlmem import DriverError, MemoryElement, Read, Settings
+from mlmem import DriverError, MemoryElement, Read
 from mlmem.physics import CASE_II
 from mlmem_ros.rig.frames import FrameKind, Layout, encode_frame
 
-from .lines import LocalDriver, TamperedLine, calibration, driven, emulated, raising
+from .lines import LocalDriver, TamperedLine, driven, emulated, encode, raising
 
 
 def repack(change):
     """Return a function that replaces the payload of a frame by what a function makes of it."""
     return lambda frame: encode_frame(frame.kind, frame.number, change(frame.payload))
-
-
-def encode(frame):
-    return encode_frame(*frame)
 
 
 def shift_samples(payload):
@@ -47,12 +43,12 @@ def replace_sample(number):
 
 
 def zero_header_crc(frame):
-    data = encode_frame(*frame)
+    data = encode(frame)
     return data[:15] + b'\0\0' + data[17:]
 
 
 MALFORMED = {
-    'damaged': (lambda frame: encode_frame(*frame)[:-1] + b'?', r'ends with the CRC 0x\w{8}'),
+    'damaged': (lambda frame: encode(frame)[:-1] + b'?', r'ends with the CRC 0x\w{8}'),
     'wrong_kind': (
         lambda frame: encode_frame(9, frame.number, frame.payload), 'a frame of kind 9'
     ),
@@ -137,26 +133,15 @@ def test_malformed_hello_is_explained(name):
         (b'HTTP/1.1 400', 'JSON'),
         (b'[1]', 'object'),
         ({'protocol': 2}, 'protocol'),
-        ({'colour': 'red'}, 'colour'),
         ({'dt': -1.0}, 'dt'),
-        ({'dt': math.nan}, 'NaN'),
-        ({'seconds': None}, 'seconds'),
-        ({'length': '1 mm'}, 'length'),
-        ({'force': 10**400}, 'force'),
-        ({'samples': 80.5}, 'samples'),
         ({'samples': 40_000_000, 'dt': 5e-7}, 'samples'),
-        ({'buffer': True}, 'buffer'),
         ({'buffer': 250}, 'lead in device.address'),
         ({'nodes': [0.5]}, 'nodes'),
         ({'nodes': []}, 'nodes'),
         ({'nodes': [k / 200_000 for k in range(1, 200_001)]}, 'nodes'),
-        ({'name': 7}, 'name'),
         ({'numbers': '<c16'}, 'numbers'),
-        ({'zero': [0.0]}, 'zero'),
-        ({'zero': 0.0}, 'zero'),
         ({'zero': [5.0, 0.0]}, 'zero'),
         ({'can': ['strain', 'left']}, 'lacks right'),
-        ({'can': 'everything'}, 'can'),
     ],
     ids=lambda value: str(value)[:30],
 )
@@ -187,7 +172,7 @@ def test_samples_of_any_driver_are_checked(breaks, why):
     driver = LocalDriver()
     advance = driver.advance
     driver.advance = lambda *given: breaks(advance(*given))
-    element = MemoryElement(CASE_II, Settings(), calibration(), driver)
+    element = MemoryElement(CASE_II, driver=driver)
     element.apply(Read())
     with pytest.raises(DriverError, match=why):
         element.advance()

@@ -1,28 +1,21 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Real lines: TCP with latency, jitter and losses to a rig with a clock, and a serial port."""
+"""Frames on real lines: TCP with latency, jitter and losses to a rig with a clock, and noise."""
 
-import os
 import zlib
 
 import pytest
 
-from mlmem import MemoryElement, Read, Settings
-from mlmem.instrument import drivers
+from mlmem import Read, Settings
 from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.settings import ScaleSettings
 from mlmem_ros.rig.frames import FrameKind, Layout, Parser, encode_frame
 from mlmem_tools.rig.emulated import LineProperties
 
-from .lines import PatientRig, calibration, serving
+from .lines import PatientRig, connect, serving
 
 FAST = Settings(scale=ScaleSettings(time=1e-5))
-
-
-def element_at(address, settings=FAST):
-    driver = drivers.open_driver('rig', address, CASE_II, settings)
-    return MemoryElement(CASE_II, settings, calibration(), driver)
 
 
 LATE = LineProperties(latency=0.002, jitter=0.003, loss=0.003, seed=3)
@@ -33,20 +26,12 @@ def test_latency_shifts_no_echo():
     rig = PatientRig(CASE_II, FAST, drift=2e-4)
     with serving(rig, LATE) as server:
         rig.chain.place(find_pinned_wall(Specimen(CASE_II), 2))
-        element = element_at(f'tcp://127.0.0.1:{server.port}?lead=0.2&patience=10')
+        element = connect(f'tcp://127.0.0.1:{server.port}?lead=0.2&patience=10', FAST)
         assert element.driver.lag == 1000
         reading = element.perform(Read()).reading
         assert reading.level == 2
         assert reading.delay == pytest.approx(element.calibration.left.delays[2], abs=1.0)
         element.driver.close()
-
-
-def test_unknown_baud_rate_is_rejected():
-    ours, theirs = os.openpty()
-    with pytest.raises(ValueError, match='that the system supports; got 12345'):
-        element_at(f'serial://{os.ttyname(theirs)}?baud=12345', Settings())
-    os.close(ours)
-    os.close(theirs)
 
 
 def test_frames_are_found_among_noise():

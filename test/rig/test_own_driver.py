@@ -17,7 +17,7 @@ from mlmem.instrument.drivers import Simulation, Watchdog
 from mlmem.physics import CASE_II, HeldCell, substep_times
 from mlmem.settings import TimeSettings
 
-from .lines import FailingDriver, calibration, raising
+from .lines import FailingDriver, raising
 
 PAGE = Path(__file__).parents[2] / 'docs' / 'drivers.md'
 UM = 1e4  # micrometres of a cell
@@ -79,7 +79,7 @@ def test_driver_of_the_page_writes_and_reads(bench):
     settings = Settings()
     driver = drivers.open_driver(bench, 'slot 2', CASE_II, settings)
     assert driver.driver._card.rate == pytest.approx(40e3)  # 80 samples in 2 ms
-    element = MemoryElement(CASE_II, settings, calibration(), driver)
+    element = MemoryElement(CASE_II, driver=driver)
     for command in (Write(3), Read('both'), Erase(), Write(1)):
         outcome = element.perform(command)
         assert outcome.success, outcome.error
@@ -95,7 +95,7 @@ def test_driver_of_the_page_writes_and_reads(bench):
 def use(where, act, **options):
     """Open, advance and close a driver that calls a function in one of these."""
     driver = Watchdog('bench:Bench', lambda: FailingDriver(where, act), 1e-4, **options)
-    MemoryElement(CASE_II, Settings(), calibration(), driver).advance()
+    MemoryElement(CASE_II, driver=driver).advance()
     driver.close()
 
 
@@ -144,10 +144,11 @@ def test_driver_that_cannot_be_opened_says_why(bench):
     [
         *('', 'slot 2', 'tcp://host', 'tcp://:1', 'tcp://host:x', 'udp://h:1'),
         *(f'tcp://127.0.0.1:1?{each}' for each in ('lead=0', 'lead=nan', 'patience=soon')),
+        'serial:///dev/no_such_port?baud=12345',
     ],
 )
 def test_invalid_address_is_rejected(address):
-    with pytest.raises(SettingsError, match=r'device\.address'):
+    with pytest.raises(SettingsError, match=r'device\.address|^baud'):
         drivers.open_driver('rig', address, CASE_II, Settings())
 
 

@@ -24,18 +24,16 @@ from mlmem import (
     Settings,
     SettingsError,
     Write,
-    factory_calibration,
     load_element,
     snapshot,
 )
 from mlmem.element_file import use_kicks
 from mlmem.physics import CASE_II
 from mlmem.settings import ScaleSettings, TimeSettings
-from mlmem_ros.rig.driver import Rig
 from mlmem_ros.rig.frames import encode_frame
 from mlmem_tools.rig.emulated import RigSensors
 
-from .lines import ADDRESS, LocalDriver, TamperedLine, calibration, driven, emulated
+from .lines import LocalDriver, TamperedLine, driven, emulated
 
 SLOW = pytest.mark.slow
 
@@ -70,8 +68,7 @@ def told(element, story=STORY):
 @pytest.fixture(scope='module')
 def expected():
     """The outcomes of a local element with the same lag."""
-    driver = Late(5)
-    found = told(MemoryElement(CASE_II, Settings(), calibration(), driver))
+    found = told(MemoryElement(CASE_II, driver=Late(5)))
     assert all(outcome[1] for outcome in found)
     return found
 
@@ -86,8 +83,7 @@ def test_procedures_over_a_line_give_the_same_bits(expected):
 
 def test_kick_after_an_erase_begins_where_the_end_is():
     """The samples of a line a hundred ticks late still tell where the end was before."""
-    design, settings = use_kicks(load_element('case_2')).design_and_settings
-    element = MemoryElement(design, settings, factory_calibration(design, settings), Late(100))
+    element = MemoryElement(use_kicks(load_element('case_2')), driver=Late(100))
     for level in (1, 0):
         written = element.perform(Write(level))
         assert written.success, written.error
@@ -145,8 +141,7 @@ def test_rig_counts_in_its_own_units():
 def test_rig_without_an_actuator_is_written_by_kicks():
     settings = use_kicks(load_element('case_2')).settings
     line = TamperedLine(emulated(settings, actuator=False))
-    driver = Rig(CASE_II, settings, ADDRESS, line)
-    element = MemoryElement(CASE_II, settings, factory_calibration(CASE_II, settings), driver)
+    element = driven(line, settings)
     assert not element.settings.actuator.present
     for command in (Write(5), Write(2), Erase()):
         outcome = element.perform(command)
