@@ -140,8 +140,10 @@ def test_malformed_hello_is_explained(name):
         ({'nodes': []}, 'nodes'),
         ({'nodes': [k / 200_000 for k in range(1, 200_001)]}, 'nodes'),
         ({'numbers': '<c16'}, 'numbers'),
+        ({'zero': 0.0}, 'zero'),
         ({'zero': [5.0, 0.0]}, 'zero'),
         ({'can': ['strain', 'left']}, 'lacks right'),
+        ({'can': 'everything'}, 'can'),
     ],
     ids=lambda value: str(value)[:30],
 )
