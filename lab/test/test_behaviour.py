@@ -21,7 +21,7 @@ def test_device_does_what_the_results_were_measured_with(case):
     )
 
 
-def test_hash_of_a_trial_tells_a_change_that_no_reading_shows():
+def test_trial_hash_tells_a_change_that_no_reading_shows():
     shipped = load_element('kick_2')
     slower = replace(shipped.design, eta=shipped.design.eta * (1.0 + 1e-12))
     commands = Write(1), Read()

@@ -47,7 +47,7 @@ def judged(capsys, judge, *arguments):
 
 
 @pytest.mark.parametrize('judge', JUDGES)
-def test_an_element_is_judged_in_place_of_the_ideal_one(
+def test_element_is_judged_in_place_of_the_ideal_one(
     judge, file, element, capsys, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
@@ -60,7 +60,7 @@ def test_an_element_is_judged_in_place_of_the_ideal_one(
         assert alpha['values']['least'] < CHOSEN.design.alpha.min()
 
 
-def test_a_proof_has_the_element_with_its_delays_and_pulses(element):
+def test_proof_has_the_element_with_its_delays_and_pulses(element):
     proof = Proof(*CHOSEN.design_and_settings, element=element)
     device = pickle.loads(pickle.dumps(proof)).build_device()
     assert (device.chain.specimen.alpha == element.specimen.alpha).all()
@@ -72,7 +72,7 @@ def test_a_proof_has_the_element_with_its_delays_and_pulses(element):
     assert pulses == list(element.plan.steps)  # factors on whatever is set
 
 
-def test_a_proof_reads_and_kicks_a_register_as_known():
+def test_proof_reads_and_kicks_a_register_as_known():
     chosen = first_levels(3)
     made = draw_specimen(chosen.design, Scatter(alpha=0.003), 1)
     factors = tuple(1.0 + 0.01 * level for level in range(3))

@@ -26,7 +26,7 @@ def chain_of(name):
 
 
 @pytest.mark.parametrize('name', kicks_study.cases)
-def test_the_committed_map_is_that_of_the_code(name):
+def test_kick_map_is_that_of_the_code(name):
     design, settings = load_element(name).design_and_settings
     chain = chain_of(name)
     for k in range(20, 320, 60):
@@ -61,7 +61,7 @@ def test_no_write_of_the_committed_count_was_wrong(name):
     assert written['strained'] <= 0.1 * written['writes']
 
 
-def test_a_search_finds_kicks_as_wide_as_those_that_ship():
+def test_search_finds_kicks_as_wide_as_those_that_ship():
     settings = load_element('kick_2').settings
     found = search_kicks(chain_of('kick_2'), settings.kick, settings.transducer.max_speed)
     for level, each in enumerate(found):

@@ -35,7 +35,7 @@ def chains(name, spacing, tilt=0.01, damping=0.01):
     )  # fmt: skip
 
 
-def test_the_data_have_two_runs_of_each_wave():
+def test_measured_data_have_two_runs_of_each_wave():
     assert [len(load_runs(case)) for case in ALL_CASES] == [
         0 if case in SILENT_CASES else 2 for case in ALL_CASES
     ]
@@ -54,13 +54,13 @@ def test_measured_speeds_are_those_of_the_readme(case, speed, spread):
     ('name', 'gain'),
     [('225mm_run1', 8.1), ('225mm_run2', 6.2), ('22mm_run11', -11.1), ('180mm_run32', 16.4)],
 )
-def test_the_energies_set_free_are_those_of_the_readme(name, gain):
+def test_energies_set_free_are_those_of_the_readme(name, gain):
     """mJ; it integrates from the first point, we from where the force is zero."""
     assert chains(name, 6.0, tilt=0.0).compute_gain()[0] == pytest.approx(gain, abs=0.2)
 
 
 @pytest.mark.parametrize(('name', 'spacing'), [('225mm_run1', 7.0), ('180mm_run30', 6.0)])
-def test_a_wave_is_that_of_another_integrator(name, spacing):
+def test_wave_is_that_of_another_integrator(name, spacing):
     """SciPy's Runge-Kutta method on the same chain, of 26 elements whose last is held: 1 %."""
     table, well = load_force_table(name)
     A, b, p = fit_magnets()
@@ -96,7 +96,7 @@ def test_a_wave_is_that_of_another_integrator(name, spacing):
     assert passed[0] >= 10
 
 
-def test_a_shell_that_sets_too_little_free_is_silent():
+def test_shell_that_sets_too_little_free_is_silent():
     found, _, passed = launch_waves(chains('22mm_run11', 8.0))
     assert np.isnan(found[0])
     assert passed[0] < 5

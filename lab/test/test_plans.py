@@ -13,7 +13,7 @@ from mlmem_tools.identification import plan
 from mlmem_tools.identification.plan import plan_pulses
 
 
-def test_a_register_is_kicked_as_planned_for_its_cells(monkeypatch):
+def test_register_is_kicked_as_planned_for_its_cells(monkeypatch):
     """Alpha scattered by 1 %. With its twin's forecasts, but kicks as shipped, it writes 2 of 8
     words. The plan tries every third speed.
     """

@@ -31,7 +31,7 @@ def test_every_read_is_counted_after_every_kind_of_move(finer):
     assert not describe_counts(counts)['reasons']
 
 
-def test_a_device_that_lies_is_caught(lies):
+def test_proof_catches_a_device_that_lies(lies):
     counts = count_rows('bits_1', 4, seed=1)
     assert counts['wrong'] == 4 * READS_PER_MOVE
     assert counts['wrong rows'] == counts['rows'] == 4

@@ -39,7 +39,7 @@ def probed(element, samples=2400):
 @pytest.mark.parametrize(('method', 'relative'), sampled(
     [(PEFRL, False), (PEFRL, True), (NOH_BATHE, True)], lambda case: case[0] is PEFRL
 ))  # fmt: skip
-def test_it_agrees_with_the_chain(method, relative):
+def test_rk4_element_agrees_with_the_chain(method, relative):
     """An echo of another integrator, another interpolation: 1e-4 of the pulse."""
     parts = 4 if method is PEFRL else 40  # the one is of fourth order, the other of second
     made = draw_specimen(CASE_II, Scatter(alpha=0.01, k_r=0.01, s=0.01, mass=0.003), 5)

@@ -37,7 +37,7 @@ def run_study(*arguments):
     return main(['study', 'times', *arguments, '--jobs', '1'])
 
 
-def test_a_study_of_some_cases_keeps_the_others(lengths):
+def test_study_of_some_cases_keeps_the_others(lengths):
     assert run_study('bits_1', 'byte') == run_study('byte') == 0
     found = results.load_result(lengths.path)
     assert found['cases'] == {'bits_1': 6, 'byte': 4}
@@ -47,7 +47,7 @@ def test_a_study_of_some_cases_keeps_the_others(lengths):
     assert found['seed'] == 3
 
 
-def test_a_study_without_cases_measures_what_is_missing_or_stale(lengths, monkeypatch):
+def test_study_without_cases_measures_what_is_missing_or_stale(lengths, monkeypatch):
     run_study('bits_1', 'byte')
     assert lengths.list_missing() == ['case_2']
     assert run_study() == 0
@@ -56,7 +56,7 @@ def test_a_study_without_cases_measures_what_is_missing_or_stale(lengths, monkey
     assert lengths.list_missing() == list(lengths.cases)
 
 
-def test_time_of_a_whole_run_replaces_the_last_and_that_of_a_part_does_not(lengths):
+def test_study_time_is_that_of_the_last_whole_run(lengths):
     run_study(*lengths.cases)
     kept = results.load_result(lengths.path) | {'seconds': 3600}
     lengths.path.write_text(json.dumps(kept))
@@ -74,7 +74,7 @@ def test_count_is_given_only_to_a_study_that_takes_it(lengths, monkeypatch):
     assert results.load_result(sized.path)['cases'] == {'byte': 12}
 
 
-def test_an_unknown_case_is_refused(lengths, capsys):
+def test_study_of_an_unknown_case_is_refused(lengths, capsys):
     assert run_study('bits_9') == 2
     assert 'got bits_9' in capsys.readouterr().err
     assert not lengths.path.exists()
@@ -95,7 +95,7 @@ def list_used_files(module, found):
 
 
 @pytest.mark.parametrize('name', STUDY_MODULES)
-def test_a_study_names_the_files_that_its_numbers_depend_on(name):
+def test_study_names_the_files_that_its_numbers_depend_on(name):
     module = importlib.import_module(f'mlmem_lab.{STUDY_MODULES[name]}')
     named = load_study(name).modules
     for file in list_used_files(module, set()):
@@ -112,7 +112,7 @@ def test_every_study_is_that_of_its_result_file(name):
     assert all((results.CHECKOUT_ROOT / module).exists() for module in found.modules)
 
 
-def test_a_figure_of_a_case_that_is_not_measured_is_refused(lengths, monkeypatch, capsys):
+def test_figure_of_a_case_that_is_not_measured_is_refused(lengths, monkeypatch, capsys):
     run_study('byte')
     drawn = replace(lengths, draw=lambda result: result['cases']['case_2'])
     monkeypatch.setattr(studies, 'load_study', lambda name: drawn)

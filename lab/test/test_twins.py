@@ -21,21 +21,21 @@ def calibrated_once(monkeypatch):
     monkeypatch.setattr(watched, 'WatchedElement', lambda *which: deepcopy(calibrated(*which)))
 
 
-def test_a_healthy_element_is_read_and_nothing_is_told(calibrated_once):
+def test_healthy_element_is_read_and_nothing_is_told(calibrated_once):
     found = watched.watch_healthy('bits_1', 0.01, 1, reads=5)
     assert found['reads'] == 4  # not that of the write, whose waves are still about
     assert found['alarms'] == 0
 
 
 @pytest.mark.parametrize('change', ['a cell 8 % weaker', 'left gain - 5 %'])
-def test_a_change_is_told_with_its_name_and_amount(change, calibrated_once):
+def test_change_is_told_with_its_name_and_amount(change, calibrated_once):
     found = watched.watch_changed('bits_1', 0.01, 1, change)
     assert (found['alarm'], found['named']) == (False, True)
     assert found['reads'] == 2
     assert found['off'] < 0.2
 
 
-def test_an_element_that_cannot_be_calibrated_is_not_watched(monkeypatch):
+def test_element_that_cannot_be_calibrated_is_not_watched(monkeypatch):
     failed = SimpleNamespace(success=False, error='no wall')
     monkeypatch.setattr(watched, 'load_forecast', lambda *_: None)
     monkeypatch.setattr(watched, 'perform_command', lambda *_: (failed, []))
@@ -63,7 +63,7 @@ def test_false_alarms_and_changes_not_told_are_counted():
     assert found['silent'] == [{'seed': 1, 'site': 4, 'wall': 9.0}]
 
 
-def test_a_fit_that_lies_is_counted():
+def test_fit_that_lies_is_counted():
     """Whose error is beyond three times what it states; refusals are kept with their reason."""
     row = {
         'seed': 1, 'shots': 9, 'chi2': 1.0, 'in band': 1.1, 'added': [],

@@ -39,7 +39,7 @@ def run(capsys, *arguments):
     return status, json.loads(told.out) if '--json' in arguments else told.out, told.err
 
 
-def test_from_shots_to_pulses(bench, capsys, fitted, monkeypatch):
+def test_fit_and_plan_commands_make_pulses_of_shots(bench, capsys, fitted, monkeypatch):
     """What is fitted are the shots in the files; their fit, which takes long, is known."""
     (folder, element), (_, measured, found) = bench, fitted
 
@@ -70,7 +70,7 @@ def test_from_shots_to_pulses(bench, capsys, fitted, monkeypatch):
     assert len(element_file.read_element_file(file).plan.steps) == SMALL.levels
 
 
-def test_what_cannot_be_fitted_writes_nothing(bench, capsys, tmp_path):
+def test_fit_command_that_fails_writes_nothing(bench, capsys, tmp_path):
     folder, _ = bench
     blank = [path for path in folder.glob('*.csv') if not csv_shots.load_shot(path).wall]
     file, design = tmp_path / 'element.yaml', folder / 'design.yaml'

@@ -26,7 +26,7 @@ from mlmem_tools.identification.trusted import list_doubts
 from .truth import SHOTS, SMALL, hidden, measured
 
 
-def test_every_cell_is_found(fitted):
+def test_fit_finds_every_cell(fitted):
     element, _, found = fitted
     alpha, deviation = (each[found.unknowns.alpha] for each in (found.x, found.deviations))
     error = alpha / element.strength - 1.0
@@ -35,7 +35,7 @@ def test_every_cell_is_found(fitted):
     assert found.chi2 == pytest.approx(1.0, abs=0.05)  # 5600 data: +- 0.02
 
 
-def test_what_the_cells_share_is_found(fitted):
+def test_fit_finds_what_the_cells_share(fitted):
     element, _, found = fitted
     shared = {
         'time_unit': element.time_unit, 'eta': element.design.eta, 'D_s2': element.design.D_s2,
@@ -46,7 +46,7 @@ def test_what_the_cells_share_is_found(fitted):
         assert found.x[place] == pytest.approx(value, abs=5.0 * found.deviations[place]), name
 
 
-def test_pulses_that_are_held_out_are_predicted(fitted):
+def test_fit_predicts_pulses_that_are_held_out(fitted):
     """Within their noise, and what the other six leave open of 53 unknowns: the sixth alone saw
     its wall, and a prediction that was sure of the cells about it would be off by a third more.
     """
@@ -58,7 +58,7 @@ def test_pulses_that_are_held_out_are_predicted(fitted):
 
 
 @pytest.mark.parametrize('worst', [2.01, math.inf, math.nan])
-def test_a_fit_in_which_a_shot_is_not_predicted_is_refused(fitted, worst):
+def test_fit_that_does_not_predict_a_shot_is_refused(fitted, worst):
     """As where the fit stopped on its way: all shots agreed, on cells 1 % too strong."""
     *_, found = fitted
     with pytest.raises(Misfitting, match='the other shots predict shot 2 with a misfit of'):
@@ -66,7 +66,7 @@ def test_a_fit_in_which_a_shot_is_not_predicted_is_refused(fitted, worst):
 
 
 @pytest.mark.slow
-def test_an_element_with_a_law_of_its_own_is_fitted():
+def test_fit_of_an_element_with_its_own_law_succeeds():
     """The hidden element has the paper's formula, which the fit knows as a curve; seven shots
     tell the cells to a third of their scatter.
     """
@@ -78,14 +78,14 @@ def test_an_element_with_a_law_of_its_own_is_fitted():
     assert found.chi2 == pytest.approx(1.0, abs=0.1)
 
 
-def test_friction_is_refused_and_named():
+def test_fit_of_an_element_that_rubs_is_refused():
     """By the blank element already."""
     rubbed = measured(hidden(2, friction=1e-6), (*SHOTS[:2], SHOTS[6]))
     with pytest.raises(Misfitting, match=r'does not describe this element.*dry friction'):
         fit_element(SMALL, rubbed)
 
 
-def test_transducers_that_are_late_are_found(fitted):
+def test_fit_finds_late_transducers(fitted):
     """By half a sample: of samples twice as dense, every second one is late by so much."""
     element, _, found = fitted
     dense = measured(element, dt=0.15, parts=2)
@@ -113,7 +113,7 @@ def drifted(shots, known, chance, amount):
     return found
 
 
-def test_gains_that_drift_are_integrated_over(fitted):
+def test_fit_integrates_over_drifting_gains(fitted):
     """By 0.5 % from shot to shot, what they read at rest included; since then by up to 0.01 %,
     which holds the driven end off where it rests and sends a step of seven times the noise.
     """
@@ -132,7 +132,7 @@ def test_gains_that_drift_are_integrated_over(fitted):
     assert np.median(wider / found.deviations[alpha]) < 5.0
 
 
-def test_a_wall_that_was_put_beside_its_place_is_sought_again(fitted):
+def test_fit_moves_a_wall_that_strayed(fitted):
     """As by gains whose drift was not known yet: alpha was off by 20 times what was stated."""
     *_, found = fitted
     assert _move_strayed_walls(found.misfit, found.x) is found.misfit
@@ -145,7 +145,7 @@ def test_a_wall_that_was_put_beside_its_place_is_sought_again(fitted):
     assert [shot.wall for shot in sought.shots] == pytest.approx(true, abs=0.1)
 
 
-def test_a_wall_that_a_survey_lost_is_found_missing(fitted):
+def test_fit_finds_that_a_survey_lost_its_wall(fitted):
     """Its shots are blank ones; the next wall shows how waves travel in the active phase."""
     _, shots, found = fitted
     lost = [replace(shot, wall=5.0) for shot in shots[:2]]
@@ -166,7 +166,7 @@ def test_a_wall_that_a_survey_lost_is_found_missing(fitted):
         (lambda n: 0.09 * np.random.default_rng(1).standard_normal(n), 'scatter .* times as much'),
     ],
 )
-def test_a_fit_that_needs_an_absurd_element_is_doubted(fitted, bent, said):
+def test_fit_that_needs_an_absurd_element_is_doubted(fitted, bent, said):
     """However well it explains the shots: so a model that lacks something bends its cells."""
     *_, found = fitted
     assert list_doubts(found) == []
@@ -176,7 +176,7 @@ def test_a_fit_that_needs_an_absurd_element_is_doubted(fitted, bent, said):
 
 
 @pytest.mark.slow
-def test_masses_that_differ_are_found_too():
+def test_fit_finds_masses_that_differ():
     element = hidden(4, mass=0.003)
     more = (End.LEFT, 1.2, 4.0, 1, 0.0), (End.RIGHT, 0.65, 6.0, 0, 0.0)
     found = fit_element(SMALL, measured(element, (*SHOTS, *more), duration=900.0))
@@ -194,7 +194,7 @@ def test_masses_that_differ_are_found_too():
         (lambda shot: shot.wall == 0, 'with a wall'),
     ],
 )
-def test_shots_that_cannot_answer_are_refused(kept, reason):
+def test_fit_of_shots_that_cannot_answer_is_refused(kept, reason):
     shots = [shot for shot in measured(hidden(3), duration=3.0) if kept(shot)]
     with pytest.raises(Misfitting, match=reason):
         fit_element(SMALL, shots)

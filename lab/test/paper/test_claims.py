@@ -33,7 +33,7 @@ def committed():
 
 @pytest.mark.parametrize('key', BY_KEY)
 @pytest.mark.parametrize('size', ['small', pytest.param('full', marks=pytest.mark.slow)])
-def test_a_simulation_gives_the_committed_verdict(key, size, request, committed):
+def test_simulation_gives_the_committed_verdict(key, size, request, committed):
     computed = request.getfixturevalue(size)
     needed = {name: computed[name] for name in BY_KEY[key].needs}
     found = BY_KEY[key].judge_data(needed)

@@ -52,7 +52,7 @@ def test_two_figures_side_by_side_and_their_claims_are_told(
         (['2c', '--output', 'file/x'], '--output must be a writable folder'),
     ],
 )
-def test_a_wrong_argument_is_refused(arguments, message, tmp_path, capsys, monkeypatch):
+def test_wrong_figures_command_is_rejected(arguments, message, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'file').write_text('in the way', encoding='utf-8')
     assert main(['figures', *arguments]) == 2

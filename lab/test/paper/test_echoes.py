@@ -13,7 +13,7 @@ from mlmem_lab.paper.echoes import record_echo
 
 
 @pytest.mark.parametrize(('end', 'level'), [(End.LEFT, 0), (End.LEFT, 5), (End.RIGHT, 2)])
-def test_a_probe_hears_what_the_device_was_calibrated_to(end, level):
+def test_probe_hears_what_the_device_was_calibrated_to(end, level):
     """A converged step, and the device's own: apart by three of its samples at most."""
     element = MemoryElement(CASE_II)
     probe = Settings().probe if end == 'left' else Settings().probe_right

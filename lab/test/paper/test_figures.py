@@ -42,7 +42,7 @@ def test_figure_is_written_as_png_svg_and_data_with_equal_bytes(small, tmp_path)
         assert one == other
 
 
-def test_the_film_moves_and_shows_what_has_succeeded(small, tmp_path):
+def test_film_moves_and_shows_what_has_succeeded(small, tmp_path):
     assert small['s1']['success'].all()
     files = {file.suffix: file for file in FIGURES_BY_NAME['s1'].save(small['s1'], tmp_path)}
     with Image.open(files['.gif']) as film:

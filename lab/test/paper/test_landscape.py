@@ -39,7 +39,7 @@ def kink():
 
 
 @pytest.mark.parametrize('strain', [0.0, -0.012, 0.012])
-def test_a_held_wall_is_where_it_is_held_and_all_else_is_relaxed(strain):
+def test_held_wall_is_where_it_is_held_and_all_else_is_relaxed(strain):
     V = CASE_I.end_displacement(strain) * oracle.quasi_static(CASE_I)
     X = np.array([40.0, 81.3, 99.5, 100.0, 150.75])
     held = hold_walls(Specimen(CASE_I), X, V)
@@ -53,7 +53,7 @@ def test_a_held_wall_is_where_it_is_held_and_all_else_is_relaxed(strain):
         assert np.abs(residual).max() < 1e-10
 
 
-def test_the_slope_of_the_landscape_is_the_holding_force():
+def test_slope_of_the_landscape_is_the_holding_force():
     """The constraint moves with X at the local slope of the profile: dU/dX = -force x slope."""
     h = 1e-4
     X = 90.4
@@ -63,7 +63,7 @@ def test_the_slope_of_the_landscape_is_the_holding_force():
     assert slope == pytest.approx(float(held.force[1]) * drop, rel=1e-3)
 
 
-def test_a_free_equilibrium_needs_no_force_and_lies_in_a_minimum():
+def test_free_equilibrium_needs_no_force_and_lies_in_a_minimum():
     v = find_pinned_wall(Specimen(CASE_II), 3)
     (wall,) = find_walls(CASE_II, v)
     X = wall.position + np.array([-0.3, 0.0, 0.3])
@@ -76,7 +76,7 @@ def test_a_free_equilibrium_needs_no_force_and_lies_in_a_minimum():
 # --- the ansatzes -----------------------------------------------------------------------------
 
 
-def test_the_kink_fit_is_close_and_its_slope_is_its_derivative(kink):
+def test_kink_fit_is_close_and_its_slope_is_its_derivative(kink):
     flat = make_uniform(CASE_I)
     assert (flat.gamma, flat.beta) == (0.0, 0.0)
     (v,) = hold_walls(Specimen(flat), np.array([100.5]), ZERO).v
@@ -104,7 +104,7 @@ def test_strained_element_is_at_equilibrium_and_fitted(strain):
 
 
 @pytest.mark.parametrize('strain', [0.0, -0.009, 0.009])
-def test_the_ansatz_and_the_held_wall_give_one_landscape(strain, kink):
+def test_ansatz_and_the_held_wall_give_one_landscape(strain, kink):
     v, V = strained_equilibrium(CASE_I, strain)
     X = np.array([40.0, 81.0, 95.0, 100.0, 105.0, 160.0])
     fits = fit_displacement(CASE_I, v), fit_displacement(CASE_I, V)

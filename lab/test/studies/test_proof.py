@@ -34,7 +34,7 @@ def test_four_shipped_levels_are_proven(name):
     assert tally.write_time > 0.0
 
 
-def test_the_wall_decides_whether_a_read_is_right():
+def test_wall_decides_whether_a_read_is_right():
     """Both tables are told the delays of one level further: every read names that one."""
     design, settings = load_element('bits_2').design_and_settings
     proof = Proof(design, settings, sample=1)
@@ -53,7 +53,7 @@ def test_the_wall_decides_whether_a_read_is_right():
     assert (row['done'], row['passed'], row['error']) == (0, False, 'the wall is at level 1')
 
 
-def test_a_design_that_does_not_work_fails_its_proof():
+def test_design_that_does_not_work_fails_its_proof():
     """Too little tension leaves the wall at level 1, and the kink never reaches it."""
     design, settings = load_element('bits_2').design_and_settings
     weak = dataclasses.replace(
@@ -71,7 +71,7 @@ def test_a_design_that_does_not_work_fails_its_proof():
 
 
 @pytest.mark.slow
-def test_an_element_is_found_written_and_proven(tmp_path, capsys):
+def test_design_command_finds_writes_and_proves(tmp_path, capsys):
     """Without an output file the element alone is on the standard output."""
     assert main(['design', '--levels', '2', '--trials', '10', '--prove', '--jobs', '1']) == 0
     file, (text, printed) = tmp_path / 'two.yaml', capsys.readouterr()
@@ -89,7 +89,7 @@ def test_an_element_is_found_written_and_proven(tmp_path, capsys):
     }.items() <= found.items()
 
 
-def test_what_is_wrong_is_said(capsys):
+def test_design_command_rejects_wrong_arguments(capsys):
     assert main(['design']) == 2
     assert 'give --levels P' in capsys.readouterr().err
     assert main(['design', '--levels', '1000']) == 2

@@ -19,7 +19,7 @@ from mlmem_ros.session.data import load_session
 DATA = Path(__file__).parents[3] / 'test' / 'data'
 
 
-def test_the_picture_of_one_write_shows_its_verifying_echo():
+def test_picture_of_one_write_shows_its_verifying_echo():
     reader = BagReader(DATA / 'life')
     session = load_session(reader)
     del session.events['outcome'][1:]

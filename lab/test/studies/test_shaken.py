@@ -25,7 +25,7 @@ def test_imu_of_200_hz_sends_every_two_and_a_half_ticks():
     assert accelerations.std() == pytest.approx(9.81 / 3**0.5, rel=0.03)
 
 
-def test_a_count_repeats_to_the_bit():
+def test_shaken_count_repeats_to_the_bit():
     shaking = Shaking('white', 1.5)
     first, again = (
         count_block(CASE_II, Settings(), shaking, 'left', 7, 2, seed=5) for _ in range(2)
@@ -34,6 +34,6 @@ def test_a_count_repeats_to_the_bit():
     assert first == again
 
 
-def test_a_wall_that_was_shaken_off_is_not_counted():
+def test_wall_that_was_shaken_off_is_not_counted():
     counts = count_block(CASE_II, Settings(), Shaking('sine', 400.0, 16.0), 'left', 3, 1, seed=1)
     assert (counts['reads'], counts['moved']) == (0, 1)

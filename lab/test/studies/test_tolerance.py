@@ -47,7 +47,7 @@ def test_kicks_from_blank_reach_every_level():
         list_cases('bits_4', ('alpha',), ('kick',), 10)
 
 
-def test_words_are_kicked_and_read():
+def test_tried_words_are_kicked_and_read():
     """Scatter of a hundredth in the springs stops walls anywhere, and lets them meet. A fifth of
     the gain is more than tells two words apart.
     """
@@ -74,19 +74,19 @@ def test_coarse_cells_hold_the_wall_and_heavy_ones_hide_it():
         assert sum(levels != (0, 1) for levels in heavy) >= 4
 
 
-def test_a_kind_that_is_none_is_rejected():
+def test_tolerance_study_of_an_unknown_kind_is_rejected():
     with pytest.raises(ValueError, match='kinds must be of'):
         list_cases('bits_1', ('alpha+rust',), ('step',), 10)
 
 
-def test_the_seed_makes_the_element():
+def test_tried_element_depends_on_its_seed():
     by = {'offset': 0.008}
     found = [try_short(by, seed, 'step') for seed in (1, 1, 2, 3, 4, 5)]
     assert found[0] == found[1]
     assert len(set(found)) >= 2
 
 
-def test_a_batch_counts_its_elements(monkeypatch):
+def test_batch_counts_its_elements(monkeypatch):
     """Of 32 elements every second one fails at both of its levels, once by another level."""
     outcomes = iter([(0, 1), (1, UNDECODABLE)] * 16)
     monkeypatch.setattr(element, 'try_element', lambda *_: next(outcomes))
@@ -114,7 +114,7 @@ def false(monkeypatch):
     monkeypatch.setattr(curve, 'rare_scatter', partial(rare_scatter, repeats=40))
 
 
-def test_a_curve_is_counted_until_enough_has_failed(false):
+def test_curve_is_counted_until_enough_has_failed(false):
     rows = count_curve(SHORT, Settings(), 'alpha', 'step', 4000)
     amounts, rates = list_rates(rows)
     assert any(rate.trials >= 4000 for rate in rates), 'hardly anything fails: to the end'
@@ -125,7 +125,7 @@ def test_a_curve_is_counted_until_enough_has_failed(false):
     assert low < CURVE.sigma(1e-3) < high
 
 
-def test_the_command_keeps_curves_and_goes_on(tmp_path, capsys, false, sketched):
+def test_tolerance_command_keeps_curves_and_goes_on(tmp_path, capsys, false, sketched):
     file, picture = tmp_path / 'out' / 'bits_1.json', tmp_path / 'rates.png'
     options = ['tolerance', '--design', 'bits_1', '--output', str(file), '--jobs', '1', '--json']
     options += ['--most', '200', '--kinds', 'mass', '--tried']

@@ -22,7 +22,7 @@ from mlmem_lab.studies.tolerance.estimate import (
 
 
 @pytest.mark.parametrize(('failures', 'trials'), [(0, 40), (3, 1000), (40, 40)])
-def test_the_interval_is_that_of_clopper_and_pearson(failures, trials):
+def test_interval_is_that_of_clopper_and_pearson(failures, trials):
     """At either end so many failures, or so few, are one case in forty of the binomial law."""
 
     def law(rate):
@@ -39,7 +39,7 @@ def test_the_interval_is_that_of_clopper_and_pearson(failures, trials):
     assert (low == 0.0, high == 1.0) == (failures == 0, failures == trials)
 
 
-def test_the_fit_finds_the_curve_that_the_counts_were_drawn_from():
+def test_fit_finds_the_curve_that_the_counts_were_drawn_from():
     law = Fragility(median=0.01, spread=0.5)
     random = np.random.default_rng(1)
     sigmas = [0.002, 0.003, 0.004, 0.006]
