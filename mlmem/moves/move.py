@@ -6,7 +6,8 @@ strayed are brought back before they are driven.
 Every other module of this package with a function `moves_from(design, settings, start, target)`
 adds its moves to the planner. That function yields the moves that begin at a content, or, from
 `UNDECODABLE`, those that make an element blank whatever it holds. A family may leave out what
-leads away from the target.
+leads away from the target. What can be set on its moves stands in the same module; `Settings`
+has a field for it.
 """
 
 from __future__ import annotations
