@@ -240,6 +240,16 @@ class ScaleSettings(Checked):
     )
 
     @property
+    def speed(self) -> float:
+        """One lattice constant per time unit, in m/s."""
+        return self.length / self.time
+
+    @property
+    def force(self) -> float:
+        """k_r times one lattice constant, in N."""
+        return self.stiffness * self.length
+
+    @property
     def acceleration(self) -> float:
         """One lattice constant per time unit squared, in m/s^2."""
         return self.length / self.time**2

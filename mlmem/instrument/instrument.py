@@ -8,18 +8,18 @@ It knows neither commands nor levels: procedures act on it, and `MemoryElement` 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from ..errors import Astray, DriverError, Refused, SettingsError
-from ..physics import CASE_II, Chain, Design, DesignError, Specimen, StateError, substep_times
+from ..physics import Chain, Design, DesignError, Specimen, StateError, substep_times
 from ..physics.equilibrium import make_blank
 from ..physics.jit import compile_kernel
 from ..physics.potential import Array
 from ..rejections import ErrorCode
-from ..settings import ScaleSettings, Settings
+from ..settings import Settings
 from .actuator import Actuator, Transmission, TransmissionState
 from .base import NO_SHAKES, Base, BaseState, Shakes
 from .drivers import Driver, Simulation
@@ -128,9 +128,9 @@ class Instrument:
         return self.driver.chain is not None
 
     @property
-    def units(self) -> Units:
-        """The units in SI."""
-        return Units(self.design, self.settings.scale)
+    def elongation(self) -> float:
+        """Displacement of the substrate's end for a strain of 1, in m."""
+        return self.settings.scale.length * self.design.end_displacement(1.0)
 
     @property
     def is_still(self) -> bool:
@@ -366,40 +366,3 @@ def _check_samples(ends: Array, samples: int) -> None:
         raise DriverError(
             'the driver must return displacements of at most 1e6 cells; got more, or NaN'
         )
-
-
-@dataclass(frozen=True)
-class Units:
-    """The units of an element of some size and scale.
-
-    Attributes:
-        scale: The dimensionless units in SI.
-    """
-
-    design: Design = CASE_II
-    scale: ScaleSettings = field(default_factory=ScaleSettings)
-
-    @property
-    def length(self) -> float:
-        """One lattice constant, in m."""
-        return self.scale.length
-
-    @property
-    def elongation(self) -> float:
-        """Displacement of the substrate's end for a strain of 1, in m."""
-        return self.scale.length * self.design.end_displacement(1.0)
-
-    @property
-    def speed(self) -> float:
-        """One lattice constant per time unit, in m/s."""
-        return self.scale.length / self.scale.time
-
-    @property
-    def acceleration(self) -> float:
-        """One lattice constant per time unit squared, in m/s^2."""
-        return self.scale.acceleration
-
-    @property
-    def force(self) -> float:
-        """k_r times one lattice constant, in N."""
-        return self.scale.stiffness * self.scale.length

@@ -56,7 +56,7 @@ def parse_trajectory(message: Any, element: MemoryElement) -> FollowTrajectory:
                 'either every point or none must have one velocity; '
                 f'got {len(point.velocities)} in point {number}'
             )
-    strain = element.units.elongation
+    strain = element.elongation
     return FollowTrajectory(
         tuple(
             point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec for point in points
@@ -82,7 +82,7 @@ def parse_joint_state(message: Any, element: MemoryElement) -> SetStrain:
         )
     if math.isnan(position := float(positions[JOINT_NAME])):
         raise NoCommand(f'no position of the joint {JOINT_NAME!r} is wanted: it is NaN')
-    return SetStrain(position / element.units.elongation)
+    return SetStrain(position / element.elongation)
 
 
 def parse_acceleration(message: Any, element: MemoryElement) -> Disturb:
@@ -93,7 +93,7 @@ def parse_acceleration(message: Any, element: MemoryElement) -> Disturb:
     """
     if message.linear_acceleration_covariance[0] == -1.0:
         return Disturb(math.nan)
-    return Disturb(float(message.linear_acceleration.x) / element.units.acceleration)
+    return Disturb(float(message.linear_acceleration.x) / element.settings.scale.acceleration)
 
 
 def parse_level(message: Any, element: MemoryElement) -> Command:

@@ -208,12 +208,12 @@ def measure_distance(element: MemoryElement, event: EchoReceived) -> Array:
 
 def measure_joints(element: MemoryElement, _: Any) -> Joints:
     """Return displacements, speeds and forces of the substrate's end and of v_1."""
-    units, driver = element.units, element.driver
+    scale, driver = element.settings.scale, element.driver
     force = driver.force()
     return Joints(
-        (driver.V_N * units.length, driver.end(1) * units.length),
-        (element.substrate_speed * units.speed, element.transducer.speed * units.speed),
-        () if force is None else (force * units.force, 0.0),
+        (driver.V_N * scale.length, driver.end(1) * scale.length),
+        (element.substrate_speed * scale.speed, element.transducer.speed * scale.speed),
+        () if force is None else (force * scale.force, 0.0),
     )
 
 

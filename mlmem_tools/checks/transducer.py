@@ -12,7 +12,6 @@ from contextlib import suppress
 
 import numpy as np
 
-from mlmem.instrument.instrument import Units
 from mlmem.moves.kick import KickMotion
 from mlmem.physics import Chain, HeldCell, StateError, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank, metamaterial_force
@@ -50,12 +49,12 @@ def check(subject: Subject) -> Iterator[Finding]:
                 asked[name] = simulate_kick(fine, motion)
     if not asked:
         return
-    units = Units(design, settings.scale)
+    scale = settings.scale
     able = {
-        'stroke': (units.length, 'm', limits.max_stroke),
-        'speed': (units.speed, 'm/s', limits.max_speed),
-        'force': (units.force, 'N', math.inf),
-        'power': (units.force * units.speed, 'W', math.inf),
+        'stroke': (scale.length, 'm', limits.max_stroke),
+        'speed': (scale.speed, 'm/s', limits.max_speed),
+        'force': (scale.force, 'N', math.inf),
+        'power': (scale.force * scale.speed, 'W', math.inf),
     }
     for name, (unit, symbol, most) in able.items():
         found = {each: float(np.abs(motion[name]).max()) for each, motion in asked.items()}

@@ -8,7 +8,6 @@ import pytest
 
 from mlmem import load_element
 from mlmem.element_file import use_kicks
-from mlmem.instrument.instrument import Units
 from mlmem.moves.kick import KickMotion
 from mlmem.physics import PEFRL, Chain
 from mlmem.physics.energy import energy
@@ -32,12 +31,11 @@ def test_force_of_a_kick_does_the_work_that_is_stored():
 def test_check_says_it_in_si_and_warns_of_what_is_not_made():
     design, settings = use_kicks(load_element('case_2')).design_and_settings
     found = {each.name: each for each in transducer.check(Subject(design, settings))}
-    units = Units(design, settings.scale)
     assert found['transducer_stroke'].values['write'] == pytest.approx(
-        units.length * (design.D_s2 - design.D_s1)
+        settings.scale.length * (design.D_s2 - design.D_s1)
     )
     assert found['transducer_speed'].values['erase'] == pytest.approx(
-        units.speed * settings.kick.peak_speed_ratio * settings.kick.erase_speed, rel=0.02
+        settings.scale.speed * settings.kick.peak_speed_ratio * settings.kick.erase_speed, rel=0.02
     )
     assert {each.verdict for each in found.values()} == {Verdict.PASS}
     slow = replace(settings, transducer=replace(settings.transducer, max_speed=0.3))
@@ -62,5 +60,5 @@ def test_force_contains_the_jump_at_the_end_of_a_late_kick():
     step, kick = design.D_s2 - design.D_s1, settings.kick
     duration = step / kick.wall_speeds[-1]
     jump = 6.0 * step * (1.0 + kick.late) ** 2 / duration**2
-    force = found['transducer_force'].values['write'] / Units(design, settings.scale).force
+    force = found['transducer_force'].values['write'] / settings.scale.force
     assert force == pytest.approx(jump, abs=step)

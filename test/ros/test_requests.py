@@ -12,16 +12,15 @@ from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from mlmem import Abort, Erase, FollowTrajectory, Kick, Read, Refused, Write
-from mlmem.instrument.instrument import Units
 from mlmem.physics import CASE_II
 from mlmem.rejections import ErrorCode
-from mlmem.settings import ScaleSettings
+from mlmem.settings import ScaleSettings, Settings
 from mlmem_ros.contract.commands import COMMAND_TOPICS
 from mlmem_ros.contract.requests import Record, build_request, parse_request
 
 TOPICS = {topic.name: topic for topic in COMMAND_TOPICS}
-METRIC = SimpleNamespace(units=Units())
-"""Stands for an element with the default units."""
+METRIC = SimpleNamespace(elongation=CASE_II.end_displacement(0.01))
+"""Stands for an element whose lattice constant is 0.01 m."""
 
 
 def parameters(**values):
@@ -57,10 +56,10 @@ def test_joint_command_without_a_position_is_rejected(values):
 
 
 def test_imu_becomes_a_disturbance_in_element_units():
-    units = Units(CASE_II, ScaleSettings(time=1e-5))
-    element = SimpleNamespace(units=units)
+    scale = ScaleSettings(time=1e-5)
+    element = SimpleNamespace(settings=Settings(scale=scale))
     message = TOPICS['disturbance'].kind()
-    message.linear_acceleration.x = 1e-7 * units.acceleration
+    message.linear_acceleration.x = 1e-7 * scale.acceleration
     command = TOPICS['disturbance'].parse(message, element)
     assert command.acceleration == pytest.approx(1e-7)
     message.linear_acceleration_covariance[0] = -1.0  # it has no accelerometer
@@ -78,7 +77,7 @@ def trajectory(*points):
 
 
 def test_trajectory_is_converted_to_strains():
-    length = Units().elongation
+    length = METRIC.elongation
     message = trajectory((0.02, [0.02 * length], []), (1.5, [-0.01 * length], []))
     command = TOPICS['strain_trajectory'].parse(message, METRIC)
     assert command.times == pytest.approx((0.02, 1.5))

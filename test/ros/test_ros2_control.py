@@ -16,7 +16,6 @@ from nodes import QUICK, arrived
 from sensor_msgs.msg import JointState
 
 from mlmem import ELEMENT_NAMES, load_element
-from mlmem.instrument.instrument import Units
 
 FOLDER = Path(__file__).parents[2] / 'config' / 'ros2_control'
 
@@ -38,9 +37,10 @@ def limits(robot_description):
 def node_limits(name):
     """Return the limits of strain by hand for a preset, in m and m/s, and its xacro arguments."""
     design, settings = load_element(name).design_and_settings
-    units, actuator = Units(design, settings.scale), settings.actuator
-    far = actuator.max_strain * units.elongation
-    fast = actuator.hand_rate_limit * units.elongation / settings.scale.time
+    actuator = settings.actuator
+    elongation = settings.scale.length * design.end_displacement(1.0)
+    far = actuator.max_strain * elongation
+    fast = actuator.hand_rate_limit * elongation / settings.scale.time
     return [-far, far, fast], {
         'cells': design.N,
         'length': settings.scale.length,

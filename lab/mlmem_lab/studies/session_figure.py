@@ -14,7 +14,6 @@ import numpy as np
 
 from mlmem.instrument.echo import detection_threshold
 from mlmem.instrument.end import End
-from mlmem.instrument.instrument import Units
 from mlmem.physics.potential import Array
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
@@ -140,7 +139,7 @@ def _draw_history(
     style.label_panel(
         upper, 'a', f'{session.node}, {design.levels} levels, {design.N} cells: {what}'
     )
-    length = Units(design, session.header.settings.scale).elongation
+    length = session.header.settings.scale.length * design.end_displacement(1.0)
     strains = np.array(displacements.rows) / length
     style.draw_schedule(lower, np.array(displacements.t), strains)
     lower.set_xlabel('time (s)')

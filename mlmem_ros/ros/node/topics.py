@@ -66,7 +66,7 @@ class Subscriptions:
             if refusal is not None and not isinstance(refusal, NoCommand):
                 unit = ''
                 if topic.is_in_metres and (element := self._host.element) is not None:
-                    unit = f' (a strain of 1 is {element.units.elongation:g} m)'
+                    unit = f' (a strain of 1 is {element.elongation:g} m)'
                 log.refused(name, f'{refusal}{unit}')
 
         return handle_message
