@@ -10,8 +10,8 @@ from unittest.mock import patch
 from mlmem import Loop, MemoryElement
 
 CONSTANT = {
-    'content_name', 'design', 'driver', 'elongation', 'made', 'settings', 'is_simulated', 'specimen',
-    'steps_per_tick', 'tick', '__class__', '__dict__',
+    'content_name', 'design', 'driver', 'elongation', 'made', 'settings', 'is_simulated',
+    'specimen', 'steps_per_tick', 'tick', '__class__', '__dict__',
 }  # fmt: skip
 """What never changes, or is computed from that alone: any thread may read it."""
 
