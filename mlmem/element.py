@@ -201,7 +201,7 @@ class MemoryElement(Memory):
         """
         most = self.reader.content_count - 1
         if wrong := find_problems(command, level=most, content=most):
-            if self.settings.register.spacing:
+            if self.settings.holds_words:
                 wrong = [
                     one._replace(field='word') if one.field == 'level' else one for one in wrong
                 ]

@@ -78,7 +78,7 @@ def describe_preset(name: str, text: str, content: int) -> dict[str, Any]:
     element = MemoryElement(shipped)
     about = About(design, settings, name).json | {'faults': {}}
     about['procedures'] = {key: {'changes': True} for key in ('write', 'erase')}
-    many = settings.register.spacing > 0
+    many = settings.holds_words
     found: dict[str, Any] = {
         'text': text,
         'about': about,

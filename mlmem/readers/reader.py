@@ -174,7 +174,7 @@ def choose_reader(
         found: T = _forecast_ideal(forecast, design, settings)
         return found
 
-    if settings.register.spacing:
+    if settings.holds_words:
         return WaveformReader(forecast_contents(forecast_words))
     if settings.element.bad_cells:
         if twin is not None:

@@ -108,7 +108,7 @@ def _load_twin(given: Parameters, disk: Worker) -> Element | None:
         return None
     from mlmem.element_file import ElementFileError, read_matching_element  # most nodes have none
 
-    planned = given.settings if given.settings.register.spacing else None
+    planned = given.settings if given.settings.holds_words else None
 
     def read_twin() -> Element:
         try:

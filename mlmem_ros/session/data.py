@@ -57,7 +57,7 @@ class SessionData:
     @property
     def content_name(self) -> str:
         """What the content is called: `word` of a register, else `level`."""
-        return CONTENT_NAMES[bool(self.header.settings.register.spacing)]
+        return CONTENT_NAMES[self.header.settings.holds_words]
 
     @property
     def shots(self) -> list[Shot]:

@@ -110,7 +110,7 @@ class Proof:
         settings = self.element.apply_planned_kicks(self.settings)
         driver = Simulation.build_blank(self.made, settings.time)
         device = MemoryElement(self.design, settings, self.calibration, driver)
-        if device.settings.register.spacing:
+        if device.settings.holds_words:
             device.adopt_twin(self.made)
         return device
 

@@ -358,9 +358,7 @@ class MemoryNode(LifecycleNode):
         element = self.host.adopt_device(built, self._blank)
         self._given.lock_parameters()
         self._published = Publishers(self, element, given.publish, self.host)
-        words = (
-            f'{element.reader.content_count} words, ' if given.settings.register.spacing else ''
-        )
+        words = f'{element.reader.content_count} words, ' if given.settings.holds_words else ''
         self.host.log.info(
             f'ready: {given.design.levels} levels, {words}{given.design.N} cells, '
             f'{given.design.substrate} substrate, '

@@ -399,7 +399,7 @@ class ParameterSet:
 
 def is_fitting_target(name: str, element: Element) -> bool:
     """Return whether `LEVEL` or `WORD` belongs to an element."""
-    return (name == WORD) == (element.settings.register.spacing > 0)
+    return (name == WORD) == element.settings.holds_words
 
 
 def _is_fault(parameter: Parameter) -> bool:

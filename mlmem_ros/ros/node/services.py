@@ -121,9 +121,7 @@ def build_session_plan(node: Node, given: Parameters, path: str = '') -> Session
     theirs.
     """
     settings = replace(given.record, path=path) if path else given.record
-    streams = select_streams(
-        bool(given.settings.register.spacing), given.device.driver == SIMULATION_NAME
-    )
+    streams = select_streams(given.settings.holds_words, given.device.driver == SIMULATION_NAME)
     recorded = [stream for stream in streams if stream.is_recorded]
     return SessionPlan(
         node.get_fully_qualified_name(),

@@ -58,7 +58,7 @@ def list_cases(
     kicked = settings.kick.wall_speeds
     if KICK_TRIAL in trials and not (len(kicked) == design.levels and all(kicked)):
         raise ValueError('tried can be kick only where every level has one (kick.speeds)')
-    if set(WORD_TRIALS) & set(trials) and not settings.register.spacing:
+    if set(WORD_TRIALS) & set(trials) and not settings.holds_words:
         raise ValueError(
             f'tried can be {", ".join(WORD_TRIALS)} only in a register (register.spacing)'
         )
