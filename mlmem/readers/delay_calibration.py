@@ -136,7 +136,7 @@ class KickSearch:
 
     def has_arrived(self, margin: float) -> bool:
         """Return whether the wall has arrived, according to its level margin."""
-        return margin > -math.inf and margin >= self._enough
+        return margin >= self._enough
 
     def change_speed(self, margin: float, side: int) -> bool:
         """Select another speed, after the last one the best; return whether there is one.
