@@ -228,9 +228,7 @@ class WordKickOut(Move):
             for first in range(len(walls)):
                 speed = _kick_out_speed(kick, walls[first:])
                 yield from kick_to_other_phase(element, speed, kick.erase_settle)
-            reading = yield from element.reader.read(element)
-            if element.reader.needs_second_read(reading):
-                reading = yield from element.reader.read(element)
+            reading = yield from element.reader.read_after_move(element)
             if (content := reading.level) == 0:
                 return reading
         raise ProcedureFailed(

@@ -60,9 +60,7 @@ def write(element: Memory, level: int) -> Procedure[Outcome]:
                     raise
                 strained = False  # from here on by kicks
                 yield from return_to_zero(element)
-            reading = yield from element.reader.read(element)
-            if element.reader.needs_second_read(reading):  # the wall has only just arrived
-                reading = yield from element.reader.read(element)
+            reading = yield from element.reader.read_after_move(element)
         except ProcedureFailed as failure:
             raise ProcedureFailed(str(failure), attempt) from failure
         present = reading.level

@@ -70,7 +70,7 @@ class DelayReader(Reader):
                 break
         return reading
 
-    def needs_second_read(self, reading: Reading) -> bool:
+    def _needs_second_read(self, reading: Reading) -> bool:
         """Return whether both ends detect an echo, but not of the same wall."""
         delays = reading.left_delay, reading.right_delay
         return reading.level == UNDECODABLE and None not in delays

@@ -100,8 +100,15 @@ class Reader(ABC):
             reading = yield from self.read(element, end)
         return reading
 
+    def read_after_move(self, element: Memory) -> Procedure[Reading]:
+        """Read; once more if that may decode what this one has not, so soon after a move."""
+        reading = yield from self.read(element)
+        if self._needs_second_read(reading):
+            reading = yield from self.read(element)
+        return reading
+
     @abstractmethod
-    def needs_second_read(self, reading: Reading) -> bool:
+    def _needs_second_read(self, reading: Reading) -> bool:
         """Return whether a second read may decode what this one, after a move, has not."""
 
     def needs_calibration(self, element: Memory) -> bool:

@@ -119,7 +119,7 @@ class WaveformReader(Reader):
             return element.store_unreadable(str(error))
         return element.store_reading(reading, [detector.build_echo(forecasts.end)])
 
-    def needs_second_read(self, reading: Reading) -> bool:
+    def _needs_second_read(self, reading: Reading) -> bool:
         """Return whether nothing was decoded: waves of the last move are dying away."""
         return reading.level == UNDECODABLE
 
