@@ -20,15 +20,15 @@ from typing import Any
 import numpy as np
 
 from .atomic_files import write_atomically
-from .corrections import (
+from .parsing import DecodeError, decode_value, encode_value, find_line, parse_yaml, read_file
+from .physics import Design, DesignError, Specimen
+from .physics.potential import Array
+from .readers.calibration import (
     PulseCorrection,
     PulseCorrections,
     corrections_by_level,
     hash_schedule,
 )
-from .parsing import DecodeError, decode_value, encode_value, find_line, parse_yaml, read_file
-from .physics import Design, DesignError, Specimen
-from .physics.potential import Array
 from .rejections import ErrorCode, Rejected
 from .schema import describe_field, find_descriptions
 from .settings import Settings

@@ -27,7 +27,6 @@ from mlmem import (
 )
 from mlmem import snapshot as snapshots
 from mlmem.commands import COMMANDS_BY_NAME
-from mlmem.corrections import PulseCorrection, PulseCorrections
 from mlmem.element_file import Element
 from mlmem.instrument.end import End
 from mlmem.instrument.motion import Profile, Ramp
@@ -38,6 +37,7 @@ from mlmem.parsing import (
     encode_value,
 )
 from mlmem.physics import CASE_II, Specimen
+from mlmem.readers.calibration import PulseCorrection, PulseCorrections
 from mlmem.readers.reading import Reading
 from mlmem.schema import find_descriptions
 from mlmem_ros.bag import jazzy

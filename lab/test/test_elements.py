@@ -11,9 +11,9 @@ import pytest
 from small_register import first_levels
 
 from mlmem import element_file, load_element
-from mlmem.corrections import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.element_file import Element
 from mlmem.physics import Scatter, draw_specimen
+from mlmem.readers.calibration import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem_lab.studies.proof import Proof
 from mlmem_tools.cli.main import main
 from mlmem_tools.identification.plan import plan_pulses

@@ -17,9 +17,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..corrections import PulseCorrection
 from ..instrument.blocks import Procedure, catch_up, wait, wait_for_ends
 from ..instrument.end import End, EndMove
+from ..readers.calibration import PulseCorrection
 from ..readers.reading import BLANK
 
 if TYPE_CHECKING:

@@ -11,12 +11,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, ClassVar
 
-from ..corrections import apply_correction
 from ..errors import NotFollowed, ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, follow_ramps, wait_for_ends
 from ..instrument.end import End, EndMove
 from ..instrument.motion import Cycle, CycleSettings
 from ..physics import Design
+from ..readers.calibration import PulseCorrection
 from ..readers.reading import BLANK, UNDECODABLE, Reading, describe_level
 from ..schema import describe_field, describe_time, make_field_factory
 from .move import Drive, Move, bring_back
@@ -297,3 +297,32 @@ def _cycles_until_meeting(element: Memory) -> int:
     if not element.settings.erase.trust_reading or reading is None or reading.level < 1:
         return 0
     return reading.level - 1 + element.design.is_freed_by_compression(reading.level)
+
+
+def apply_correction(settings: Settings, correction: PulseCorrection) -> Settings:
+    """Return settings that make every step with the corrected pulse."""
+    write = correct_write(settings.write, correction, settings.actuator.max_strain)
+    return replace(settings, write=write)
+
+
+def correct_write(
+    write: WriteSettings, correction: PulseCorrection, limit: float = math.inf
+) -> WriteSettings:
+    """Return the cycle of a write times a correction; its strains stay within a limit."""
+    times = correction.times
+    compression, tension, start_strain = (
+        max(-limit, min(correction.peak * strain, limit))
+        for strain in (write.compression, write.tension, write.start_strain)
+    )
+    return replace(
+        write,
+        compression=compression,
+        tension=tension,
+        start_strain=start_strain,
+        ramp=times * write.ramp,
+        hold=times * write.hold,
+        ease=times * write.ease,
+        release=times * write.release,
+        settle=times * write.settle,
+        launch_speed=min((correction.speed or 1.0) * write.launch_speed, 10.0),
+    )

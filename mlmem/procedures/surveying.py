@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ..commands import Outcome
-from ..corrections import PulseCorrection
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, ramp_strain, wait
 from ..instrument.end import End
@@ -20,6 +19,7 @@ from ..memory import Memory
 from ..moves.strain_cycle import return_to_zero
 from ..physics import Design
 from ..physics.waves import pass_band
+from ..readers.calibration import PulseCorrection
 from ..readers.listening import fire_pulse, wait_for_decay
 from ..readers.reading import BLANK
 from ..settings import ProbeSettings

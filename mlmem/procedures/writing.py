@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..commands import Outcome
-from ..corrections import PulseCorrection
 from ..errors import NotFollowed, ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, ramp_strain
 from ..memory import Memory
@@ -18,6 +17,7 @@ from ..moves.kick import kick_to_other_phase
 from ..moves.move import Drive, Move, blank_content
 from ..moves.planner import disable_kicks, erasing_moves, find_route
 from ..moves.strain_cycle import return_to_zero
+from ..readers.calibration import PulseCorrection
 from ..readers.listening import try_wait_for_decay
 from ..readers.reading import UNDECODABLE, Reading, correct_speed
 from . import estimates

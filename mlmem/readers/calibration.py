@@ -11,23 +11,20 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..corrections import (
-    PulseCorrection,
-    PulseCorrections,
-    corrections_by_level,
-    make_corrections,
-    remove_kicks,
-)
-from ..errors import SettingsError
+from ..errors import Checked, SettingsError
 from ..instrument.echo import Crossings, Shape, earliest_delay
 from ..instrument.end import End
 from ..physics import Design
 from ..physics.potential import Array
 from ..rejections import ErrorCode
-from ..settings import ProbeSettings, Settings
+from ..schema import describe_field
+
+if TYPE_CHECKING:
+    from ..settings import ProbeSettings, Settings
 
 Records = tuple[tuple[float, ...], ...]
 """What the left end does after the pulse of a read, in its band (`Listener.project_shot`): of the
@@ -161,6 +158,82 @@ class DelayTable:
         return np.maximum(known[:, used], earliest), np.maximum(times[used], earliest)
 
 
+# --- corrections of pulses ----------------------------------------------------------------------
+# Fabrication gives every level a slightly different well. `mlmem plan` finds the corrections of a
+# fitted element, and a calibration finds the speeds of its kicks.
+
+
+@dataclass(frozen=True)
+class PulseCorrection(Checked):
+    """Factors on the pulse of a step up, or of the launch of the wall."""
+
+    peak: float = describe_field(1.0, 'on its strains', low=0.1, high=10.0)
+    times: float = describe_field(1.0, 'on its ramps and rests', low=0.1, high=10.0)
+    speed: float = describe_field(1.0, 'on the speed of a launch or kick; 0: no kick', high=10.0)
+
+
+@dataclass(frozen=True)
+class PulseCorrections:
+    """The corrections of one element, which belong to one schedule.
+
+    Attributes:
+        steps: By the level to which a pulse takes the wall; the first is of the launch.
+        schedule: `hash_schedule` the settings; with others the corrections are meaningless.
+        kinks: Factors on the speeds of a register's kinks, by level; of walls they are in `steps`.
+    """
+
+    steps: tuple[PulseCorrection, ...]
+    schedule: str
+    kinks: tuple[float, ...] = describe_field((), 'of kinks', low=0.1, high=10.0)
+
+
+def is_kicked(settings: Settings, level: int) -> bool:
+    """Return whether a calibration takes the wall to a level by a kick."""
+    speeds = settings.kick.wall_speeds
+    return settings.write.avoids_strain and level < len(speeds) and speeds[level] > 0.0
+
+
+def hash_schedule(settings: Settings) -> str:
+    """Return a hash of all settings that shape the pulses of a write."""
+    write, actuator = settings.write, settings.actuator
+    names = (
+        'ramp', 'hold', 'ease', 'release', 'settle', 'compression', 'tension', 'start_strain',
+        'ease_to', 'launch_speed', 'last_release',
+    )  # fmt: skip
+    values: list[float | str] = [getattr(write, name) for name in names]
+    values += [actuator.max_strain, actuator.max_rate]
+    if write.avoids_strain:
+        values += [settings.kick.speeds, settings.kick.hold]
+        values += [given for given in (settings.kick.late, settings.kick.kinks) if given]
+    text = json.dumps(values)  # every bit of a float
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+
+def make_corrections(
+    steps: Iterable[PulseCorrection], settings: Settings
+) -> PulseCorrections | None:
+    """Return the corrections that belong to these settings, or None if all pulses are as set."""
+    steps = tuple(steps)
+    if set(steps) == {PulseCorrection()}:
+        return None
+    return PulseCorrections(steps, hash_schedule(settings))
+
+
+def corrections_by_level(
+    known: PulseCorrections | None, settings: Settings, levels: int
+) -> list[PulseCorrection]:
+    """Return the corrections by the level to which a pulse takes the wall.
+
+    Without any, and with those of another schedule, all pulses are as set.
+    """
+    if known is None or known.schedule != hash_schedule(settings):
+        return [PulseCorrection()] * levels
+    return list(known.steps)
+
+
+# --- both ----------------------------------------------------------------------------------------
+
+
 @dataclass(frozen=True)
 class Calibration:
     """The delay tables of both ends, the corrections of the pulses, and the records of contents.
@@ -219,9 +292,14 @@ class Calibration:
     def remove_missed_kicks(self, settings: Settings) -> Settings:
         """Return settings without the kicks that do not arrive."""
         steps = self.corrections_by_level(settings)
-        if unkicked := [level for level, each in enumerate(steps) if not each.speed]:
-            settings = remove_kicks(settings, unkicked)
-        return settings
+        if all(step.speed for step in steps):
+            return settings
+        speeds = [
+            speed if level >= len(steps) or steps[level].speed else 0.0
+            for level, speed in enumerate(settings.kick.wall_speeds)
+        ]
+        kick = dataclasses.replace(settings.kick, speeds=' '.join(map(str, speeds)))
+        return dataclasses.replace(settings, kick=kick)
 
     def table(self, end: End) -> DelayTable:
         """Return the table of an end."""

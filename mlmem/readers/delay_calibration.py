@@ -8,11 +8,10 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..corrections import PulseCorrection, is_kicked
 from ..errors import ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
 from ..instrument.end import End
-from .calibration import Calibration, DelayTable
+from .calibration import Calibration, DelayTable, PulseCorrection, is_kicked
 from .decoding import measure_agreement, primary_end
 from .listening import wait_until_pinned
 from .reader import Writer

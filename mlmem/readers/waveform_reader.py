@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..commands import Outcome
-from ..corrections import PulseCorrection, is_kicked
 from ..errors import Astray, ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure, catch_up
 from ..instrument.echo import EchoDetector
@@ -31,7 +30,7 @@ from ..physics import Specimen
 from ..physics.potential import Array
 from ..rejections import ErrorCode
 from ..settings import Settings
-from .calibration import Records
+from .calibration import PulseCorrection, Records, is_kicked
 from .listening import record_waveforms, swinging_time, wait_until_pinned
 from .one_wall import WallForecasts, fit_loss_factor, forecast_levels, scale_losses
 from .reader import Reader, Writer, keep_unless_measured

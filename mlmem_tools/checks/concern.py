@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property, lru_cache
 
-from mlmem.corrections import PulseCorrection
 from mlmem.physics import Design, Specimen, StateError, wall_energy
+from mlmem.readers.calibration import PulseCorrection
 from mlmem.settings import Settings
 
 from .quasistatic import Landscape, compute_held_landscape, find_depinning_strain

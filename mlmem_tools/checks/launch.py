@@ -13,12 +13,11 @@ import dataclasses
 import math
 from collections.abc import Iterator
 
-from mlmem.corrections import apply_correction
 from mlmem.element import MemoryElement
 from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.motion import Cycle
-from mlmem.moves.strain_cycle import EraseSettings, WriteSettings, launch_wall
+from mlmem.moves.strain_cycle import EraseSettings, WriteSettings, apply_correction, launch_wall
 from mlmem.physics import StateError, find_walls
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.settings import RegisterSettings

@@ -13,9 +13,8 @@ import itertools
 import math
 from collections.abc import Iterator
 
-from mlmem.corrections import correct_write
 from mlmem.instrument.motion import Cycle
-from mlmem.moves.strain_cycle import WriteSettings, select_peak
+from mlmem.moves.strain_cycle import WriteSettings, correct_write, select_peak
 from mlmem.physics import (
     NOH_BATHE,
     Chain,

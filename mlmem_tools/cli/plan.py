@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from mlmem import Element, load_element
-from mlmem.corrections import apply_correction, is_kicked
 from mlmem.element_file import read_element_file, write_element_file
 from mlmem.moves.kick import kick_speed
-from mlmem.moves.strain_cycle import select_peak
+from mlmem.moves.strain_cycle import apply_correction, select_peak
 from mlmem.parsing import DecodeError
 from mlmem.physics import DesignError
+from mlmem.readers.calibration import is_kicked
 
 from ..identification.plan import Step, plan_pulses
 from .command import JSON_OPTION, declare_command, declare_option

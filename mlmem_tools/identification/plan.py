@@ -12,7 +12,6 @@ from functools import cache
 
 import numpy as np
 
-from mlmem.corrections import PulseCorrection, PulseCorrections, hash_schedule, is_kicked
 from mlmem.element_file import Element
 from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
@@ -21,7 +20,14 @@ from mlmem.physics import PEFRL, Chain, DesignError, Specimen, StateError, defau
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank, relax_to_equilibrium
 from mlmem.physics.potential import Array
 from mlmem.procedures.writing import go_to_level
-from mlmem.readers.calibration import Calibration, DelayTable
+from mlmem.readers.calibration import (
+    Calibration,
+    DelayTable,
+    PulseCorrection,
+    PulseCorrections,
+    hash_schedule,
+    is_kicked,
+)
 from mlmem.readers.reading import BLANK
 from mlmem.readers.register import find_wall_levels, pin_walls
 from mlmem.settings import Settings

@@ -24,17 +24,17 @@ from mlmem import (
     load_element,
     snapshot,
 )
-from mlmem.corrections import (
-    PulseCorrection,
-    PulseCorrections,
-    apply_correction,
-    hash_schedule,
-)
 from mlmem.instrument.end import End
+from mlmem.moves.strain_cycle import apply_correction
 from mlmem.physics import CASE_II, Scatter, StateError, draw_specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.procedures import maintenance
 from mlmem.readers import listening
+from mlmem.readers.calibration import (
+    PulseCorrection,
+    PulseCorrections,
+    hash_schedule,
+)
 from mlmem.settings import ProbeSettings
 from mlmem_tools.checks.echoes import forecast_echo
 

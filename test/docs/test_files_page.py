@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from mlmem import MemoryElement, Read, element_file, load_element, snapshot
-from mlmem.corrections import PulseCorrection, PulseCorrections
 from mlmem.physics import Specimen
+from mlmem.readers.calibration import PulseCorrection, PulseCorrections
 from mlmem_ros.bag import jazzy
 from mlmem_ros.host import store
 from mlmem_ros.session import records

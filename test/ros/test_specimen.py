@@ -11,8 +11,8 @@ from nodes import QUICK, end_node
 from robot import Robot, values
 
 from mlmem import element_file, load_element
-from mlmem.corrections import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.physics import Scatter, Specimen, draw_specimen
+from mlmem.readers.calibration import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem_ros.ros.node_process import run_child_process
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay

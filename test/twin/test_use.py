@@ -21,13 +21,13 @@ from mlmem import (
     element_file,
     load_element,
 )
-from mlmem.corrections import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.factory import compute_calibration
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.parsing import DecodeError, encode_value
 from mlmem.physics import PEFRL, Chain, Scatter, Specimen, draw_specimen
+from mlmem.readers.calibration import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.readers.register import pin_walls
 from mlmem.settings import ProbeSettings
 from mlmem_ros.bag import jazzy

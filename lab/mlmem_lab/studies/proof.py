@@ -35,13 +35,13 @@ from mlmem import (
     factory_calibration,
     load_element,
 )
-from mlmem.corrections import make_corrections
 from mlmem.element_file import Element
 from mlmem.factory import compute_calibration
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Design, Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.wall import arrival_tolerance
+from mlmem.readers.calibration import make_corrections
 from mlmem.readers.reading import BLANK, UNDECODABLE
 from mlmem.readers.register import find_wall_levels, pin_walls
 from mlmem.readers.words import make_code
