@@ -112,6 +112,13 @@ def test_wall_at_needs_one_place():
         assert (caught.value.code, caught.value.field) == (ErrorCode.OUT_OF_RANGE, 'level')
 
 
+def test_moving_wall_begins_about_the_ground_states_of_the_specimen():
+    made = Specimen(CASE_II, offset=0.1)
+    run = simulate(made, initial=wall_at(position=60.0, relaxed=False), duration=10.0)
+    ends = [CASE_II.D_s2 + 0.1, CASE_II.D_s1 + 0.1]
+    assert run.configuration[0, [0, -1]] == pytest.approx(ends, abs=1e-6)
+
+
 def test_simulate_begins_with_what_a_function_of_the_specimen_returns():
     made = draw_specimen(CASE_II, Scatter(offset=0.01), seed=1)
     run = simulate(made, initial=lambda specimen: specimen.offsets + CASE_II.D_s1, duration=10.0)

@@ -270,6 +270,14 @@ def test_run_cut_into_pieces_is_same_to_bit(substrate, site, pieces, method):
     assert (cut.V_N, cut.steps_done) == (whole.V_N, whole.steps_done)
 
 
+def test_placed_chain_keeps_accelerations_only_for_noh_bathe():
+    """PEFRL has none: a state that held some would not be the one to which a run returns."""
+    for method, kept in ((NOH_BATHE, True), (PEFRL, False)):
+        chain = Chain(CASE_II, integrator=method)
+        chain.place(CASE_II.D_s1 + 0.1 * np.sin(CASE_II.sites))
+        assert chain.state()[2].any() == kept
+
+
 @METHODS
 @SUBSTRATES
 def test_restored_chain_continues_to_bit(substrate, method):

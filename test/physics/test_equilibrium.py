@@ -19,6 +19,7 @@ import pytest
 from scipy.optimize import minimize
 
 from mlmem.physics import CASE_I, CASE_II, NOH_BATHE, Chain, Specimen, StateError, find_walls
+from mlmem.physics.curve import Curve
 from mlmem.physics.equilibrium import (
     find_pinned_wall,
     relax_to_equilibrium,
@@ -105,6 +106,16 @@ def test_wall_rests_at_defect_of_every_level(level):
     chain.place(v)
     chain.advance_steps(4000)  # 1000 time units
     np.testing.assert_allclose(chain.v, v, atol=1e-11)
+
+
+def test_wall_of_a_symmetric_law_is_not_balanced_on_its_defect():
+    """A guess on the defect itself leads to the top between two cells, which is unstable."""
+    law = Curve.sample_formula(lambda D: 4.0 * D * (D * D - 1.0), -1.8, 1.8, 41)
+    design = dataclasses.replace(CASE_II, law=law, d=0.3, gamma=0.0)
+    with pytest.raises(StateError):
+        relax_to_equilibrium(design, wall_profile(design, 100.0), np.zeros(design.N))
+    (wall,) = find_walls(design, find_pinned_wall(design, 3))
+    assert wall.position == pytest.approx(100.0, abs=1.0)
 
 
 @pytest.mark.parametrize('level', [-1, 8, 100])

@@ -318,6 +318,18 @@ def test_depth_is_energy_between_wells_over_barrier():
         dataclasses.replace(made, design=dataclasses.replace(SMALL, substrate='elastic'))
 
 
+@pytest.mark.parametrize(
+    ('field', 'value'),
+    [
+        ('alpha_factor', 1.01), ('k_r_factor', 1.01), ('s_factor', 1.01), ('mass', 1.01),
+        ('offset', 0.01), ('depth', 0.01), ('eta_factor', 1.01), ('stuck', (9,)),
+    ],
+)  # fmt: skip
+def test_specimen_is_ideal_until_a_field_deviates(field, value):
+    assert draw_specimen(SMALL, Scatter(), seed=1).is_ideal
+    assert not Specimen(SMALL, **{field: value}).is_ideal
+
+
 def test_only_rigid_substrate_can_damp_cells():
     made = Specimen(SMALL, damped_by_substrate=True)
     assert not made.is_ideal

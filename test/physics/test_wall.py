@@ -7,7 +7,7 @@ import pytest
 
 from mlmem import ELEMENT_NAMES, load_element
 from mlmem.physics import CASE_II, Specimen, Wall, find_level, find_walls
-from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.physics.equilibrium import find_pinned_wall, wall_profile
 
 D_S1, D_S2, TOP = CASE_II.D_s1, CASE_II.D_s2, CASE_II.D_barrier
 
@@ -56,6 +56,16 @@ def test_every_level_of_shipped_elements_is_recognised(preset):
     for level in sorted({0, design.levels // 2, design.levels - 1}):
         assert find_level(design, find_pinned_wall(Specimen(design), level)) == level
     assert find_level(design, np.full(design.N, design.D_s1)) == -1
+
+
+@pytest.mark.parametrize(
+    ('position', 'kink', 'content'),
+    [(95.0, False, 3), (105.0, False, 3), (5.0, False, -2), (224.4, False, -2), (100.0, True, -2)],
+)
+def test_wall_holds_a_level_within_the_tolerance_of_its_defect(position, kink, content):
+    """Before the first level, behind the last one, and as a kink, it holds none."""
+    configuration = wall_profile(CASE_II, position, kink=kink)
+    assert find_level(CASE_II, configuration, tolerance=12.5) == content
 
 
 @pytest.mark.parametrize('state', [-1, 0, 3])
