@@ -111,6 +111,9 @@ class Trajectory:
     substrate: Array
     substrate_velocity: Array
 
+    def __repr__(self) -> str:
+        return f'Trajectory({len(self.t)} states up to t = {self.t[-1]:g}, {self.specimen})'
+
     @property
     def configuration(self) -> Array:
         """Configuration Delta_j = v_j - V_j in lattice constants, shape (T, N)."""

@@ -94,6 +94,10 @@ class Specimen:
                 'damped_by_substrate', True, 'false for an elastic substrate'
             )
 
+    def __repr__(self) -> str:
+        deviation = 'as designed' if self.is_ideal else 'with deviations'
+        return f'Specimen({self.design.N} cells, {deviation})'
+
     @property
     def is_ideal(self) -> bool:
         """Whether it is exactly as designed."""

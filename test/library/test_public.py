@@ -106,6 +106,14 @@ def test_law_and_design_have_a_short_repr():
     assert len(repr(replace(CASE_II, law=own))) < 400
 
 
+def test_specimen_and_trajectory_have_a_short_repr():
+    made = mlmem.draw_specimen(CASE_II, mlmem.Scatter(alpha=0.01), seed=1)
+    run = mlmem.simulate(made, duration=10.0, save_every=5.0, progress=False)
+    assert repr(mlmem.Specimen(CASE_II)) == 'Specimen(225 cells, as designed)'
+    expected = 'Trajectory(3 states up to t = 10, Specimen(225 cells, with deviations))'
+    assert repr(run) == expected
+
+
 def test_chain_simulation_and_device_have_one_default_integrator():
     assert Chain(CASE_II).integrator is DEFAULT_INTEGRATOR
     assert TimeSettings().integrator == DEFAULT_INTEGRATOR.name
