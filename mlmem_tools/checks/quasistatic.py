@@ -66,7 +66,7 @@ def compute_lattice_ripple(design: Design) -> Landscape:
     middle = part.design.N // 2
     flat = make_uniform(part.design)
     X = middle + np.linspace(0.0, 1.0, 33)
-    held = hold_walls(Specimen(flat), X, np.zeros(flat.N))
+    held = hold_walls(flat, X, np.zeros(flat.N))
     return Landscape(X, held.energy - held.energy[0])
 
 
@@ -84,7 +84,7 @@ def compute_self_energy(design: Design) -> tuple[Array, Array]:
     """
     flat = make_uniform(cut_excerpt(design, design.J, design.J + 1).design)
     middle = flat.N // 2
-    stretch = np.diff(hold_walls(Specimen(flat), np.array([middle + 0.5]), np.zeros(flat.N)).v[0])
+    stretch = np.diff(hold_walls(flat, np.array([middle + 0.5]), np.zeros(flat.N)).v[0])
     offset = np.arange(1.0, flat.N) - middle  # spring j + 1/2 from the wall at middle + 1/2
     X = np.linspace(0.0, design.J_s, 4 * design.J_s + 1)
     s = stiffness_profile(design, X[:, None] + offset - 0.5)

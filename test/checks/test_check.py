@@ -13,7 +13,7 @@ from scipy.integrate import quad
 from mlmem import MemoryElement, Settings, factory_calibration, load_element
 from mlmem.instrument.end import End
 from mlmem.parsing import decode_value, encode_value
-from mlmem.physics import CASE_II, Specimen
+from mlmem.physics import CASE_II
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.held_wall import hold_walls
 from mlmem.settings import ActuatorSettings
@@ -103,7 +103,7 @@ def test_numbers_of_case_ii(case_ii):
     energy, _ = quad(lambda D: math.sqrt(2 * CASE_II.potential.energy(D)), CASE_II.D_s1,
                      CASE_II.D_s2)  # fmt: skip
     flat = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
-    (held,) = hold_walls(Specimen(flat), np.array([112.5]), np.zeros(225)).energy
+    (held,) = hold_walls(flat, np.array([112.5]), np.zeros(225)).energy
     assert energy == pytest.approx(held, rel=0.01)  # continuum against lattice
     ours = case_ii['peierls_nabarro'].values
     assert ours['barrier'] == pytest.approx(1.1669e-5, rel=0.01)  # SciPy, lab/results/paper.json
@@ -234,7 +234,7 @@ def test_actuator_rate_stretches_the_durations(case_ii):
 
 
 def test_forecast_margin_is_that_of_the_device():
-    element, wall = MemoryElement(CASE_II), find_pinned_wall(Specimen(CASE_II), 7)
+    element, wall = MemoryElement(CASE_II), find_pinned_wall(CASE_II, 7)
     element.chain.place(wall)
     element.transducer.assume_equilibrium()
     detector = element.transducer.fire_probe(End.LEFT)

@@ -21,7 +21,7 @@ from mlmem import (
     snapshot,
 )
 from mlmem.instrument.end import End
-from mlmem.physics import Specimen, find_level
+from mlmem.physics import find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem_tools.checks import Verdict, check, disturb
 from mlmem_tools.checks.concern import Subject
@@ -56,7 +56,7 @@ def test_pulse_limit_is_that_of_the_device(name, end, level):
         element = MemoryElement(
             *louder, factory_calibration(*load_element(name).design_and_settings)
         )
-        element.chain.place(find_pinned_wall(Specimen(element.design), level))
+        element.chain.place(find_pinned_wall(element.design, level))
         element.transducer.assume_equilibrium()
         element.perform(Read())
         element.advance(500)

@@ -26,7 +26,7 @@ def test_free_far_end_of_a_uniform_chain():
 
 
 def test_right_end_is_the_left_end_of_the_mirror_image():
-    v = find_pinned_wall(Specimen(CASE_II), 3)
+    v = find_pinned_wall(CASE_II, 3)
     omega = np.linspace(0.5, 2.0, 5)
     flat_v = np.where(CASE_II.sites < 100, UNIFORM.D_s2, UNIFORM.D_s1)
     right = echo_response(Specimen(UNIFORM), flat_v, omega, End.RIGHT)

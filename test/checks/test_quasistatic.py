@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem.physics import CASE_II, Specimen, StateError
+from mlmem.physics import CASE_II, StateError
 from mlmem.physics.held_wall import hold_walls
 from mlmem_tools.checks.excerpt import cut_excerpt
 from mlmem_tools.checks.quasistatic import (
@@ -34,7 +34,7 @@ def test_wall_in_an_excerpt_is_that_of_the_element():
     """The error is exp(-DECAY) = 6e-6 of the strain's effect on a free edge."""
     part = compute_held_landscape(CASE_II, 140.0, 148.0, strain=0.02)
     V = CASE_II.end_displacement(0.02) * CASE_II.strain_shape
-    whole = hold_walls(Specimen(CASE_II), part.X, V).energy
+    whole = hold_walls(CASE_II, part.X, V).energy
     assert np.ptp(whole) > 4e-3
     assert part.energy == pytest.approx(whole - whole[0], abs=2e-7)
 
@@ -68,7 +68,7 @@ def test_gain_of_a_wall_is_half_its_energy_over_s():
     even = dataclasses.replace(CASE_II, s_min=500.0, s_max=500.0)
     _, gain = compute_self_energy(even)
     flat = dataclasses.replace(even, gamma=0.0, beta=0.0)
-    (total,) = hold_walls(Specimen(flat), np.array([112.5]), np.zeros(flat.N)).energy
+    (total,) = hold_walls(flat, np.array([112.5]), np.zeros(flat.N)).energy
     assert np.ptp(gain) < 1e-12
     assert gain[0] == pytest.approx(-0.5 * total / 500.0, rel=0.02)  # lattice against continuum
 

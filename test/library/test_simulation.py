@@ -63,7 +63,7 @@ def test_simulate_scalar_function_gives_bits_of_array_function():
 
 def test_simulate_end_taken_later_agrees_with_chain_by_hand():
     """The end is free for 10 time units; then it is held where it is, in steps of 0.25."""
-    start = find_pinned_wall(Specimen(CASE_II), 0)
+    start = find_pinned_wall(CASE_II, 0)
     start[0] += 0.05
     run = simulate(
         CASE_II, initial=start, duration=20.0, save_every=20.0, dt=0.25,
@@ -79,7 +79,7 @@ def test_simulate_end_taken_later_agrees_with_chain_by_hand():
 
 
 def test_simulate_damping_overrides_that_of_design():
-    ringing = find_pinned_wall(Specimen(CASE_II), 2) + 1e-3
+    ringing = find_pinned_wall(CASE_II, 2) + 1e-3
     runs = [
         simulate(design, initial=ringing, duration=300.0, eta=eta)
         for design, eta in ((CASE_II, 0.02), (replace(CASE_II, eta=0.02), None))

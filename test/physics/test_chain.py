@@ -169,7 +169,7 @@ def test_wall_between_other_phases_stays_at_its_defect(substrate, phase):
     """Phases 0 and 1 lie in the soft middle of the potential, 2 and 3 are three times stiffer."""
     design = case_ii(substrate, phase=phase)
     chain = Chain(design, integrator=NOH_BATHE)
-    chain.place(find_pinned_wall(Specimen(design), 3))
+    chain.place(find_pinned_wall(design, 3))
     before = find_walls(design, chain.configuration)
     chain.advance_steps(4000)
     (wall,) = find_walls(design, chain.configuration)
@@ -185,7 +185,7 @@ def test_new_chain_is_blank_at_its_default_step(substrate):
     design = case_ii(substrate)
     chain = Chain(design, integrator=NOH_BATHE)
     assert chain.time == 0.0
-    assert chain.dt == min(0.25, stable_step(Specimen(design), NOH_BATHE))
+    assert chain.dt == min(0.25, stable_step(design, NOH_BATHE))
     np.testing.assert_array_equal(chain.configuration, design.D_s1)
     np.testing.assert_array_equal(chain.velocity, 0.0)
     chain.advance_steps(12)
@@ -241,7 +241,7 @@ def moved(substrate, site=1, pieces=(400,), method=NOH_BATHE):
     """Return a chain after that run, cut into pieces of so many steps, and its recorded ends."""
     design = case_ii(substrate, N=61)
     chain = Chain(design, integrator=method)
-    chain.place(find_pinned_wall(Specimen(design), 1))
+    chain.place(find_pinned_wall(design, 1))
     V_N, motion = eventful(design, sum(pieces), chain.dt, method)
     ends, done = [], 0
     for steps in pieces:
@@ -322,7 +322,7 @@ def test_slices_and_whole_numbers_compile_nothing_new(substrate, method):
 def test_driven_end_follows_its_motion_exactly_and_then_is_free(substrate, site, method):
     design = case_ii(substrate, N=61)
     chain = Chain(design, integrator=method)
-    chain.place(find_pinned_wall(Specimen(design), 1))
+    chain.place(find_pinned_wall(design, 1))
     home = chain.end(site)
     t = substep_times(100, chain.dt, method)
     motion = np.array([home + 0.1 * np.sin(0.5 * t), 0.05 * np.cos(0.5 * t)])

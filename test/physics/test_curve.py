@@ -17,7 +17,7 @@ import pytest
 from uniform_chain import on_site_force
 
 from mlmem.parsing import DecodeError, decode_value
-from mlmem.physics import NOH_BATHE, PEFRL, Chain, Design, DesignError, Specimen
+from mlmem.physics import NOH_BATHE, PEFRL, Chain, Design, DesignError
 from mlmem.physics.curve import Curve
 from mlmem.physics.equilibrium import relax_to_equilibrium, stiffness_diagonal, wall_profile
 from mlmem.physics.held_wall import hold_walls
@@ -40,7 +40,7 @@ def uniform(law, d, phase=0, N=80):
 
 def wall(design, position=40.5):
     guess = wall_profile(design, position)
-    return relax_to_equilibrium(Specimen(design), guess, np.zeros(design.N))
+    return relax_to_equilibrium(design, guess, np.zeros(design.N))
 
 
 def test_curve_repeats_cubic():
@@ -109,7 +109,7 @@ def test_energy_of_wall_is_that_of_the_continuum(law, phase, energy):
     """Walls ten cells wide; what the lattice changes is of order 1 / width^2."""
     kappa = 0.1 / (math.sqrt(law.stiffness(law.ground_states[phase]) / 8.0))
     design = uniform(law, kappa**2 / 2.0, phase, 400)
-    held = hold_walls(Specimen(design), np.array([200.5]), np.zeros(design.N))
+    held = hold_walls(design, np.array([200.5]), np.zeros(design.N))
     assert held.energy[0] == pytest.approx(math.sqrt(2.0 * design.d) * energy, rel=0.01)
 
 
@@ -119,7 +119,7 @@ def test_internal_mode_of_phi_4_wall():
     design = uniform(PHI_4, kappa**2 / 2.0, N=160)
     edge = math.sqrt(8.0 * design.d)
     v = wall(design, 80.5)
-    diagonal = stiffness_diagonal(Specimen(design), v, np.zeros(design.N))
+    diagonal = stiffness_diagonal(design, v, np.zeros(design.N))
     matrix = np.diag(diagonal) - np.eye(design.N, k=1) - np.eye(design.N, k=-1)
     squares, modes = np.linalg.eigh(matrix)
     assert abs(squares[0]) < 1e-4 * edge**2

@@ -65,7 +65,7 @@ def by_scipy(p, guess, V):
 def test_relax_finds_minimum_that_scipy_finds(position, V_N):
     V = V_N * oracle.quasi_static(SMALL)
     guess = wall_profile(SMALL, position) + V
-    v = relax_to_equilibrium(Specimen(SMALL), guess, V)
+    v = relax_to_equilibrium(SMALL, guess, V)
     # SciPy's force of 1e-9 over the softest stiffness, some 1e-2: the wall in its pinning site.
     np.testing.assert_allclose(v, by_scipy(SMALL, guess, V), atol=1e-7)
     assert np.abs(oracle.forces(SMALL, v, V)[0]).max() < 1e-11
@@ -76,25 +76,23 @@ def test_relax_rejects_unstable_equilibrium():
     uniform = dataclasses.replace(SMALL, gamma=0.0, beta=0.0)
     assert np.abs(oracle.forces(uniform, summit, np.zeros(80))[0]).max() < 1e-15
     with pytest.raises(StateError, match='unstable equilibrium; move') as caught:
-        relax_to_equilibrium(Specimen(uniform), summit, np.zeros(80))
+        relax_to_equilibrium(uniform, summit, np.zeros(80))
     assert (caught.value.code, caught.value.field) == (ErrorCode.CONFLICT, 'v')
-    tipped = relax_to_equilibrium(Specimen(uniform), summit + 1e-6, np.zeros(80))
+    tipped = relax_to_equilibrium(uniform, summit + 1e-6, np.zeros(80))
     np.testing.assert_allclose(tipped, uniform.D_s2, atol=1e-9)
 
 
 def test_relax_explains_why_it_failed():
     with pytest.raises(StateError, match=r'no equilibrium within 2 Newton steps; .* above 1e-12'):
-        relax_to_equilibrium(
-            Specimen(SMALL), wall_profile(SMALL, 37.0), np.zeros(80), iterations=2
-        )
+        relax_to_equilibrium(SMALL, wall_profile(SMALL, 37.0), np.zeros(80), iterations=2)
     with pytest.raises(StateError, match='Give a guess nearer to one') as caught:
-        relax_to_equilibrium(Specimen(SMALL), np.full(80, np.nan), np.zeros(80))
+        relax_to_equilibrium(SMALL, np.full(80, np.nan), np.zeros(80))
     assert (caught.value.code, caught.value.field) == (ErrorCode.CONFLICT, 'v')
 
 
 @pytest.mark.parametrize('level', range(8))
 def test_wall_rests_at_defect_of_every_level(level):
-    v = find_pinned_wall(Specimen(CASE_II), level)
+    v = find_pinned_wall(CASE_II, level)
     (wall,) = find_walls(CASE_II, v)
     assert wall.anti_kink
     assert wall.position == pytest.approx(CASE_II.defect_site(level), abs=2e-3)
@@ -121,7 +119,7 @@ def test_wall_of_a_symmetric_law_is_not_balanced_on_its_defect():
 @pytest.mark.parametrize('level', [-1, 8, 100])
 def test_level_out_of_range_has_no_wall(level):
     with pytest.raises(StateError, match=f'^level must be from 0 to 7; got {level}'):
-        find_pinned_wall(Specimen(CASE_II), level)
+        find_pinned_wall(CASE_II, level)
 
 
 @pytest.mark.parametrize(

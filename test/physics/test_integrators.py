@@ -23,7 +23,7 @@ import pytest
 import uniform_chain
 
 import mlmem
-from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Specimen
+from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain
 from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import find_pinned_wall
 
@@ -45,7 +45,7 @@ def test_step_shrinks_volume_of_states_by_damping_alone(eta):
 def test_undamped_packet_keeps_its_energy():
     """In 2000 time units; at a step of 0.25 the paper's method loses more than a third of it."""
     design = dataclasses.replace(CASE_II, eta=0.0)
-    rest = find_pinned_wall(Specimen(design), 3)
+    rest = find_pinned_wall(design, 3)
     packet = 0.01 * np.exp(-(((design.sites - 40.0) / 8.0) ** 2)) * np.sin(1.2 * design.sites)
     kept = {}
     for method in (PEFRL, NOH_BATHE):

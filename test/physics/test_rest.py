@@ -24,7 +24,7 @@ def struck(method, substrate='rigid', **changes):
     changes = {'N': 60, 'eta': 0.2, **changes}
     design = dataclasses.replace(CASE_II, substrate=substrate, **changes)
     chain = Chain(design, integrator=method)
-    v = find_pinned_wall(Specimen(design), 0)
+    v = find_pinned_wall(design, 0)
     v[20] += 0.1
     chain.place(v)
     return chain
@@ -157,4 +157,4 @@ def test_no_force_on_stuck_cell_disturbs_rest(method):
     chain.set_specimen(Specimen(chain.design, stuck=(21,)))
     pass_ticks(chain, 2 * LONG)  # such a cell scatters waves
     assert at_rest(chain)
-    assert chain.v[20] - find_pinned_wall(Specimen(chain.design), 0)[20] == pytest.approx(0.1)
+    assert chain.v[20] - find_pinned_wall(chain.design, 0)[20] == pytest.approx(0.1)

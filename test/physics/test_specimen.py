@@ -224,7 +224,7 @@ def test_elastic_substrate_shakes_with_its_base(method):
 
 def test_equilibrium_keeps_its_stuck_cell():
     """The wall rests beside it as it does in a free chain, if the cell sticks where it rests."""
-    v = find_pinned_wall(Specimen(CASE_II), 3)
+    v = find_pinned_wall(CASE_II, 3)
     made = Specimen(CASE_II, stuck=(90,))
     np.testing.assert_allclose(relax_to_equilibrium(made, v, np.zeros(CASE_II.N)), v, atol=1e-10)
     pushed = v.copy()

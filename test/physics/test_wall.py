@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mlmem import ELEMENT_NAMES, load_element
-from mlmem.physics import CASE_II, Specimen, Wall, find_level, find_walls
+from mlmem.physics import CASE_II, Wall, find_level, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall, wall_profile
 
 D_S1, D_S2, TOP = CASE_II.D_s1, CASE_II.D_s2, CASE_II.D_barrier
@@ -54,7 +54,7 @@ def test_ripples_within_phase_are_no_walls():
 def test_every_level_of_shipped_elements_is_recognised(preset):
     design = load_element(preset).design
     for level in sorted({0, design.levels // 2, design.levels - 1}):
-        assert find_level(design, find_pinned_wall(Specimen(design), level)) == level
+        assert find_level(design, find_pinned_wall(design, level)) == level
     assert find_level(design, np.full(design.N, design.D_s1)) == -1
 
 
@@ -73,9 +73,7 @@ def test_wall_holds_a_level_within_the_tolerance_of_its_defect(position, kink, c
 @pytest.mark.parametrize('begin', ['blank', 'level'])
 def test_cells_in_third_ground_state_are_no_memory_state(state, cells, begin):
     """A wall that ran over a free end leaves such cells; no strain moves the wall between them."""
-    configuration = (
-        np.full(225, D_S1) if begin == 'blank' else find_pinned_wall(Specimen(CASE_II), 3)
-    )
+    configuration = np.full(225, D_S1) if begin == 'blank' else find_pinned_wall(CASE_II, 3)
     third = CASE_II.potential.ground_state(state)
     at = slice(0, cells) if third > D_S2 else slice(225 - cells, 225)
     assert find_level(CASE_II, configuration) in (-1, 3)
@@ -85,7 +83,7 @@ def test_cells_in_third_ground_state_are_no_memory_state(state, cells, begin):
 
 def test_cell_short_of_next_barrier_is_still_in_its_phase():
     low, high = CASE_II.wells
-    configuration = find_pinned_wall(Specimen(CASE_II), 3)
+    configuration = find_pinned_wall(CASE_II, 3)
     configuration[0], configuration[-1] = high - 1e-6, low + 1e-6
     assert find_level(CASE_II, configuration) == 3
     configuration[0] = high + 1e-6

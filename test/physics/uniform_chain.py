@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from mlmem.physics import CASE_II, Chain, Specimen, StateError, stable_step
+from mlmem.physics import CASE_II, Chain, StateError, stable_step
 from mlmem.physics.formulas import on_site_factors
 from mlmem.physics.jit import compile_kernel
 
@@ -66,7 +66,7 @@ def growth(monkeypatch, omega_dt, method, eta=0.0, steps=400):
 def at_the_stable_step(substrate, eta, method):
     """Return a chain after a rough start at the largest step allowed."""
     design = dataclasses.replace(CASE_II, N=60, substrate=substrate, eta=eta)
-    chain = Chain(design, stable_step(Specimen(design), method), method)
+    chain = Chain(design, stable_step(design, method), method)
     chain.place(design.D_s1 + 1e-3 * np.random.default_rng(1).standard_normal(design.N))
     chain.advance_steps(4000)
     assert np.abs(chain.v - design.D_s1).max() < 5e-3

@@ -7,7 +7,7 @@ import zlib
 import pytest
 
 from mlmem import Read, Settings
-from mlmem.physics import CASE_II, Specimen
+from mlmem.physics import CASE_II
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.settings import ScaleSettings
 from mlmem_ros.rig.frames import FrameKind, Layout, Parser, encode_frame
@@ -25,7 +25,7 @@ def test_latency_shifts_no_echo():
     """Five milliseconds are 500 time units here; the delay is that of the calibration."""
     rig = PatientRig(CASE_II, FAST, drift=2e-4)
     with serving(rig, LATE) as server:
-        rig.chain.place(find_pinned_wall(Specimen(CASE_II), 2))
+        rig.chain.place(find_pinned_wall(CASE_II, 2))
         element = connect(f'tcp://127.0.0.1:{server.port}?lead=0.2&patience=10', FAST)
         assert element.driver.lag == 1000
         reading = element.perform(Read()).reading

@@ -23,7 +23,6 @@ from mlmem.physics.design import Design
 from mlmem.physics.equilibrium import relax_to_equilibrium
 from mlmem.physics.held_wall import hold_walls, make_uniform
 from mlmem.physics.potential import Array, StateError
-from mlmem.physics.specimen import Specimen
 
 MAX_FIT_ERROR = 1.35e-4
 """The paper's bound of the root-mean-square error of every fit (page 3)."""
@@ -124,7 +123,7 @@ def fit_kink(design: Design) -> KinkFit:
     flat = make_uniform(design)
     # It rests where the Peierls-Nabarro potential of period 1 is least. In Case I that is flat
     # to rounding, so Newton's method alone could not tell a minimum from a maximum.
-    held = hold_walls(Specimen(flat), flat.N // 2 + np.arange(0.0, 1.0, 1 / 16), np.zeros(flat.N))
+    held = hold_walls(flat, flat.N // 2 + np.arange(0.0, 1.0, 1 / 16), np.zeros(flat.N))
     least = int(held.energy.argmin())
     v, x = held.v[least], flat.sites - held.positions[least]
     # Far from the wall one exponential remains: the slow one of s1 ahead, the fast one of s2
@@ -169,7 +168,7 @@ def fit_displacement(design: Design, displacement: Array, max_order: int = 40) -
 def strained_equilibrium(design: Design, strain: float) -> tuple[Array, Array]:
     """Return v_0 and V_0: the equilibrium of the inactive element under a strain, (N,) each."""
     V = design.end_displacement(strain) * design.strain_shape
-    return relax_to_equilibrium(Specimen(design), V + design.D_s1, V), V
+    return relax_to_equilibrium(design, V + design.D_s1, V), V
 
 
 def compute_landscape(

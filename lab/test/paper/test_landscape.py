@@ -16,7 +16,7 @@ import numpy as np
 import oracle
 import pytest
 
-from mlmem.physics import CASE_I, CASE_II, Specimen, find_walls
+from mlmem.physics import CASE_I, CASE_II, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.held_wall import hold_walls, make_uniform
 from mlmem_lab.paper.landscapes import (
@@ -42,7 +42,7 @@ def kink():
 def test_held_wall_is_where_it_is_held_and_all_else_is_relaxed(strain):
     V = CASE_I.end_displacement(strain) * oracle.quasi_static(CASE_I)
     X = np.array([40.0, 81.3, 99.5, 100.0, 150.75])
-    held = hold_walls(Specimen(CASE_I), X, V)
+    held = hold_walls(CASE_I, X, V)
     for position, v, force in zip(X, held.v, held.force, strict=True):
         (wall,) = find_walls(CASE_I, v - V)
         assert wall.position == pytest.approx(position, abs=1e-9)
@@ -57,17 +57,17 @@ def test_slope_of_the_landscape_is_the_holding_force():
     """The constraint moves with X at the local slope of the profile: dU/dX = -force x slope."""
     h = 1e-4
     X = 90.4
-    held = hold_walls(Specimen(CASE_I), np.array([X - h, X, X + h]), ZERO)
+    held = hold_walls(CASE_I, np.array([X - h, X, X + h]), ZERO)
     slope = float(held.energy[2] - held.energy[0]) / (2 * h)
     drop = held.v[1][90] - held.v[1][89]
     assert slope == pytest.approx(float(held.force[1]) * drop, rel=1e-3)
 
 
 def test_free_equilibrium_needs_no_force_and_lies_in_a_minimum():
-    v = find_pinned_wall(Specimen(CASE_II), 3)
+    v = find_pinned_wall(CASE_II, 3)
     (wall,) = find_walls(CASE_II, v)
     X = wall.position + np.array([-0.3, 0.0, 0.3])
-    held = hold_walls(Specimen(CASE_II), X, np.zeros(CASE_II.N))
+    held = hold_walls(CASE_II, X, np.zeros(CASE_II.N))
     assert abs(held.force[1]) < 1e-9
     np.testing.assert_allclose(held.v[1], v, atol=1e-8)
     assert held.energy[1] < min(held.energy[0], held.energy[2])
@@ -79,7 +79,7 @@ def test_free_equilibrium_needs_no_force_and_lies_in_a_minimum():
 def test_kink_fit_is_close_and_its_slope_is_its_derivative(kink):
     flat = make_uniform(CASE_I)
     assert (flat.gamma, flat.beta) == (0.0, 0.0)
-    (v,) = hold_walls(Specimen(flat), np.array([100.5]), ZERO).v
+    (v,) = hold_walls(flat, np.array([100.5]), ZERO).v
     residual = kink.displacement(flat.sites - 100.5) - (v - flat.D_s1)
     assert np.sqrt(np.mean(residual**2)) == pytest.approx(kink.e_rms, rel=0.01)
     assert MAX_FIT_ERROR < kink.e_rms < 2e-3
@@ -109,7 +109,7 @@ def test_ansatz_and_the_held_wall_give_one_landscape(strain, kink):
     X = np.array([40.0, 81.0, 95.0, 100.0, 105.0, 160.0])
     fits = fit_displacement(CASE_I, v), fit_displacement(CASE_I, V)
     U = compute_landscape(CASE_I, X, kink, *fits)
-    held = hold_walls(Specimen(CASE_I), X, V).energy
+    held = hold_walls(CASE_I, X, V).energy
     assert np.ptp(U - held) < 3e-4
     assert np.ptp(held) > 3e-3
     if strain:

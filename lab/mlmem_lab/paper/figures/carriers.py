@@ -11,7 +11,7 @@ import numpy as np
 
 from mlmem.instrument.echo import Echo, blanking_time
 from mlmem.instrument.end import End
-from mlmem.physics import CASE_II, Specimen
+from mlmem.physics import CASE_II
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.waves import pass_band
 from mlmem.settings import ProbeSettings
@@ -34,7 +34,7 @@ def compute_data(quality: Quality) -> Data:
         all levels are distinct and in order, NaN where there is none.
     """
     levels = quality.pick((0, 7), tuple(range(CASE_II.levels)))
-    walls = [find_pinned_wall(Specimen(CASE_II), level) for level in levels]
+    walls = [find_pinned_wall(CASE_II, level) for level in levels]
     duration = quality.pick(1100.0, 1400.0)
     thresholds = np.geomspace(1e-6, 2e-2, 431)
     data: Data = {'levels': levels}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem.physics import CASE_I, CASE_II, Specimen
+from mlmem.physics import CASE_I, CASE_II
 from mlmem.physics.held_wall import hold_walls, make_uniform
 
 from ...studies import style
@@ -37,7 +37,7 @@ def compute_data(quality: Quality) -> Data:
     for name, design in (('case_1', CASE_I), ('case_2', CASE_II)):
         flat = make_uniform(design)
         middle = flat.N // 2 + 0.5
-        (v,) = hold_walls(Specimen(flat), np.array([middle]), np.zeros(flat.N)).v
+        (v,) = hold_walls(flat, np.array([middle]), np.zeros(flat.N)).v
         data[f'x_{name}'], data[f'anti_kink_{name}'] = flat.sites - middle, v
     return data
 

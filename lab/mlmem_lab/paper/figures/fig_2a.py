@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem.physics import CASE_I, Specimen
+from mlmem.physics import CASE_I
 from mlmem.physics.held_wall import hold_walls
 
 from ...studies import style
@@ -48,7 +48,7 @@ def compute_data(quality: Quality) -> Data:
         )
         by_ansatz.append(compute_landscape(design, X, kink, v_0, V_0) - blank)
         as_printed.append(compute_landscape(design, X, kink, v_0, V_0, as_printed=True) - blank)
-        held.append(hold_walls(Specimen(design), X, V).energy - blank)
+        held.append(hold_walls(design, X, V).energy - blank)
         fits.append([(fit.e_rms, fit.expansion_order) for fit in (v_0, V_0)])
     data |= {'ansatz': by_ansatz, 'as_printed': as_printed, 'held': held}
     data['fits'] = fits  # strain x (v_0, V_0) x (e_rms, q)

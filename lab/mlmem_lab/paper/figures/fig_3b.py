@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem.physics import CASE_II, Specimen
+from mlmem.physics import CASE_II
 from mlmem.physics.equilibrium import find_pinned_wall
 
 from ...studies import style
@@ -28,7 +28,7 @@ def compute_data(quality: Quality) -> Data:
     # walls at j = 50 and 100: cells 51 and 101 are the first inactive ones, as the paper counts
     wall_levels = (1, 3)
     for number, level in enumerate(wall_levels):
-        v = find_pinned_wall(Specimen(SHORT_DESIGN), level)
+        v = find_pinned_wall(SHORT_DESIGN, level)
         data[f'wall_{number}'] = SHORT_DESIGN.defect_site(level)
         for name, probe in (('ours', PAPER_PROBE), ('printed', PRINTED_PROBE)):
             echo = probe_element(SHORT_DESIGN, v, probe, duration=900.0)

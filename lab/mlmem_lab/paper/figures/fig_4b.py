@@ -12,7 +12,7 @@ import numpy as np
 
 from mlmem import Settings
 from mlmem.instrument.end import End
-from mlmem.physics import CASE_II, Specimen
+from mlmem.physics import CASE_II
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.waves import group_velocity
 from mlmem.settings import ProbeSettings
@@ -30,7 +30,7 @@ def compute_data(quality: Quality) -> Data:
     without an echo.
     """
     levels = range(0, CASE_II.levels, quality.pick(3, 1))
-    walls = [find_pinned_wall(Specimen(CASE_II), level) for level in levels]
+    walls = [find_pinned_wall(CASE_II, level) for level in levels]
     data: Data = {'levels': levels, 'codes': [CASE_II.code(level) for level in levels]}
     # the paper's plain threshold (our reading of it), and the device's two ends
     for name, end, probe in (

@@ -9,7 +9,7 @@ import dataclasses
 import numpy as np
 
 from mlmem import simulate
-from mlmem.physics import CASE_I, NOH_BATHE, Design, Specimen
+from mlmem.physics import CASE_I, NOH_BATHE, Design
 from mlmem.physics.held_wall import hold_walls, make_uniform
 from mlmem.physics.potential import Array
 
@@ -63,7 +63,7 @@ def _equilibrium_wall(flat: Design, position: float, name: str) -> Array:
     """Return a wall at rest in the uniform element; a kink is a mirrored anti-kink."""
     if name == 'kink':
         return _equilibrium_wall(flat, flat.N + 1 - position, 'anti_kink')[::-1]
-    v: Array = hold_walls(Specimen(flat), np.array([position]), np.zeros(flat.N)).v[0]
+    v: Array = hold_walls(flat, np.array([position]), np.zeros(flat.N)).v[0]
     return v
 
 

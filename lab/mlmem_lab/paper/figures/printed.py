@@ -79,7 +79,7 @@ def _list_pinned(quality: Quality) -> list[Row]:
         rows.append((f'2b.{panel}: pinned again, $x={at:.0f}$', at, place))
     design = fig_3b.SHORT_DESIGN
     for level, cell in ((1, 51), (3, 101)):
-        place = wall_position(design, find_pinned_wall(Specimen(design), level))
+        place = wall_position(design, find_pinned_wall(design, level))
         rows.append((f'3b: wall, $j={cell}$', cell, place))
     return rows
 

@@ -11,7 +11,7 @@ import numpy as np
 from mlmem import simulate, wall_at
 from mlmem.instrument.motion import Cycle, CycleSettings
 from mlmem.moves.strain_cycle import WriteSettings, select_peak
-from mlmem.physics import CASE_II, NOH_BATHE, Design, Specimen, find_level
+from mlmem.physics import CASE_II, NOH_BATHE, Design, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 
 from ...studies.trace import wall_path
@@ -35,7 +35,7 @@ def compute_data(quality: Quality) -> Data:
     s_min = np.array(quality.pick((100.0, 1000.0), (100.0, 200.0, 400.0, 1000.0, 2000.0, 4000.0)))
     levels = range(quality.pick(2, CASE_II.levels - 1))
     rigid = [_run_cycle(CASE_II, level) for level in levels]
-    v = find_pinned_wall(Specimen(CASE_II), 1)
+    v = find_pinned_wall(CASE_II, 1)
     moved, difference, echoes, delays = [], [], [], []
     # looks at the end of a cycle, 500 time units, over which a wall that still rings is averaged
     averaged_samples = 50
