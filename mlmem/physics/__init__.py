@@ -6,9 +6,10 @@ from .chain import Chain, is_kernel_cached
 from .design import CASE_I, CASE_II, Design, as_design
 from .jit import ARITHMETIC_VERSION
 from .methods import DEFAULT_INTEGRATOR, INTEGRATORS, NOH_BATHE, PEFRL, Integrator
-from .potential import DesignError, Potential, StateError
+from .potential import Potential
 from .specimen import Material, Scatter, Specimen, as_specimen, draw_specimen
 from .stepping import HeldCell, default_step, stable_step, substep_times
+from .values import DesignError, StateError
 from .wall import Wall, find_level, find_walls, wall_energy
 
 __all__ = [

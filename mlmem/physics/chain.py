@@ -15,7 +15,6 @@ from .equilibrium import metamaterial_force, substrate_force
 from .jit import is_cached
 from .methods import DEFAULT_INTEGRATOR, Integrator
 from .methods.integrator import MAX_REST_SPEED, Cells, Chained, Forcing, align_array, is_balanced
-from .potential import Array, DesignError, StateError
 from .specimen import MAX_OFFSET, Material, Specimen, as_specimen
 from .stepping import (
     NO_HELD_CELL,
@@ -27,7 +26,7 @@ from .stepping import (
     farthest_reach,
     stable_step,
 )
-from .values import require_finite
+from .values import Array, DesignError, StateError, require_finite
 
 
 class Chain:

@@ -17,7 +17,8 @@ import numpy as np
 from ..rejections import ErrorCode
 from ..schema import Problem, describe_field, find_problems, make_field_factory
 from .curve import Curve
-from .potential import Array, DesignError, Potential
+from .potential import Potential
+from .values import Array, DesignError
 
 if TYPE_CHECKING:
     from .specimen import Material

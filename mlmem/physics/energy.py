@@ -13,8 +13,8 @@ import numpy as np
 
 from .chain import Chain
 from .equilibrium import compute_energies, metamaterial_force, substrate_force
-from .potential import Array
 from .specimen import Material, as_specimen
+from .values import Array
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ import numpy as np
 from ..rejections import ErrorCode
 from .design import Design, as_design
 from .jit import compile_kernel
-from .potential import Array, StateError
 from .specimen import Material, Specimen, as_specimen
+from .values import Array, StateError
 from .wall import find_walls
 
 

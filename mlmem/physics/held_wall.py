@@ -25,8 +25,8 @@ from .equilibrium import (
     stiffness_diagonal,
     wall_profile,
 )
-from .potential import Array, StateError
 from .specimen import Material, as_specimen
+from .values import Array, StateError
 
 
 def make_uniform(material: Material) -> Design:

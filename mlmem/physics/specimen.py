@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from ..rng import RandomStream, make_generator
 from .curve import Curve
 from .design import EXPECTED_MATERIAL, Design, as_design, strain_shape
-from .potential import Array, DesignError, Potential
+from .potential import Potential
+from .values import Array, DesignError
 from .wall import barrier_height
 
 ARRAY_FIELDS = ('alpha_factor', 'k_r_factor', 's_factor', 'mass', 'offset', 'depth')

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .methods import DEFAULT_INTEGRATOR, Integrator
-from .potential import Array, StateError
 from .specimen import Material, Specimen, as_specimen
-from .values import require_finite
+from .values import Array, StateError, require_finite
 
 STABILITY_MARGIN = 0.95
 """Largest fraction of the stability limit to use."""

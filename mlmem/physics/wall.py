@@ -13,7 +13,8 @@ import numpy as np
 
 from .curve import Curve
 from .design import Design, as_design
-from .potential import Array, DesignError, Potential
+from .potential import Potential
+from .values import Array, DesignError
 
 if TYPE_CHECKING:
     from .specimen import Material

@@ -29,8 +29,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .jit import compile_kernel
 from .methods import Integrator
-from .potential import Array
 from .specimen import Material, Specimen, as_specimen
+from .values import Array
 from .values import Complex as Complex
 
 

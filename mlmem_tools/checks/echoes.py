@@ -23,8 +23,7 @@ from mlmem.instrument.echo import Echo, EchoDetector, listening_time
 from mlmem.instrument.end import End, Pulse
 from mlmem.physics import INTEGRATORS, PEFRL, Design, Integrator, Specimen, StateError, as_specimen
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
-from mlmem.physics.methods.integrator import Complex
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array, Complex
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.readers.decoding import find_exchanged_levels, primary_end
 from mlmem.settings import ProbeSettings, ReadSettings

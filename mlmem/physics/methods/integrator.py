@@ -16,8 +16,7 @@ import numpy.typing as npt
 
 from ..formulas import coupling_pull, on_site_factors
 from ..jit import compile_kernel, fma, inline_function
-from ..potential import Array
-from ..values import Complex as Complex
+from ..values import Array, Complex
 
 Chained = tuple[Array, ...]
 """The arrays of one chain: displacement, velocity, acceleration, and a method's work space.

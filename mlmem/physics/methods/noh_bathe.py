@@ -26,11 +26,10 @@ import numpy as np
 
 from ..formulas import coupling_pull, dry_friction, join_motion, on_site_factors
 from ..jit import compile_kernel, fma
-from ..potential import Array
+from ..values import Array, Complex
 from .integrator import (
     Cells,
     Chained,
-    Complex,
     Forcing,
     Integrator,
     is_below_speed,
