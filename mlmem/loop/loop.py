@@ -21,7 +21,7 @@ from .mailbox import Asked, Cancel, Mailbox, Request, TickRequest
 from .open_requests import OpenRequests, Resolve, Stamped
 from .timetable import LoopStatistics, Pacer, SteadyPacer, Timetable, check_speed
 
-Answer = TypeVar('Answer')
+T = TypeVar('T')
 
 Listener = Callable[[Sequence[Stamped], Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""
@@ -131,7 +131,7 @@ class Loop:
         """
         return self._box.submit(Request(Cancel(request)))
 
-    def call(self, function: Callable[[], Answer]) -> Future[Answer]:
+    def call(self, function: Callable[[], T]) -> Future[T]:
         """Call a function between two ticks, in the loop's thread, paused or not."""
         return self._box.call(function)
 

@@ -19,11 +19,11 @@ from ..element import ProcedureRun
 from ..errors import Refused
 from ..rejections import ErrorCode
 
-Answer = TypeVar('Answer')
+T = TypeVar('T')
 
 
 @dataclass(eq=False)
-class Request(Generic[Answer]):
+class Request(Generic[T]):
     """What is asked of a device, who waits for it, and what came of it.
 
     Any thread may make one. The loop's thread takes it up and settles it, at once or when its
@@ -39,7 +39,7 @@ class Request(Generic[Answer]):
     """
 
     asked: Any
-    answer: Future[Answer] = field(default_factory=lambda: threads.Future())
+    answer: Future[T] = field(default_factory=lambda: threads.Future())
     waits: bool = False
     deadline: float = math.inf
     place: int = 0
@@ -54,11 +54,11 @@ class Request(Generic[Answer]):
         """Return whether somebody still waits, who can no longer withdraw it then."""
         return self.answer.running() or self.answer.set_running_or_notify_cancel()
 
-    def resolve(self, outcome: Answer) -> None:
+    def resolve(self, outcome: T) -> None:
         """Answer it."""
         self.answer.set_result(outcome)
 
-    def refuse(self, reason: BaseException) -> Request[Answer]:
+    def refuse(self, reason: BaseException) -> Request[T]:
         """Answer it with an exception; return it."""
         self.answer.set_exception(reason)
         return self
@@ -143,7 +143,7 @@ class Mailbox:
         request.resolve(None)
         return request
 
-    def call(self, function: Callable[[], Answer], paused: bool | None = None) -> Future[Answer]:
+    def call(self, function: Callable[[], T], paused: bool | None = None) -> Future[T]:
         """Leave a function to be called between two ticks; with `paused`, pause or resume time,
         either of which ends the ticks that are asked for.
 
@@ -155,7 +155,7 @@ class Mailbox:
                 for steps in (request.asked for request in self.steps):
                     steps.cut = steps.cut or steps.left > 1
                     steps.left = min(steps.left, 1)
-            return self._post_request(self.calls, Request[Answer](function)).answer
+            return self._post_request(self.calls, Request[T](function)).answer
 
     def step(self, steps: TickRequest) -> Request[int]:
         """Ask for ticks while time is paused."""
@@ -196,10 +196,10 @@ class Mailbox:
 
     def _post_request(
         self,
-        queue: deque[Request[Answer]],
-        request: Request[Answer],
+        queue: deque[Request[T]],
+        request: Request[T],
         refusal: Refused | None = None,
-    ) -> Request[Answer]:
+    ) -> Request[T]:
         """Leave a request, or refuse it; call with the lock held."""
         if (refusal := self._closed or refusal) is not None:
             return request.refuse(refusal)
@@ -222,7 +222,7 @@ class Mailbox:
         """Whether ticks are held back; call with the lock held."""
         return self.paused and not self.steps and not self.ending
 
-    def take_request(self, queue: deque[Request[Answer]]) -> Request[Answer] | None:
+    def take_request(self, queue: deque[Request[T]]) -> Request[T] | None:
         """Take out the oldest request that was not withdrawn; it no longer can be."""
         while True:
             with self.changed:

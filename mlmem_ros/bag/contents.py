@@ -136,11 +136,6 @@ class BagMetadata:
     message_counts: Mapping[str, int] = field(default_factory=dict)
     compressed: bool = False
 
-    @property
-    def message_count(self) -> int:
-        """Number of messages in the bag."""
-        return sum(self.message_counts.values())
-
 
 # ten times as fast, unless PyYAML was built without libyaml
 class _Dumper(getattr(yaml, 'CSafeDumper', yaml.SafeDumper)):  # type: ignore[misc]

@@ -271,10 +271,9 @@ def new_path(plan: SessionPlan) -> Path:
     path = plan.files.confine_path(plan.settings.path or 'session')
     if plan.settings.path and not atomic_files.path_exists(path):
         return path
-    name = f'{path.name}-{time.strftime("%Y%m%d-%H%M%S", time.localtime(threads.time()))}'
-    names = (name if number == 1 else f'{name}-{number}' for number in itertools.count(1))
-    return next(
-        path.with_name(name)
-        for name in names
-        if not atomic_files.path_exists(path.with_name(name))
-    )
+    stamp = time.strftime('%Y%m%d-%H%M%S', time.localtime(threads.time()))
+    for number in itertools.count(1):
+        named = path.with_name(f'{path.name}-{stamp}' + (f'-{number}' if number > 1 else ''))
+        if not atomic_files.path_exists(named):
+            break
+    return named

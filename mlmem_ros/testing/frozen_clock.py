@@ -58,10 +58,8 @@ class FrozenClock:
             self.now = min(end, self.now + 0.01)
             due = round((self.now - self._begun) / self._tick) - self.ticks
             self.ticks += due
-            while due > 0:
-                requested = min(due, 500)
-                self._node.step(requested)
-                due -= requested
+            if due:
+                self._node.step(due)
             self._publish_clock()
 
     def advance_until(self, condition: Callable[[], object], within: float = 60.0) -> None:

@@ -90,7 +90,7 @@ def type_name(kind):
     return f'{package}/{folder}/{kind.__name__}'
 
 
-class Answer(dict):
+class JsonAnswer(dict):
     """The JSON object of a service's answer, and whether it succeeded."""
 
     def __init__(self, response):
@@ -254,7 +254,7 @@ class Robot:
         return future.result()
 
     def answer(self, future):
-        return Answer(self.response(future))
+        return JsonAnswer(self.response(future))
 
     def trigger(self, service):
         return self.answer(self.send(service))

@@ -53,7 +53,7 @@ def find_bag_errors(disk, closed):
 
 def count_promised(metadata):
     """Return how many messages were synced when the metadata was written."""
-    return metadata.message_count if metadata else 0
+    return sum(metadata.message_counts.values()) if metadata else 0
 
 
 def _find_errors(bag, whole):
