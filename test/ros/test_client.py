@@ -17,6 +17,7 @@ from mlmem_ros import (
     NoAnswer,
     RequestRefused,
 )
+from mlmem_ros.ros.client.reply import create_suspension
 
 
 @pytest.fixture
@@ -105,6 +106,14 @@ def test_callback_gets_its_answer_and_is_called_with_it(node, context, blocks):
     executor.spin_until_future_complete(called, SOON)
     assert called.done()
     assert called.result() == (1, threading.current_thread())
+
+
+def test_coroutine_of_an_executor_awaits_a_future_of_rclpy(node):
+    """The tasks of rclpy 7.1.9 and later resume after no other."""
+    waiting, resume = create_suspension(node)
+    assert isinstance(waiting, Future)
+    resume(None)
+    assert waiting.done()
 
 
 @pytest.mark.parametrize('own', [True, False], ids=['own thread', 'of a node'])
