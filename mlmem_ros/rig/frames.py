@@ -112,10 +112,8 @@ def encode_frame(kind: int, number: int, payload: bytes = b'') -> bytes:
 
 
 class Parser:
-    """Finds frames in a stream of bytes, and skips the rest.
-
-    The time it takes grows with the number of bytes alone: what follows the header of a damaged
-    frame is searched for frames, but not again what follows a damaged frame within that one.
+    """Finds frames in a stream of bytes, and skips the rest; after a damaged frame it goes on with
+    the next header, which may lie within.
 
     Attributes:
         skipped: Bytes outside any frame.
@@ -130,7 +128,6 @@ class Parser:
         self.wrong = ''
         self._lost = False  # whether the last bytes were skipped
         self._buffer = bytearray()
-        self._searched = 0  # bytes at the start of the buffer that belong to a damaged frame
 
     def feed(self, data: bytes) -> list[Frame]:
         """Return the frames that these bytes complete."""
@@ -145,9 +142,8 @@ class Parser:
                 start += size
                 self._lost = False
             else:
-                start = self._skip_damage(start, size)
+                start = self._skip_damage(start)
         del self._buffer[:start]
-        self._searched = max(0, self._searched - start)
         return found
 
     def _read_size(self, start: int) -> int:
@@ -180,15 +176,11 @@ class Parser:
             return None
         return Frame(kind, number, raw[Layout.HEADER.size :])
 
-    def _skip_damage(self, start: int, size: int) -> int:
+    def _skip_damage(self, start: int) -> int:
         """Return where the next frame may begin, after an invalid header or a damaged frame."""
-        if size and start < self._searched:
-            end = start + size
-        else:
-            self._searched = max(self._searched, start + size)
-            end = self._buffer.find(FRAME_MAGIC, start + 1)
-            if end < 0:  # the last byte may be the first half of a magic
-                end = len(self._buffer) - self._buffer.endswith(FRAME_MAGIC[:1])
+        end = self._buffer.find(FRAME_MAGIC, start + 1)
+        if end < 0:  # the last byte may be the first half of a magic
+            end = len(self._buffer) - self._buffer.endswith(FRAME_MAGIC[:1])
         self.skipped += end - start
         self._lost = True
         return end
