@@ -4,7 +4,6 @@
 
 import contextlib
 import os
-import random
 import select
 import shutil
 import socket
@@ -15,6 +14,7 @@ import time
 import tty
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mlmem import DriverError, Read, Settings, Write
@@ -98,7 +98,7 @@ def wired(program, damage=0.0):
     Yields:
         The address of the other end, and a list of the frames that the rig has sent.
     """
-    over, chance, frames, parser = threading.Event(), random.Random(1), [], Parser()
+    over, chance, frames, parser = threading.Event(), np.random.default_rng(1), [], Parser()
     (ours, port), (theirs, other) = os.openpty(), os.openpty()
     for end in (ours, port, theirs, other):
         tty.setraw(end)
@@ -114,8 +114,8 @@ def wired(program, damage=0.0):
                 data = os.read(end, 1 << 12)
                 if end == theirs:
                     frames.extend(parser.feed(data))
-                wrong = (damage > chance.random() for _ in data)
-                held[other_end[end]] += bytes(a ^ b for a, b in zip(data, wrong, strict=True))
+                wrong = chance.random(len(data)) < damage
+                held[other_end[end]] += (np.frombuffer(data, np.uint8) ^ wrong).tobytes()
             for end in free:
                 held[end] = held[end][os.write(end, held[end]) :]
 

@@ -27,28 +27,40 @@ OF_A_LAW = dataclasses.replace(
 """The paper's law as a curve, of twice the energy and half the factor."""
 
 
-def element(x=None):
+MADE = draw_specimen(SMALL, Scatter(alpha=0.01, k_r=0.02, mass=0.01, offset=0.002), 3)
+
+
+def element():
     """Return the model of a scattered element in which everything is unknown."""
     unknowns = Unknowns(SMALL, frozenset({*CELL_TERMS, 'latency'}))
-    if x is None:
-        made = draw_specimen(SMALL, Scatter(alpha=0.01, k_r=0.02, mass=0.01, offset=0.002), 3)
-        x = unknowns.mean
-        uneven = 1.0 + 0.2 * np.random.default_rng(3).standard_normal(SMALL.N)
-        x[unknowns.alpha] = made.alpha
-        for term, values in zip(
-            CELL_TERMS, (made.masses, made.offsets, made.k_r, uneven), strict=True
-        ):
-            x[unknowns.cells[term]] = values
-        x[unknowns.shared('late_left')] = 0.17
+    x = unknowns.mean
+    uneven = 1.0 + 0.2 * np.random.default_rng(3).standard_normal(SMALL.N)
+    x[unknowns.alpha] = MADE.alpha
+    cells = MADE.masses, MADE.offsets, MADE.k_r, uneven
+    for term, values in zip(CELL_TERMS, cells, strict=True):
+        x[unknowns.cells[term]] = values
+    x[unknowns.shared('late_left')] = 0.17
     return Forward(unknowns, x)
 
 
 def test_vector_describes_its_element():
     model = element()
-    made = draw_specimen(SMALL, Scatter(alpha=0.01, k_r=0.02, mass=0.01, offset=0.002), 3)
     for name in ('alpha', 'k_r', 'masses', 'offsets'):
         found = getattr(model.specimen, name)
-        np.testing.assert_allclose(found, getattr(made, name), rtol=1e-15, err_msg=name)
+        np.testing.assert_allclose(found, getattr(MADE, name), rtol=1e-15, err_msg=name)
+
+
+def assert_difference_quotient(model, J, at, error=2e-3):
+    """Compare the derivatives by an unknown with central differences; the run is single precision,
+    and short steps barely damp.
+    """
+    h = 1e-5 * np.eye(len(model.x))[at]
+    sides = model.x + h, model.x - h
+    up, down = (Forward(model.unknowns, x).predict(SHOT, 120.0) for x in sides)
+    quotient = (up - down) / 2e-5
+    scale = np.abs(quotient).max()
+    assert scale > 1e-7
+    np.testing.assert_allclose(J[:, :, at], quotient, atol=error * scale, err_msg=f'{at}')
 
 
 @cache
@@ -62,19 +74,10 @@ def derivatives():
                         ('springs', (0, 24, 25, 26, 58)), ('damping', (1, 25, 58))],
 )  # fmt: skip
 def test_derivatives_are_difference_quotients(what, sites):
-    """By central differences; the run is single precision, and short steps barely damp: 2e-3."""
-    model, J, h = element(), derivatives(), 1e-5
+    model = element()
+    first = {'alpha': model.unknowns.alpha, **model.unknowns.cells}[what].start
     for site in sites:
-        where = {'alpha': model.unknowns.alpha, **model.unknowns.cells}[what]
-        at = where.start + site
-        up, down = model.x.copy(), model.x.copy()
-        up[at] += h
-        down[at] -= h
-        up, down = (element(x).predict(SHOT, 120.0) for x in (up, down))
-        quotient = (up - down) / (2.0 * h)
-        scale = np.abs(quotient).max()
-        assert scale > 1e-7
-        np.testing.assert_allclose(J[:, :, at], quotient, atol=2e-3 * scale, err_msg=f'{site}')
+        assert_difference_quotient(model, derivatives(), first + site)
 
 
 def test_derivatives_by_patterns_are_sums_of_those_by_cells():
@@ -90,25 +93,19 @@ def test_derivatives_by_patterns_are_sums_of_those_by_cells():
 
 @pytest.mark.parametrize('design', [SMALL, OF_A_LAW])
 def test_shared_derivatives_are_difference_quotients(design):
-    """Of the paper's law, and of one of its own, which is stretched and skewed: 2e-3, as above,
-    and 5e-3 by c, where two larger derivatives in single precision cancel.
+    """Of the paper's law, and of one of its own, which is stretched and skewed; by c two larger
+    derivatives in single precision cancel.
     """
-    unknowns, h = Unknowns(design), 1e-5
+    unknowns = Unknowns(design)
     x = unknowns.mean
     x[unknowns.shared('D_s1')] -= 0.01
     x[unknowns.shared('D_s2')] += 0.02
     x[unknowns.shared('c')] += 0.03
-    J = Forward(unknowns, x).linearise_shot(SHOT, 120.0)
+    model = Forward(unknowns, x)
+    J = model.linearise_shot(SHOT, 120.0)
     for name in ('D_s1', 'D_s2', 'c', 'eta', 'time_unit', 'j_0'):
-        at = unknowns.shared(name)
-        up, down = (
-            Forward(unknowns, x + way * np.eye(len(x))[at]).predict(SHOT, 120.0) for way in (h, -h)
-        )
-        quotient = (up - down) / (2.0 * h)
-        scale = np.abs(quotient).max()
-        assert scale > 1e-7
         error = 5e-3 if name == 'c' else 2e-3
-        np.testing.assert_allclose(J[..., at], quotient, atol=error * scale, err_msg=name)
+        assert_difference_quotient(model, J, unknowns.shared(name), error)
 
 
 def test_stretched_law_has_its_ground_states_and_stiffness():
