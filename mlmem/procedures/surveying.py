@@ -34,6 +34,7 @@ class Aim(NamedTuple):
         end: The driven end.
         carrier: Its place in the pass band of that end's phase, 0 to 1.
         sigma: Of its envelope.
+        strain: Of the substrate while it is recorded.
     """
 
     end: End
