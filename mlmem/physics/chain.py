@@ -17,11 +17,11 @@ from .methods import DEFAULT_INTEGRATOR, Integrator
 from .methods.integrator import MAX_REST_SPEED, Cells, Chained, Forcing, align_array, is_balanced
 from .specimen import MAX_OFFSET, Material, Specimen, as_specimen
 from .stepping import (
-    NO_HELD_CELL,
     NO_INPUTS,
     STABILITY_MARGIN,
     HeldCell,
     Inputs,
+    copy_contiguous,
     default_step,
     farthest_reach,
     stable_step,
@@ -275,10 +275,8 @@ class Chain:
             StateError: The inputs have the wrong shape, are not finite, or drive a cell so far
                 that the step becomes unstable. The chain is as it was before.
         """
-        substeps, V_N = self.integrator.substeps, _copy_contiguous(V_N)
-        base = np.zeros_like(V_N) if shake is None else _copy_contiguous(shake)
-        inputs = Inputs(V_N, held_cell or NO_HELD_CELL, base)
-        inputs.check(self.design.N, substeps)
+        substeps = self.integrator.substeps
+        inputs = Inputs.from_arguments(V_N, held_cell, shake, self.design.N, substeps)
         before = [row.copy() for row in self._list_rows()], self.V_N, self.steps_done
         steps = len(V_N) // substeps
         every = max(1, steps // ticks) if ticks else 0
@@ -339,7 +337,7 @@ class Chain:
     def _build_arguments(self, inputs: Inputs, ends: Array, every: int = 0) -> tuple[Any, ...]:
         """Return the arguments of the loop; `every` is the number of steps of a tick, or 0."""
         V_N, held_cell, shake = inputs
-        motion = _copy_contiguous(held_cell.motion)
+        motion = copy_contiguous(held_cell.motion)
         look, slow = (every, MAX_REST_SPEED) if every else (max(1, ends.shape[1]), 0.0)
         forcing = Forcing(
             V_N, shake, held_cell.site, motion.shape[1], motion,
@@ -381,8 +379,3 @@ def is_kernel_cached(design: Design, integrator: Integrator) -> bool:
     """Return whether the loop for an element of a design is already compiled, here or on disk."""
     arguments = Chain(design, integrator=integrator)._build_arguments(NO_INPUTS, np.empty((2, 0)))
     return is_cached(integrator.advance, *arguments)
-
-
-def _copy_contiguous(array: Array) -> Array:
-    """Return a contiguous, writeable copy: the one kind the kernels are compiled for."""
-    return np.array(array, dtype=np.float64, order='C')

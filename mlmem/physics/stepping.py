@@ -128,6 +128,11 @@ NO_HELD_CELL = HeldCell(1, np.empty((2, 0)))
 """No cell is held."""
 
 
+def copy_contiguous(array: Array) -> Array:
+    """Return a contiguous, writeable copy: the one kind the kernels are compiled for."""
+    return np.array(array, dtype=np.float64, order='C')
+
+
 class Inputs(NamedTuple):
     """The inputs of a run, at the `substep_times` of its steps.
 
@@ -141,13 +146,30 @@ class Inputs(NamedTuple):
     held_cell: HeldCell
     shake: Array
 
-    def check(self, N: int, substeps: int) -> None:
-        """Raise `StateError` unless they are inputs of a chain of N cells, in whole steps."""
-        V_N, shake, site, motion = self.V_N, self.shake, self.held_cell.site, self.held_cell.motion
+    @classmethod
+    def from_arguments(
+        cls, V_N: Array, held_cell: HeldCell | None, shake: Array | None, N: int, substeps: int
+    ) -> Inputs:
+        """Return the inputs of a run, for the arguments of `Chain.advance`.
+
+        Args:
+            N: Number of cells.
+            substeps: Sub-steps of a step.
+
+        Raises:
+            StateError: They have the wrong shape, are not finite, or not of whole steps.
+        """
+        V_N = copy_contiguous(V_N)
         if V_N.ndim != 1 or len(V_N) % substeps:
             raise StateError.out_of_range('V_N', V_N.shape, f'of shape ({substeps} steps,)')
         require_finite('V_N', V_N, V_N.shape)
-        require_finite('shake', shake, V_N.shape)
+        base = np.zeros(len(V_N))
+        if shake is not None:
+            require_finite('shake', shake, V_N.shape)
+            base = copy_contiguous(shake)
+        if held_cell is None:
+            return cls(V_N, NO_HELD_CELL, base)
+        site, motion = held_cell.site, held_cell.motion
         if site not in (1, N):
             raise StateError.out_of_range('site', site, f'1 or N = {N}')
         if motion.ndim != 2 or motion.shape[0] != 2:
@@ -156,6 +178,7 @@ class Inputs(NamedTuple):
             expected = f'at most the {len(V_N)} sub-steps of the run'
             raise StateError.out_of_range('motion', motion.shape[1], expected)
         require_finite('motion', motion, motion.shape)
+        return cls(V_N, held_cell, base)
 
     def skip_substeps(self, done: int) -> Inputs:
         """Return those that come after some sub-steps."""
