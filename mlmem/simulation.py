@@ -222,7 +222,7 @@ def simulate(
     material: Material,
     *,
     duration: float,
-    initial: InitialState | ArrayLike = make_blank,
+    initial: InitialState | ArrayLike | None = None,
     save_every: float | None = None,
     strain: TimeFunction | float = 0.0,
     drive: Mapping[int, TimeFunction] | None = None,
@@ -261,9 +261,11 @@ def simulate(
         expected = f'one of {", ".join(INTEGRATORS)}'
         raise SettingsError.out_of_range('integrator', integrator, expected)
     method = INTEGRATORS[integrator]
+    if not 0.0 < duration < math.inf:
+        raise SettingsError.out_of_range('duration', duration, 'above 0 and finite')
     save_every = duration / 200.0 if save_every is None else save_every
-    if not 0.0 < save_every <= duration < math.inf:
-        expected = f'above 0 and at most the duration, {duration:g}, which must be finite'
+    if not 0.0 < save_every <= duration:
+        expected = f'above 0 and at most the duration, {duration:g}'
         raise SettingsError.out_of_range('save_every', save_every, expected)
     longest = default_step(specimen, method) if dt is None else dt
     if not longest > 0.0:
@@ -271,7 +273,8 @@ def simulate(
     steps = math.ceil(save_every / longest * (1.0 - 1e-12))
     chain = Chain(specimen, save_every / steps, method)
     inputs = _InputFunctions(strain, *_select_driven_end(drive, specimen.design.N))
-    _set_initial_state(chain, initial, float(inputs.sample_strain(np.zeros(1))[0]))
+    start = make_blank if initial is None else initial
+    _set_initial_state(chain, start, float(inputs.sample_strain(np.zeros(1))[0]))
     count = math.ceil(duration / save_every * (1.0 - 1e-12))
     frames = [_copy_rows(chain)]
     runs: Iterator[int] = iter(range(count))
