@@ -150,24 +150,21 @@ class MemoryNode(LifecycleNode):
         self.destroy_node()
 
     def begin(self) -> None:
-        """Start as a node with autostart does: with `device.retry`, wait for a missing element.
+        """Configure and activate; with `device.retry`, wait for an element that is missing.
 
         Raises:
             One of `REFUSALS`: The transition that failed.
         """
         try:
-            self.start()
+            self._run_transitions(self.trigger_configure, self.trigger_activate)
         except DriverError as error:
             if not self._await_element(error):
                 raise
-
-    def start(self) -> None:
-        """Configure and activate.
-
-        Raises:
-            One of `REFUSALS`: The transition that failed.
-        """
-        self._run_transitions(self.trigger_configure, self.trigger_activate)
+            return
+        since, self._away_since = self._away_since, None
+        if since is not None:
+            waited = time.monotonic() - since
+            self.host.log.warning(f'the element is back after {waited:.3g} s')
 
     def hold_requests(self) -> None:
         """Let requests wait until `release_requests`, while the node starts by itself."""
@@ -460,19 +457,13 @@ class MemoryNode(LifecycleNode):
 
     def _start_again(self) -> None:
         """Start with the device that has been built, in the executor's thread."""
-        since = self._away_since
-        if since is None or not self.unconfigured:  # closed, or configured by others
+        if self._away_since is None or not self.unconfigured:  # closed, or configured by others
             self._away_since = None
             return
         try:
-            self.start()
+            self.begin()
         except REFUSALS as error:
-            if not self._await_element(error):
-                self._stop_retrying(error)
-        else:
-            self._away_since = None
-            waited = time.monotonic() - since
-            self.host.log.warning(f'the element is back after {waited:.3g} s')
+            self._stop_retrying(error)
 
     def _stop_retrying(self, why: Exception) -> None:
         self._away_since = None
