@@ -321,13 +321,17 @@ class Host:
         With a state file, the outcome comes after the changed content is safe on the disk; if it
         cannot be saved, the outcome is a failure.
         """
+        return self.submit_made(lambda _: command, wait)
+
+    def submit_made(
+        self, make: Callable[[MemoryElement], Command], wait: float | None = None
+    ) -> Asked:
+        """Hand in, as `submit` does, a command that is made for the element, such as one given in
+        SI values; what `make` refuses is counted too.
+        """
         if wait == 0.0:  # it brings no deadline of its own
             wait = 60.0
-        return self._send_request(lambda loop: loop.submit(command, wait))
-
-    def submit_made(self, make: Callable[[MemoryElement], Command]) -> Asked:
-        """Hand in a command that is made for the element, such as one given in SI values."""
-        return self._send_request(lambda loop: loop.submit(make(loop.element)))
+        return self._send_request(lambda loop: loop.submit(make(loop.element), wait))
 
     def cancel(self, request: Asked) -> Asked:
         """Abort the procedure of a request; see `Loop.cancel`."""

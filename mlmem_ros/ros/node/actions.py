@@ -20,7 +20,7 @@ from action_msgs.srv import CancelGoal
 from rclpy.node import Node
 from rclpy.qos import qos_profile_action_status_default
 
-from mlmem import Outcome, Refused, Request, threads
+from mlmem import MemoryElement, Outcome, Refused, Request, threads
 
 from ...contract import answers, messages, requests
 from ...contract.requests import REQUEST_ARGUMENTS, build_command
@@ -149,15 +149,13 @@ class Action:
     def _start_goal(self, goal: Any) -> Request[Any]:
         """Make the request behind a goal, which is any goal message of this action."""
         wanted = {name: getattr(goal, name) for name in REQUEST_ARGUMENTS[self._name]}
-        wait = goal.deadline
-        try:
-            if not wait >= 0.0:
-                raise Refused(f'deadline must be a number of seconds, or 0; got {wait:g}')
-            command = build_command(self._name, wanted, self._host.content_name)
-        except Refused as refusal:
-            self._host.refused += 1
-            return Request[Any](None).refuse(refusal)
-        return self._host.submit(command, wait)
+
+        def make_command(element: MemoryElement) -> Any:
+            if not goal.deadline >= 0.0:
+                raise Refused.out_of_range('deadline', goal.deadline, 'a number of seconds, or 0')
+            return build_command(self._name, wanted, element.content_name)
+
+        return self._host.submit_made(make_command, goal.deadline)
 
     # --- ends ----------------------------------------------------------------------------
 
