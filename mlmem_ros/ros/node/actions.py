@@ -204,10 +204,10 @@ class Action:
         return answers.build_failed_result(self._kind, code, f'{why}'), GoalStatus.STATUS_ABORTED
 
     def _drop_old_goals(self) -> None:
-        """Drop the goals whose results nobody will ask for any more."""
-        due = threads.monotonic() - 10.0  # late requests find the result for 10 s
+        """Drop the goals whose results nobody will ask for any more: each status lists all."""
+        due = threads.monotonic() - 10.0  # a first request finds the result for 10 s
         for number, goal in list(self._goals.items()):
-            if goal.result.done() and goal.ended < due:
+            if goal.result.done() and (goal.fetched or goal.ended < due):
                 del self._goals[number]
 
     @property
