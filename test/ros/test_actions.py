@@ -15,11 +15,12 @@ from mlmem_ros.contract import requests
 if not requests.load_action_types():
     pytest.skip('mlmem_interfaces is not built: make interfaces', allow_module_level=True)
 
-from action_msgs.msg import GoalStatus
+from action_msgs.msg import GoalStatus, GoalStatusArray
 from action_msgs.srv import CancelGoal
 from mlmem_interfaces.action import Erase, Read, Write
 from nodes import SOON, run_in_executor
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.qos import qos_profile_action_status_default
 from robot import ActionTool, Robot, values
 
 from mlmem_ros import MemoryClient, RequestFailed
@@ -110,6 +111,23 @@ def test_cancel_of_an_ended_goal_stops_no_other(tool, robot):
         late = read.robot.response(other.cancel_goal_async())
         assert late.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
     assert write.result(running).status == SUCCEEDED
+
+
+def test_status_lists_no_goal_whose_result_was_fetched(tool, robot):
+    seen, read = [], tool('read')
+    subscription = robot.node.create_subscription(
+        GoalStatusArray, robot.name('read/_action/status'), seen.append,
+        qos_profile_action_status_default,
+    )  # fmt: skip
+    for _ in range(3):
+        read.do()
+    last = read.send()
+    read.result(last)
+    robot.wait(
+        lambda: seen and seen[-1].status_list[-1].goal_info.goal_id == last.goal_id, 'its status'
+    )
+    assert len(seen[-1].status_list) == 1
+    robot.node.destroy_subscription(subscription)
 
 
 def test_unknown_goal_has_no_result(robot):
