@@ -238,8 +238,8 @@ def simulate(
             what has one, such as a loaded element.
         duration: Simulated time in time units; rounded up to a multiple of `save_every`.
         initial: Displacements v_j, shape (N,), or a function of the specimen that returns them,
-            such as `wall_at` and `walls_at` make; by default a blank element. Where the strain
-            does not begin at 0, it is the configuration that is given.
+            such as `wall_at` and `walls_at` make; by default `make_blank`. Where the strain does
+            not begin at 0, it is the configuration that is given.
         save_every: Time between two saved states; by default a 200th of the duration.
         strain: Strain of the substrate over time, tension positive.
         drive: Displacement v_j over time of an end, site 1 or N; NaN while the end is free. One
@@ -273,8 +273,8 @@ def simulate(
     steps = math.ceil(save_every / longest * (1.0 - 1e-12))
     chain = Chain(specimen, save_every / steps, method)
     inputs = _InputFunctions(strain, *_select_driven_end(drive, specimen.design.N))
-    start = make_blank if initial is None else initial
-    _set_initial_state(chain, start, float(inputs.sample_strain(np.zeros(1))[0]))
+    first_strain = float(inputs.sample_strain(np.zeros(1))[0])
+    _set_initial_state(chain, make_blank if initial is None else initial, first_strain)
     count = math.ceil(duration / save_every * (1.0 - 1e-12))
     frames = [_copy_rows(chain)]
     runs: Iterator[int] = iter(range(count))

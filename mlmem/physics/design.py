@@ -301,7 +301,7 @@ class Design:
         return strain * self.N
 
 
-EXPECTED_MATERIAL = 'a design, a specimen, or what has one: a loaded element, a chain'
+EXPECTED_MATERIAL = 'a design, a specimen, or what has one: a loaded element, or element.chain'
 """What a `Material` must be, in words."""
 
 

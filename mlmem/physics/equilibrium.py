@@ -186,7 +186,7 @@ def guess_position(material: Material, level: int) -> float:
     """
     design = as_design(material)
     if not 0 <= level < design.levels:
-        levels = f'from 0 to {design.levels - 1}' if design.levels else 'left out: there is none'
+        levels = f'from 0 to {design.levels - 1}' if design.levels else 'left out: there are none'
         raise StateError.out_of_range('level', level, levels)
     return design.defect_site(level) + DEFECT_OFFSET_CELLS
 
