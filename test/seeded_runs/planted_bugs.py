@@ -71,11 +71,11 @@ def division_by_zero_at_full_speed(_):
     return deferred
 
 
-@_register((loop.Loop, '_end_loop'), (mailbox.Mailbox, 'take_request'))
+@_register((loop.Loop, 'shut_down'), (mailbox.Mailbox, 'take_request'))
 def queue_cleared_between_look_and_pop(end, _):
-    def hasty_end(self, ending):
+    def hasty_end(self):
         self._box.close(Refused(loop.SHUTDOWN_MESSAGE))
-        end(self, ending)
+        end(self)
 
     def take(self, queue):
         if queue:
