@@ -5,6 +5,7 @@
 import asyncio
 import math
 from types import SimpleNamespace
+from unittest.mock import Mock, call
 
 import pytest
 
@@ -15,19 +16,9 @@ from mlmem_tools.view.requests import Activity, PageRequests
 ACTUATOR, SCALE = ActuatorSettings(max_strain=0.08, hand_rate=1e-4), ScaleSettings(time=1e-4)
 
 
-class Client:
-    """Notes its calls."""
-
-    def __init__(self):
-        self.sent = []
-
-    def __getattr__(self, name):
-        return lambda *arguments, **options: self.sent.append((name, arguments, options))
-
-
 @pytest.fixture
 def client():
-    return Client()
+    return Mock()
 
 
 @pytest.fixture
@@ -40,26 +31,26 @@ def requests(client):
 @pytest.mark.parametrize(
     ('asked', 'sent'),
     [
-        ({'do': 'write', 'level': 5}, ('procedure', ('write', 600.0), {'level': 5})),
-        ({'do': 'write', 'word': 8}, ('procedure', ('write', 600.0), {'word': 8})),
-        ({'do': 'read', 'end': 'both'}, ('procedure', ('read', 600.0), {'end': 'both'})),
-        ({'do': 'kick', 'speed': 0.05}, ('procedure', ('kick', 600.0), {'speed': 0.05})),
-        ({'do': 'locate'}, ('procedure', ('locate', 600.0), {})),
-        ({'do': 'pause', 'hold': False}, ('pause', (False,), {})),
-        ({'do': 'speed', 'speed': 2}, ('set_parameters', ({'time.speed': 2.0},), {})),
+        ({'do': 'write', 'level': 5}, call.procedure('write', 600.0, level=5)),
+        ({'do': 'write', 'word': 8}, call.procedure('write', 600.0, word=8)),
+        ({'do': 'read', 'end': 'both'}, call.procedure('read', 600.0, end='both')),
+        ({'do': 'kick', 'speed': 0.05}, call.procedure('kick', 600.0, speed=0.05)),
+        ({'do': 'locate'}, call.procedure('locate', 600.0)),
+        ({'do': 'pause', 'hold': False}, call.pause(False)),
+        ({'do': 'speed', 'speed': 2}, call.set_parameters({'time.speed': 2.0})),
         (
             {'do': 'fault', 'name': 'stuck_cell', 'value': 7},
-            ('set_parameters', ({'faults.stuck_cell': 7},), {}),
+            call.set_parameters({'faults.stuck_cell': 7}),
         ),
         (
             {'do': 'fault', 'name': 'damping_factor', 'value': 2},
-            ('set_parameters', ({'faults.damping_factor': 2.0},), {}),
+            call.set_parameters({'faults.damping_factor': 2.0}),
         ),
     ],
 )
 def test_message_of_a_page_becomes_a_request(requests, client, asked, sent):
     requests.send_request(asked)
-    assert client.sent == [sent]
+    assert client.method_calls == [sent]
 
 
 @pytest.mark.parametrize(
@@ -81,7 +72,7 @@ def test_message_of_a_page_becomes_a_request(requests, client, asked, sent):
 def test_invalid_request_of_a_page_is_not_sent(requests, client, asked):
     with pytest.raises(ValueError, match=r'must be|no request|be given'):
         requests.send_request(asked)
-    assert not client.sent
+    assert not client.method_calls
 
 
 def test_request_that_fails_is_answered(requests, client, caplog):
@@ -95,8 +86,7 @@ def test_request_that_fails_is_answered(requests, client, caplog):
 def test_drag_becomes_a_smooth_move_within_the_limits(requests, client):
     """Through its whole range within the rate; the peak of a cubic is 1.5 times its mean."""
     requests.send_request({'do': 'strain', 'strain': -0.03})
-    ((name, (times, strains, rates), _),) = client.sent
-    assert name == 'follow'
+    times, strains, rates = client.follow.call_args.args
     assert strains == [-0.03]
     assert rates == [0.0]
     fastest = 1.5 * 2.0 * ACTUATOR.max_strain / times[0]
@@ -121,7 +111,7 @@ def test_self_test_answer_lists_every_check(requests, client):
 
 def test_clear_faults_sets_every_healthy_value(requests, client):
     requests.send_request({'do': 'clear_faults'})
-    ((_, (values,), _),) = client.sent
+    (values,) = client.set_parameters.call_args.args
     assert values['faults.actuator_stuck'] is False
     assert values['faults.damping_factor'] == 1.0
     assert 'faults.seed' not in values

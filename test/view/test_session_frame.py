@@ -11,7 +11,6 @@ from page_browser import unpack_frame
 
 from mlmem import Settings
 from mlmem.physics import CASE_II
-from mlmem_ros.bag.errors import BagError
 from mlmem_tools.view.about import ACTIVE_PHASE_COUNT, About
 from mlmem_tools.view.session_frame import Columns, load_frame
 
@@ -49,14 +48,6 @@ def test_long_session_is_thinned_out_evenly():
     assert 500 <= len(columns.t) <= 1000
     assert len(set(np.diff(columns.rows))) == 1
     assert columns.t[-1] > 0.1 * 4990
-
-
-def test_path_without_a_session_is_rejected(tmp_path):
-    with pytest.raises(BagError):
-        load_frame(tmp_path / 'nowhere')
-    (tmp_path / 'empty').mkdir()
-    with pytest.raises(BagError, match='must be a bag'):
-        load_frame(tmp_path / 'empty')
 
 
 def test_cells_beyond_the_scale_are_clipped():
