@@ -16,7 +16,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.physics import INTEGRATORS, Scatter, draw_specimen
 from mlmem.readers.reading import BLANK, UNDECODABLE
 from mlmem_ros.contract.streams import decode_read_shot, encode_read_shot
-from mlmem_tools.identification.watching import ResidualMonitor, Residuals, locate_wall
+from mlmem_tools.identification.watching import ResidualMonitor, locate_wall
 from mlmem_tools.rig.emulated import RigSensors
 
 CHOSEN = load_element('bits_1')
@@ -26,64 +26,64 @@ NOISE = 1e-5
 LEVEL = 1
 
 
+def compare_read(monitor, pulses, procedure='read'):
+    """Return how many reads have been compared after one."""
+    for each in pulses:
+        monitor.take_shot(each)
+    monitor.end_procedure(procedure)
+    return monitor.compared
+
+
+class Worn(Simulation):
+    """The element, as sensors show it whose gain may fall, and transducers that may weaken."""
+
+    def __init__(self):
+        super().__init__(Simulation.build_blank(MADE, SETTINGS.time).chain)
+        self.sensors, self.weaker = RigSensors(), [1.0, 1.0]
+        self.rest = None  # of the end that is held
+
+    def advance(self, V_N, drive=None, shake=None, looks=1):
+        if drive is not None:
+            motion = self.sensors.held(drive.site, drive.motion)
+            rest = self.chain.end(drive.site) if self.rest is None else self.rest
+            self.rest = rest if len(motion.T) == len(V_N) else None
+            weaker = self.weaker[drive.site > 1]
+            motion = weaker * (motion - [[rest], [0.0]]) + [[rest], [0.0]]
+            drive = replace(drive, motion=motion)
+        return self.sensors.measure_ends(super().advance(V_N, drive, shake, looks))
+
+
 class Bench:
-    """An element with its twin, which a fit knows to 0.05 % of every cell."""
+    """An element with a monitor of its twin, which a fit knows to 0.05 % of every cell."""
 
     def __init__(self):
         error = 1.0 + 5e-4 * np.random.default_rng(1).standard_normal(DESIGN.N)
-        self.sensors, self.weaker = RigSensors(), [1.0, 1.0]
-        driver = Measured(MADE, self)
-        self.element = MemoryElement(CHOSEN, driver=driver)
         known = replace(MADE, alpha_factor=MADE.alpha_factor * error)
         self.twin = Element(known, 5e-4 * MADE.alpha), INTEGRATORS[SETTINGS.time.integrator]
-        self.watch = Residuals(*self.twin)
+        self.monitor, self.driver = ResidualMonitor(*self.twin), Worn()
+        self.element = MemoryElement(CHOSEN, driver=self.driver)
         self.set_faults()
-        self.do(Write(LEVEL))
+        self.element.perform(Write(LEVEL))
+        self.told(1)  # from which the monitor knows where the wall is
 
     def set_faults(self, **faults):
         self.element.apply(SetFaults(Faults(sensor_noise=NOISE, **faults)))
 
-    def do(self, command):
-        """Return what a procedure heard last."""
-        run, heard = self.element.apply(command), []
+    def record_read(self):
+        """Return the pulses of a read after ten damping times, as they come from a node."""
+        self.element.pass_ticks(math.ceil(10.0 / DESIGN.eta / self.element.tick))
+        run, heard = self.element.apply(Read()), []
         while run.outcome is None:
             heard += [each for each in self.element.advance(50) if isinstance(each, EchoReceived)]
-        return heard[-2:]
-
-    def read_at_rest(self):
-        """Return what a read heard, after ten damping times."""
-        self.element.pass_ticks(math.ceil(10.0 / DESIGN.eta / self.element.tick))
-        return self.do(Read())
+        return [decode_read_shot(encode_read_shot(self.element, each)) for each in heard[-2:]]
 
     def told(self, reads=2):
         """Read some times; return what the twin says after each."""
         found = []
-        for _ in range(reads):
-            shots = [each.echo.shot for each in self.read_at_rest()]
-            shots.sort(key=lambda shot: -shot.samples.shape[1])
-            assert self.watch.was_at_rest(shots)
-            found.append(self.watch.compare(shots, DESIGN.defect_site(LEVEL)))
+        for number in range(self.monitor.compared, self.monitor.compared + reads):
+            assert compare_read(self.monitor, self.record_read()) == number + 1
+            found.append(self.monitor.last)
         return found
-
-
-class Measured(Simulation):
-    """The element, as sensors show it whose gain may fall, and transducers that may weaken."""
-
-    rest = None  # of the end that is held
-
-    def __init__(self, made, bench):
-        super().__init__(Simulation.build_blank(made, SETTINGS.time).chain)
-        self.bench = bench
-
-    def advance(self, V_N, drive=None, shake=None, ticks=1):
-        if drive is not None:
-            motion = self.bench.sensors.held(drive.site, drive.motion)
-            rest = self.chain.end(drive.site) if self.rest is None else self.rest
-            self.rest = rest if len(motion.T) == len(V_N) else None
-            weaker = self.bench.weaker[drive.site > 1]
-            motion = weaker * (motion - [[rest], [0.0]]) + [[rest], [0.0]]
-            drive = replace(drive, motion=motion)
-        return self.bench.sensors.measure_ends(super().advance(V_N, drive, shake, ticks))
 
 
 @pytest.fixture
@@ -129,9 +129,9 @@ def test_change_is_reported_with_its_amount(bench, name, amount):
     if name == 'eta':
         bench.set_faults(damping_factor=1.2)
     elif name.startswith('drive'):
-        bench.weaker[end] = 0.9
+        bench.driver.weaker[end] = 0.9
     else:
-        bench.sensors = RigSensors(gain=(1.0, 0.95) if end else (0.95, 1.0))
+        bench.driver.sensors = RigSensors(gain=(1.0, 0.95) if end else (0.95, 1.0))
         bench.element.transducer.assume_equilibrium()
     change = bench.told()[-1].change
     assert (change.name, change.amount) == (name, amount)
@@ -158,18 +158,9 @@ def test_wall_after_a_failed_write_is_not_known():
 
 @pytest.fixture(scope='module')
 def pulses():
-    """The twin of an element at level 1, and the pulses of a read as they come from its node."""
+    """The twin of an element at level 1, and the pulses of a read."""
     bench = Bench()
-    heard = bench.read_at_rest()
-    return bench.twin, [decode_read_shot(encode_read_shot(bench.element, each)) for each in heard]
-
-
-def compare_read(monitor, pulses, procedure='read'):
-    """Return how many reads have been compared after one."""
-    for each in pulses:
-        monitor.take_shot(each)
-    monitor.end_procedure(procedure)
-    return monitor.compared
+    return bench.twin, bench.record_read()
 
 
 @pytest.mark.parametrize(('procedure', 'reads'), [('read', 2), ('write', 1)])
