@@ -10,7 +10,7 @@ the name of the result file.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import groupby
+from itertools import groupby, product
 from typing import Any
 
 Rows = list[Sequence[str | int]]
@@ -31,39 +31,34 @@ def kicks(result: Mapping[str, Any]) -> Rows:
 
 def validity(result: Mapping[str, Any]) -> Rows:
     """Return the greatest amount of every way at which all was written and read, by preset."""
-    trials = _list_trials(result)
-    names = [each for each in dict.fromkeys(one['preset'] for one in trials) if 'kick' not in each]
-    rows: Rows = [['', *(f'`{name}`' for name in names)]]
+    trials = [one for one in _list_trials(result) if 'kick' not in one['preset']]
     labels = {
         'friction': 'dry friction of a cell, k_r cells',
         'relative damping': 'damping of v - V',
         'end mass': 'mass of the end cells',
         'softer': 'all cells softer',
     }
-    for way, label in labels.items():
-        row = [label]
-        for name in names:
-            some = [one for one in trials if (one['preset'], one['way']) == (name, way)]
-            passed = [one['amount'] for one in some if one['read'] == one['writes']]
-            greatest = f'{max(passed):g}' if passed else 'none'
-            row.append('writes' if way == 'relative damping' and passed else greatest)
-        rows.append(row)
-    return rows
+    cells = {}
+    for way, name in product(labels, dict.fromkeys(one['preset'] for one in trials)):
+        some = [one for one in trials if (one['preset'], one['way']) == (name, way)]
+        passed = [one['amount'] for one in some if one['read'] == one['writes']]
+        greatest = f'{max(passed):g}' if passed else 'none'
+        written = 'writes' if way == 'relative damping' and passed else greatest
+        cells[labels[way], f'`{name}`'] = written
+    return _arrange_cells('', cells)
 
 
 def validity_friction(result: Mapping[str, Any]) -> Rows:
     """Return how many writes by kicks came to their level where cells rub, and were verified."""
     some = [one for one in _list_trials(result) if one['way'] == 'friction']
-    names = [name for name in dict.fromkeys(one['preset'] for one in some) if 'kick' in name]
-    amounts = sorted({one['amount'] for one in some if one['preset'] in names})
-    rows: Rows = [['friction', *(f'`{name}`' for name in names)]]
-    for amount in amounts:
-        row = [f'{amount:g}']
-        for name in names:
-            found = [one for one in some if (one['preset'], one['amount']) == (name, amount)]
-            row += [f'{one["reached"]}; {one["read"]} of {one["writes"]}' for one in found] or ['']
-        rows.append(row)
-    return rows
+    cells = {
+        (f'{one["amount"]:g}', f'`{one["preset"]}`'): (
+            f'{one["reached"]}; {one["read"]} of {one["writes"]}'
+        )
+        for one in sorted(some, key=lambda one: one['amount'])
+        if 'kick' in one['preset']
+    }
+    return _arrange_cells('friction', cells)
 
 
 def _list_trials(result: Mapping[str, Any]) -> list[Mapping[str, Any]]:
@@ -83,32 +78,35 @@ def robust_losses(result: Mapping[str, Any]) -> Rows:
 
 def robust_writes(result: Mapping[str, Any]) -> Rows:
     """Return failed and wrong writes by element and scatter of all parts."""
-    rows: Rows = [['element', *(f'{float(key):.0%}' for key in result['cases']['robust_3'])]]
-    for name, by_scatter in result['cases'].items():
-        cells = []
-        for found in by_scatter.values():
-            cells.append(_describe_failures(found['failed'], found['writes'], found['wrong']))
-        rows.append([f'`{name}`', *cells])
-    return rows
+    cells = {
+        (f'`{name}`', f'{float(scatter):.0%}'): _describe_failures(found, 'failed', 'writes')
+        for name, by_scatter in result['cases'].items()
+        for scatter, found in by_scatter.items()
+    }
+    return _arrange_cells('element', cells)
 
 
 def robust_reads(result: Mapping[str, Any]) -> Rows:
     """Return undecodable and wrong reads by condition and element."""
-    cases = [key.split(', ', 1) for key in result['cases']]
-    names = list(dict.fromkeys(name for name, _ in cases))
-    rows: Rows = [['', *(f'`{name}`' for name in names)]]
-    for condition in dict.fromkeys(what for _, what in cases):
-        cells = []
-        for name in names:
-            found = result['cases'][f'{name}, {condition}']
-            failed = found['undecodable']
-            cells.append(_describe_failures(failed, found['reads'], found['wrong']))
-        rows.append([condition, *cells])
+    cells = {}
+    for case, found in result['cases'].items():
+        name, condition = case.split(', ', 1)
+        cells[condition, f'`{name}`'] = _describe_failures(found, 'undecodable', 'reads')
+    return _arrange_cells('', cells)
+
+
+def _describe_failures(found: Mapping[str, int], failed: str, tried: str) -> str:
+    wrong = f', {found["wrong"]} wrong' if found['wrong'] else ''
+    return f'{found[failed]} of {found[tried]}{wrong}'
+
+
+def _arrange_cells(heading: str, cells: Mapping[tuple[str, str], str]) -> Rows:
+    """Return texts by row and column as a table, in the order in which both first occur."""
+    columns = list(dict.fromkeys(column for _, column in cells))
+    rows: Rows = [[heading, *columns]]
+    for row in dict.fromkeys(row for row, _ in cells):
+        rows.append([row, *(cells.get((row, column), '') for column in columns)])
     return rows
-
-
-def _describe_failures(failed: int, count: int, wrong: int) -> str:
-    return f'{failed} of {count}' + (f', {wrong} wrong' if wrong else '')
 
 
 def node_missed(result: Mapping[str, Any]) -> Rows:
@@ -149,12 +147,8 @@ def _tolerance_rows(result: Mapping[str, Any], heading: str, labels: Mapping[str
     for case, found in result['cases'].items():
         name, kind, tried, _ = case.rsplit(' ', 3)
         if tried in labels:
-            cells[kind, (name, tried)] = found['text'].partition(' (')[0]
-    columns = list(dict.fromkeys(column for _, column in cells))
-    rows: Rows = [[heading, *(f'`{name}`{labels[tried]}' for name, tried in columns)]]
-    for kind in dict.fromkeys(kind for kind, _ in cells):
-        rows.append([kind, *(cells.get((kind, column), '') for column in columns)])
-    return rows
+            cells[kind, f'`{name}`{labels[tried]}'] = found['text'].partition(' (')[0]
+    return _arrange_cells(heading, cells)
 
 
 def words_reads(result: Mapping[str, Any]) -> Rows:
