@@ -46,14 +46,21 @@ def record_echo(
     chain = Chain(design, dt)
     chain.place(v)
     chain.advance_steps(math.ceil(settle / chain.dt))
-    site = end.site(design)
+    return fire_pulse(chain, probe, duration, end), chain.dt
+
+
+def fire_pulse(chain: Chain, probe: ProbeSettings, duration: float, end: End = End.LEFT) -> Array:
+    """Fire one pulse into an unstrained chain; return the displacement of the end from its rest
+    after every step of the duration, which begins with the pulse.
+    """
+    site = end.site(chain.design)
     rest = chain.end(site)
     pulse = Pulse(rest, probe)
     steps = math.ceil(duration / chain.dt)
     times = substep_times(steps, chain.dt, chain.integrator)
     held_cell = HeldCell(site, pulse.evaluate_motion(times[times <= pulse.duration]))
     ends = chain.advance(np.zeros(chain.integrator.substeps * steps), held_cell)
-    return ends[end.row] - rest, chain.dt
+    return np.asarray(ends[end.row] - rest)
 
 
 def detect_echo(displacement: Array, dt: float, probe: ProbeSettings, end: End = End.LEFT) -> Echo:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -78,13 +78,14 @@ class PaperClaim:
 
     key: str
     sentence: str
-    page: int
-    where: str
-    how: str
-    printed: str
-    replaced: str
     needs: tuple[str, ...]
     judge: Judge
+    _: KW_ONLY
+    page: int
+    how: str
+    where: str = ''
+    printed: str = ''
+    replaced: str = ''
 
     @property
     def place(self) -> str:
@@ -146,26 +147,17 @@ class Figure:
         return save
 
     def register_claim(
-        self,
-        sentence: str,
-        *,
-        page: int,
-        where: str = '',
-        how: str,
-        printed: str = '',
-        replaced: str = '',
-        also: tuple[str, ...] = (),
+        self, sentence: str, *, also: tuple[str, ...] = (), **source: Any
     ) -> Callable[[Judge], Judge]:
         """Return a decorator that takes the judge of a `PaperClaim`; its name is the key.
 
-        The judge takes the data of this figure, then those of the figures in `also`.
+        The judge takes the data of this figure, then those of the figures in `also`. The `source`
+        are the other attributes of the claim.
         """
 
         def keep_judge(judge: Judge) -> Judge:
             key, needs = judge.__name__.removeprefix('_'), (self.name, *also)
-            self.claims.append(
-                PaperClaim(key, sentence, page, where, how, printed, replaced, needs, judge)
-            )
+            self.claims.append(PaperClaim(key, sentence, needs, judge, **source))
             return judge
 
         return keep_judge

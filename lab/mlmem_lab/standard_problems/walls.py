@@ -22,7 +22,9 @@ from mlmem.physics import (
 from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import make_blank
 from mlmem.physics.potential import Array
+from mlmem.settings import ProbeSettings
 
+from ..paper.echoes import fire_pulse
 from .problem import Answers, StandardProblem, crossing_site
 
 
@@ -32,23 +34,6 @@ def _start_chain(design: Design, site: float, width: float, dt: float, by: Integ
     middle, half = 0.5 * (design.D_s1 + design.D_s2), 0.5 * (design.D_s2 - design.D_s1)
     chain.place(middle - half * np.tanh((design.sites - site) / width))
     return chain
-
-
-def _record_echo(
-    chain: Chain, amplitude: float, sigma: float, omega: float, steps: int, free: bool
-) -> Array:
-    """Return v_1 less its place after every step, from the start of a pulse on: that and its
-    decay, or with `free` so many steps after it.
-    """
-    home, t0, dt, integrator = chain.end(1), 6.0 * sigma, chain.dt, chain.integrator
-    held = round(2.0 * t0 / dt)
-    t = substep_times(held, dt, integrator)
-    envelope = amplitude * np.exp(-0.5 * ((t - t0) / sigma) ** 2)
-    sine, cosine = np.sin(omega * t), omega * np.cos(omega * t)
-    motion = np.array([home + envelope * sine, envelope * (cosine - (t - t0) / sigma**2 * sine)])
-    V_N = np.zeros(integrator.substeps * (steps + held * free))
-    heard = chain.advance(V_N, HeldCell(1, motion))[0] - home
-    return np.asarray(heard[held * free :])
 
 
 def _moved_cell(t: Array, home: float, goal: float, moving: float, power: int = 1) -> HeldCell:
@@ -105,15 +90,15 @@ def echo(integrator: Integrator, dt: float) -> Answers:
     |v_1 - place| over 600 is averaged in a centred box of 16 pi / 1.5. *delay*: when it is largest
     after t = 144, minus 48. *loudness*: that maximum.
     """
-    sigma, carrier = 8.0, 1.5
+    pulse = ProbeSettings(A=0.01, sigma=8.0, omega_c=1.5)
     chain = _start_chain(CASE_II, 100.0, 4.0, dt, integrator)
     chain.advance_steps(round(6_000.0 / dt))
-    heard = _record_echo(chain, 0.01, sigma, carrier, round(600.0 / dt), free=False)
-    box = round(16.0 * math.pi / carrier / dt)
+    heard = fire_pulse(chain, pulse, 600.0)
+    box = round(16.0 * math.pi / pulse.omega_c / dt)
     smooth = np.convolve(np.abs(heard), np.full(box, 1.0 / box), 'same')
-    late = round(18.0 * sigma / dt)
+    late = round(144.0 / dt)
     loudest = late + int(np.argmax(smooth[late:]))
-    return {'delay': (loudest + 1) * dt - 6.0 * sigma, 'loudness': float(smooth[loudest])}
+    return {'delay': (loudest + 1) * dt - 48.0, 'loudness': float(smooth[loudest])}
 
 
 @partial(StandardProblem, 'kick', 0.05)
@@ -159,7 +144,8 @@ def byte(integrator: Integrator, dt: float) -> Answers:
     over = chain.configuration - CASE_II.D_barrier
     sites = np.flatnonzero(over[:-1] * over[1:] < 0.0)
     places = sites + 1 + over[sites] / (over[sites] - over[sites + 1])
-    heard = _record_echo(chain, 0.01, 16.0, 1.7, round(900.0 / dt), free=True)
+    pulse = ProbeSettings(A=0.01, sigma=16.0, omega_c=1.7)
+    heard = fire_pulse(chain, pulse, 192.0 + 900.0)[round(192.0 / dt) :]
     found = dict(zip((0, 1, 2, 5, 7), places.tolist(), strict=True))
     loud = float(np.sqrt(np.mean(np.square(heard))))
     return {**{f'wall {level}': place for level, place in found.items()}, 'echo': loud}
