@@ -20,7 +20,7 @@ from mlmem import (
     SetStrain,
 )
 from mlmem.procedure_table import JOINT_NAME
-from mlmem.schema import short_repr
+from mlmem.rejections import ErrorCode
 
 from .requests import build_command
 from .topics import Qos, Topic
@@ -49,13 +49,16 @@ def parse_trajectory(message: Any, element: MemoryElement) -> FollowTrajectory:
     for number, point in enumerate(points, start=1):
         if len(point.positions) != 1:
             raise Refused(
-                f'every point must have one position; got {len(point.positions)} in point {number}'
-            )
+                'every point must have one position; '
+                f'got {len(point.positions)} in point {number}',
+                code=ErrorCode.OUT_OF_RANGE, field='positions',
+            )  # fmt: skip
         if len(point.velocities) != rates:
             raise Refused(
                 'either every point or none must have one velocity; '
-                f'got {len(point.velocities)} in point {number}'
-            )
+                f'got {len(point.velocities)} in point {number}',
+                code=ErrorCode.OUT_OF_RANGE, field='velocities',
+            )  # fmt: skip
     strain = element.elongation
     return FollowTrajectory(
         tuple(
@@ -76,10 +79,8 @@ def parse_joint_state(message: Any, element: MemoryElement) -> SetStrain:
     """
     positions = dict(zip(message.name, message.position, strict=False))
     if JOINT_NAME not in positions:
-        raise Refused(
-            f'it must have a position of the joint {JOINT_NAME!r}; got '
-            f'{short_repr(list(positions))}'
-        )
+        expected = f'one of the joint {JOINT_NAME!r}'
+        raise Refused.out_of_range('position', list(positions), expected)
     if math.isnan(position := float(positions[JOINT_NAME])):
         raise NoCommand(f'no position of the joint {JOINT_NAME!r} is wanted: it is NaN')
     return SetStrain(position / element.elongation)

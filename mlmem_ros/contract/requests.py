@@ -77,13 +77,14 @@ def find_parameter_types(name: Any, given: Iterable[str]) -> dict[str, Any]:
     """
     if name not in REQUEST_ARGUMENTS:
         known = ', '.join(REQUEST_ARGUMENTS)
-        raise Refused(f'request must be one of {known}; got {short_repr(name)}')
+        raise Refused.out_of_range('request', name, f'one of {known}')
     more = {'deadline': float} if name in PROCEDURES else {}
     types = {'request': str, **REQUEST_ARGUMENTS[name], **more}
     for parameter in given:
         if parameter not in types:
             takes = ', '.join(REQUEST_ARGUMENTS[name]) or 'no arguments'
-            raise Refused(f'{name} takes {takes}; got {short_repr(parameter)}')
+            text = f'{name} takes {takes}; got {short_repr(parameter)}'
+            raise Refused(text, code=ErrorCode.UNKNOWN_FIELD, field=str(parameter))
     return types
 
 
@@ -162,14 +163,14 @@ def parse_request(
     """
     given = {parameter.name: parameter.value for parameter in parameters}
     if len(given) != len(parameters):
-        raise Refused('a request must name every argument once')
+        raise Refused('a request must name every argument once', code=ErrorCode.CONFLICT)
     name = _read_value('request', given['request'], str) if 'request' in given else None
     types = find_parameter_types(name, given)
     values = {key: _read_value(key, value, types[key]) for key, value in given.items()}
     del values['request']
     wait = values.pop('deadline', None)
     if wait is not None and not wait > 0.0:
-        raise Refused(f'deadline must be a number of seconds above 0; got {wait:g}')
+        raise Refused.out_of_range('deadline', wait, 'a number of seconds above 0')
     return build_command(str(name), values, content_name), wait or 0.0
 
 
@@ -179,7 +180,8 @@ def _read_value(name: str, value: Any, kind: Any) -> Any:
 
     wanted = Parameter.Type[PARAMETER_TYPES[kind]]
     if value.type != wanted.value:
-        raise Refused(f'{name} must be of type {wanted.value} ({wanted.name}); got {value.type}')
+        expected = f'of type {wanted.value} ({wanted.name})'
+        raise Refused.out_of_range(name, value.type, expected)
     return getattr(value, f'{wanted.name.lower()}_value')
 
 
@@ -199,7 +201,8 @@ def build_command(name: str, given: Mapping[str, Any], content_name: str = '') -
     values = {'level': _select_content(given, content_name)} if kind is Write else dict(given)
     needed = (field.name for field in fields(kind) if field.default is MISSING)
     if missing := [argument for argument in needed if argument not in values]:
-        raise Refused(f'{name} must be given {", ".join(missing)}')
+        text = f'{name} must be given {", ".join(missing)}'
+        raise Refused(text, code=ErrorCode.MISSING_FIELD, field=missing[0])
     return kind(**values)
 
 
@@ -212,8 +215,10 @@ def _select_content(given: Mapping[str, Any], content_name: str) -> Any:
     }
     if not contents:
         raise Refused(
-            'write must be given level (of one wall), word (of a register) or content (of either)'
-        )
+            'write must be given level (of one wall), word (of a register) or content (of '
+            'either); ~/write takes it from the parameter target_level or target_word',
+            code=ErrorCode.MISSING_FIELD, field=content_name or 'content',
+        )  # fmt: skip
     for name in CONTENT_NAMES:
         if name in contents and content_name not in ('', name):
             kind = 'a register' if name == 'level' else 'an element with one wall'

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from mlmem import Loop, MemoryElement, Refused, SettingsError
+from mlmem.rejections import ErrorCode
 
 from ..bag.errors import BagError
 from .settings import SessionPlan
@@ -124,7 +125,8 @@ class Sessions:
     ) -> Path:
         if self.current is not None:
             if self.current.bag.error is None:
-                raise Refused(f'busy: recording into {self.current.bag.path}')
+                text = f'busy: recording into {self.current.bag.path}'
+                raise Refused(text, code=ErrorCode.BUSY)
             with suppress(BagError):  # logged when it occurred
                 self._stop(None, loop)
         recorder = _import_recorder()

@@ -20,6 +20,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.parameter import Parameter
 
 from mlmem import DriverError, DriverHangs, Event, Pacer, Refused, SteadyPacer, threads
+from mlmem.rejections import ErrorCode
 
 from ...contract.requests import NODE_SERVICES
 from ...host import REFUSALS, Host
@@ -256,7 +257,8 @@ class MemoryNode(LifecycleNode):
     def _begin_anew(self) -> None:
         """Replace the present element by a new one, with `initial_content` or blank; inactive."""
         if self.host.element is not None and not self.host.element.is_simulated:
-            raise Refused('a real element cannot be reset; erase it')
+            text = 'a real element cannot be reset; erase it'
+            raise Refused(text, code=ErrorCode.UNSUPPORTED)
         if self.host.loop is not None:
             self._run_transitions(self.trigger_deactivate)
         self._run_transitions(self.trigger_cleanup, self.trigger_configure, blank=True)

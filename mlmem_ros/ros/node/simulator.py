@@ -125,7 +125,7 @@ class Simulator:
     async def _step_simulation(self, request: Any, response: Any) -> Any:
         steps = TickRequest(request.steps)
         if not steps.left:
-            raise Refused('steps must be at least 1')
+            raise Refused.out_of_range('steps', steps.left, 'at least 1')
         await await_future(self._host.step(steps).answer)
         if steps.cut:
             why = f'ended after {steps.done} steps: time was paused or resumed'
