@@ -44,12 +44,6 @@ def test_check_says_it_in_si_and_warns_of_what_is_not_made():
     assert 'it is not made' in found['transducer_speed'].text
 
 
-def test_element_without_kicks_asks_nothing():
-    design, settings = load_element('case_1').design_and_settings
-    unkicked = replace(settings, kick=replace(settings.kick, speeds=''))
-    assert list(transducer.check(Subject(design, unkicked))) == []
-
-
 def test_force_contains_the_jump_at_the_end_of_a_late_kick():
     """A unit mass at the end of 3 x^2 - 2 x^3, x = (1 - l) s + l s^2 needs 6 D (1 + l)^2 / T^2.
 
