@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A rig answers a frame that it cannot serve with one FAULT and serves the next client."""
+"""A rig answers a frame that it cannot serve with one FAULT and serves the next client; and frames
+that come too late.
+"""
 
 import json
 import socket
@@ -105,3 +107,19 @@ def test_rig_element_that_fails_when_idle_sends_one_fault():
     rig.begin(sent.append)
     rig.take(HELLO)
     assert Parser().feed(sent[-1])[0].kind == FrameKind.HELLO
+
+
+def test_rig_that_ran_dry_fills_its_lead_again():
+    """The next set-points would come too late again otherwise."""
+    rig, played = EmulatedRig(CASE_II, Settings()), []
+    rig.begin(lambda data: None)
+    rig.take(hello(json.dumps({'protocol': 1, 'ahead': 3.0 * rig.tick_seconds}).encode()))
+    sent = 0
+    for arriving, passing in ((3, 3), (0, 2), (1, 1), (2, 1)):  # ticks
+        for _ in range(arriving):
+            points = encode_set_points(40 * sent, 40, np.zeros(200), 0, NONE, '<f8')
+            sent += 1
+            rig.take(encode_frame(FrameKind.PLAY, sent, points))
+        rig.pass_time(passing * rig.tick_seconds)
+        played.append(rig._played // 40)
+    assert played == [3, 3, 3, 4]
