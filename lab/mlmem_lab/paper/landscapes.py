@@ -83,20 +83,15 @@ class DisplacementFit:
     length: float
     e_rms: float
 
-    @property
-    def expansion_order(self) -> int:
-        """Order of the expansion."""
-        return len(self.a)
-
     def displacement(self, x: Array) -> Array:
         """Return the displacement at positions x in sites."""
-        cosines, sines = _fourier_terms(x, self.length, self.expansion_order)
+        cosines, sines = _fourier_terms(x, self.length, len(self.a))
         return self.a_0 + self.c_0 * x + self.a @ cosines + self.b @ sines
 
     def slope(self, x: Array) -> Array:
         """Return its derivative at positions x."""
-        cosines, sines = _fourier_terms(x, self.length, self.expansion_order)
-        k = 2.0 * math.pi / self.length * np.arange(1, self.expansion_order + 1)
+        cosines, sines = _fourier_terms(x, self.length, len(self.a))
+        k = 2.0 * math.pi / self.length * np.arange(1, len(self.a) + 1)
         return self.c_0 + (self.b * k) @ cosines - (self.a * k) @ sines
 
 

@@ -34,10 +34,8 @@ def compute_data(quality: Quality) -> Data:
     # Level 0: the extremum that compression drives to is 17 cells ahead of the defect.
     weak_gradient = -6e-5  # a gradient that leaves the wall to the lattice
     gammas = np.array([CASE_II.gamma, weak_gradient])
-    ways = [
-        compute_held_landscape(dataclasses.replace(CASE_II, gamma=gamma), 42.0, 49.5)
-        for gamma in gammas
-    ]
+    designs = (dataclasses.replace(CASE_II, gamma=gamma) for gamma in gammas)
+    ways = [compute_held_landscape(design, 42.0, 49.5) for design in designs]
     data |= {'gammas': gammas, 'way': ways[0].X, 'pull': np.array([-way.slope for way in ways])}
     data['bands'] = [pass_band(CASE_II.k_s1), pass_band(CASE_II.k_s2)]
     probes = Settings().probe_right, Settings().probe, PRINTED_PROBE
@@ -56,10 +54,8 @@ def draw_figure(data: Data) -> Any:
         axes.set(xlabel='wall $X$ (cells)', ylabel=r'energy $U$ ($10^{-3}$)', xlim=(X[0], X[-1]))
     rest.plot(X, U[0], color=style.Colour.INK)
     style.label_panel(rest, 'a', 'no strain (lines: defects)')
-    curves = zip(
-        U[1:], data['strains'][1:], (style.Colour.COMPRESSION, style.Colour.TENSION), strict=True
-    )
-    for curve, strain, color in curves:
+    colors = style.Colour.COMPRESSION, style.Colour.TENSION
+    for curve, strain, color in zip(U[1:], data['strains'][1:], colors, strict=True):
         strained.plot(X, curve - curve.mean(), color=color, label=rf'$\varepsilon$ = {strain:+g}')
     for site, name in ((42, r'$s_{\max}$'), (67, r'$s_{\min}$')):
         if site <= X[-1]:
@@ -69,13 +65,8 @@ def draw_figure(data: Data) -> Any:
     strained.legend(loc='lower left')
     style.label_panel(strained, 'b', 'at the peaks of a cycle')
     for pull, gamma, dashes in zip(data['pull'], data['gammas'], ('-', '--'), strict=True):
-        way.plot(
-            data['way'],
-            1e6 * pull,
-            color=style.Colour.INK,
-            ls=dashes,
-            label=rf'$\gamma$ = {gamma:.3g}',
-        )
+        label = rf'$\gamma$ = {gamma:.3g}'
+        way.plot(data['way'], 1e6 * pull, color=style.Colour.INK, ls=dashes, label=label)
     way.axhspan(-30.0, 0.0, color=style.Colour.INACTIVE, alpha=0.3, lw=0)
     way.set(xlabel='wall $X$ (cells)', ylabel=r'pull to the right ($10^{-6}$)', ylim=(-30, 160))
     way.legend(loc='center right')

@@ -49,7 +49,7 @@ def compute_data(quality: Quality) -> Data:
         by_ansatz.append(compute_landscape(design, X, kink, v_0, V_0) - blank)
         as_printed.append(compute_landscape(design, X, kink, v_0, V_0, as_printed=True) - blank)
         held.append(hold_walls(design, X, V).energy - blank)
-        fits.append([(fit.e_rms, fit.expansion_order) for fit in (v_0, V_0)])
+        fits.append([(fit.e_rms, len(fit.a)) for fit in (v_0, V_0)])
     data |= {'ansatz': by_ansatz, 'as_printed': as_printed, 'held': held}
     data['fits'] = fits  # strain x (v_0, V_0) x (e_rms, q)
     data |= {'defect': design.J, 'j_0': design.j_0}

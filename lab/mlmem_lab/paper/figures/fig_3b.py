@@ -31,10 +31,9 @@ def compute_data(quality: Quality) -> Data:
         v = find_pinned_wall(SHORT_DESIGN, level)
         data[f'wall_{number}'] = SHORT_DESIGN.defect_site(level)
         for name, probe in (('ours', PAPER_PROBE), ('printed', PRINTED_PROBE)):
-            echo = probe_element(SHORT_DESIGN, v, probe, duration=900.0)
-            data |= {f't_{name}': echo.t, f'v_m_{name}_{number}': echo.v_m}
-            data[f'v_c_{name}_{number}'] = echo.v_c
-            data[f'delay_{name}_{number}'] = np.array(echo.delay, dtype=float)  # NaN for none
+            echo, wave = probe_element(SHORT_DESIGN, v, probe, duration=900.0), f'{name}_{number}'
+            data |= {f't_{name}': echo.t, f'v_m_{wave}': echo.v_m, f'v_c_{wave}': echo.v_c}
+            data[f'delay_{wave}'] = np.array(echo.delay, dtype=float)  # NaN for none
     return data | {'v_th_ours': PAPER_PROBE.v_th, 'v_th_printed': PRINTED_PROBE.v_th}
 
 
@@ -46,12 +45,9 @@ def draw_figure(data: Data) -> Any:
     rows = (('b.i', 'ours', 0, ''), ('b.ii', 'ours', 1, ''),
             ('ours', 'printed', 1, ', carrier and threshold as printed'))  # fmt: skip
     for axes, (letter, name, number, text) in zip(grid, rows, strict=True):
-        t, v_m, v_c = (
-            data[f't_{name}'],
-            data[f'v_m_{name}_{number}'],
-            data[f'v_c_{name}_{number}'],
-        )
-        limit, delay = float(data[f'v_th_{name}']), float(data[f'delay_{name}_{number}'])
+        wave = f'{name}_{number}'
+        t, v_m, v_c = data[f't_{name}'], data[f'v_m_{wave}'], data[f'v_c_{wave}']
+        limit, delay = float(data[f'v_th_{name}']), float(data[f'delay_{wave}'])
         axes.semilogy(
             t,
             np.maximum(v_m, 1e-8),

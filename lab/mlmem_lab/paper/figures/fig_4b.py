@@ -60,17 +60,12 @@ def draw_figure(data: Data) -> Any:
     """Draw delay against level with its binary code."""
     figure = style.new_figure(4.2)
     axes = style.axes_grid(figure)[0, 0]
-    levels, right = data['levels'], Settings().probe_right.omega_c
+    levels, carrier = data['levels'], rf'$\omega_c={PAPER_PROBE.omega_c:g}$'
+    own = rf'$\omega_c={Settings().probe_right.omega_c:g}$'
     rows = (
         ('left', style.Colour.INK, '+', 10, r'left end, $\omega_c=2.1$, falling threshold'),
-        (
-            'paper',
-            style.Colour.ACTIVE,
-            'o',
-            7,
-            rf'left end, $\omega_c={PAPER_PROBE.omega_c:g}$, plain threshold',
-        ),
-        ('right', style.Colour.INACTIVE, 's', 6, rf'right end, $\omega_c={right:g}$ (ours)'),
+        ('paper', style.Colour.ACTIVE, 'o', 7, f'left end, {carrier}, plain threshold'),
+        ('right', style.Colour.INACTIVE, 's', 6, f'right end, {own} (ours)'),
     )
     for name, color, marker, size, text in rows:
         delay, flight = data[f'delay_{name}'], data[f'time_of_flight_{name}']

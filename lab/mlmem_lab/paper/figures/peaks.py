@@ -4,16 +4,29 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from mlmem import simulate, wall_at
 from mlmem.instrument.motion import Cycle, CycleSettings
-from mlmem.physics import CASE_II, NOH_BATHE, find_level
+from mlmem.physics import CASE_II, NOH_BATHE, Design, find_level
 
 from ...studies.trace import wall_position
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 definition = Figure('peaks', 'Which peak strains move the wall by one level', seconds=8)
+
+
+def run_cycle(design: Design, level: int, peak: float, save_every: float = math.inf) -> np.ndarray:
+    """Return the configurations during one strain cycle from a resting wall; by default those at
+    its beginning and end.
+    """
+    cycle = Cycle.plan_cycle(CycleSettings(), peak)
+    return simulate(
+        design, initial=wall_at(level), strain=cycle.strain, duration=cycle.duration,
+        save_every=min(save_every, cycle.duration), integrator=NOH_BATHE.name, progress=False,
+    ).configuration  # fmt: skip
 
 
 def cycle_once(level: int, peak: float) -> tuple[int, float]:
@@ -23,12 +36,7 @@ def cycle_once(level: int, peak: float) -> tuple[int, float]:
         The level (-1 blank, -2 no level), and by how many cells the wall has moved to the right;
         a wall that has left through an end counts as standing there.
     """
-    cycle = Cycle.plan_cycle(CycleSettings(), peak)
-    run = simulate(
-        CASE_II, initial=wall_at(level), strain=cycle.strain, duration=cycle.duration,
-        save_every=cycle.duration, integrator=NOH_BATHE.name, progress=False,
-    )  # fmt: skip
-    end = run.configuration[-1]
+    end = run_cycle(CASE_II, level, peak)[-1]
     place = wall_position(CASE_II, end)
     if np.isnan(place):
         place = float(CASE_II.N if end[0] > CASE_II.D_barrier else 0)

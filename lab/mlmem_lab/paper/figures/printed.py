@@ -21,17 +21,14 @@ from ..figure import Data, Figure, Quality
 from ..landscapes import MAX_FIT_ERROR
 from . import fig_2a, fig_2b, fig_3b, launches
 
+DATA_FILES = ('fig_2a', 'fig_2b', 'fig_3b', 'launches')
+"""The figures whose numbers are compared."""
+
 definition = Figure(
     'printed',
     'Every printed number, and how far ours is from it',
     seconds=20,
-    modules=(
-        *DEVICE_MODULES,
-        *(
-            f'lab/mlmem_lab/paper/figures/{name}.py'
-            for name in ('fig_2a', 'fig_2b', 'fig_3b', 'launches')
-        ),
-    ),
+    modules=(*DEVICE_MODULES, *(f'lab/mlmem_lab/paper/figures/{name}.py' for name in DATA_FILES)),
 )
 
 Row = tuple[str, float, float]

@@ -8,15 +8,14 @@ import dataclasses
 
 import numpy as np
 
-from mlmem import simulate, wall_at
-from mlmem.instrument.motion import Cycle, CycleSettings
 from mlmem.moves.strain_cycle import WriteSettings, select_peak
-from mlmem.physics import CASE_II, NOH_BATHE, Design, find_level
+from mlmem.physics import CASE_II, Design, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 
 from ...studies.trace import wall_path
 from ..echoes import PAPER_PROBE, detect_echo, record_echo
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
+from .peaks import run_cycle
 
 definition = Figure('rigidity', 'How stiff the substrate has to be', seconds=10)
 
@@ -45,12 +44,10 @@ def compute_data(quality: Quality) -> Data:
         )
         cycles = [_run_cycle(design, level) for level in levels]
         moved.append([end - level for (_, end), level in zip(cycles, levels, strict=True)])
-        difference.append(
-            [
-                abs(path[-averaged_samples:].mean() - ideal[-averaged_samples:].mean())
-                for (path, _), (ideal, _) in zip(cycles, rigid, strict=True)
-            ]
+        places, ideal = (
+            [path[-averaged_samples:].mean() for path, _ in runs] for runs in (cycles, rigid)
         )
+        difference.append(np.abs(np.subtract(places, ideal)))
         # settling: the substrate gives way under the wall and comes to rest, exp(-8) is left
         other, dt = record_echo(design, v, PAPER_PROBE, duration=400.0, dt=None, settle=4000.0)
         # The same step for both, or the integrator's own dispersion would be compared.
@@ -70,13 +67,9 @@ def compute_data(quality: Quality) -> Data:
 def _run_cycle(design: Design, level: int) -> tuple[np.ndarray, float]:
     """Return the wall's path through a cycle and the level after it, NaN for none."""
     peak = select_peak(WriteSettings(), design.is_freed_by_compression(level))
-    cycle = Cycle.plan_cycle(CycleSettings(), peak)
-    run = simulate(
-        design, initial=wall_at(level), strain=cycle.strain, duration=cycle.duration,
-        save_every=10.0, integrator=NOH_BATHE.name, progress=False,
-    )  # fmt: skip
-    end = find_level(design, run.configuration[-1])
-    return wall_path(design, run.configuration), float(end) if end >= 0 else np.nan
+    fields = run_cycle(design, level, peak, save_every=10.0)
+    end = find_level(design, fields[-1])
+    return wall_path(design, fields), float(end) if end >= 0 else np.nan
 
 
 @definition.register_claim(
