@@ -71,16 +71,13 @@ def fit(arguments: argparse.Namespace) -> int:
 
 def build_element(found: Fit) -> Element:
     """Return a fit as the element of a file."""
-    unknowns, x = found.unknowns, found.x
-    ends = {
-        each.name: unknowns.end_values(x, each.name)
-        for each in dataclasses.fields(TransducerValues)
-    }
+    unknowns, ends = found.unknowns, {}
+    for name in (each.name for each in dataclasses.fields(TransducerValues)):
+        left, right = unknowns.end_values(found.x, name)
+        ends[name] = float(left), float(right)
+    time_unit = float(found.x[unknowns.shared('time_unit')])
     return Element(
-        found.specimen, found.deviations[unknowns.alpha], float(x[unknowns.shared('time_unit')]),
-        TransducerValues(
-            **{name: (float(left), float(right)) for name, (left, right) in ends.items()}
-        ),
+        found.specimen, found.deviations[unknowns.alpha], time_unit, TransducerValues(**ends),
         found.chi2, found.data, found.undetermined,
     )  # fmt: skip
 

@@ -48,12 +48,6 @@ def inspect(arguments: argparse.Namespace) -> int:
     return 1 if found['lost'] else 0
 
 
-def _print_lines(console: Console, *lines: str) -> None:
-    """Print lines with texts from a file."""
-    for line in lines:
-        console.print(make_printable(line))
-
-
 def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
     """Print the topics of a bag and what was lost; return them."""
     span, lost = reader.span, list(map(str, reader.losses))
@@ -62,10 +56,12 @@ def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
         name: {'type': info.type, 'messages': info.message_count}
         for name, info in sorted(reader.topics.items())
     }
-    _print_lines(console, f'{reader.path}: {reader.message_count} messages, {duration:.2f} s')
+    head = f'{reader.path}: {reader.message_count} messages, {duration:.2f} s'
+    console.print(make_printable(head))
     print_rows(console, 'topics', [{'topic': name, **info} for name, info in topics.items()])
+    for each in lost:
+        console.print(make_printable(f'lost  {each}'))
     if lost:
-        _print_lines(console, *(f'lost  {each}' for each in lost))
         console.print(
             'rosbags and other readers that need a summary refuse a file without its end; '
             'mcap recover FILE -o NEW writes one that they open'
@@ -88,7 +84,8 @@ def _inspect_session(
     session = load_session(reader, arguments.node)
     design = session.header.design
     versions = ', '.join(f'{k} {v}' for k, v in session.header.versions.items())
-    _print_lines(console, f'{session.node}: {design.levels} levels, {design.N} cells; {versions}')
+    head = f'{session.node}: {design.levels} levels, {design.N} cells; {versions}'
+    console.print(make_printable(head))
     found: dict[str, Any] = {
         'node': session.node,
         'versions': session.header.versions,
@@ -115,7 +112,6 @@ def _inspect_session(
     print_rows(console, 'no longer known', found['unknown'])
     if arguments.plot:
         draw = laboratory.load_part('session_figure')
-        picture = draw(reader, arguments.plot, session.node)
-        found['picture'] = picture
-        console.print(f'picture  {picture}')
+        found['picture'] = draw(reader, arguments.plot, session.node)
+        console.print(f'picture  {found["picture"]}')
     return found

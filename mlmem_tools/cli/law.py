@@ -13,7 +13,6 @@ no curve, or an argument is wrong.
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -88,10 +87,7 @@ def _print_law(told: Mapping[str, Any]) -> None:
                 f'{depth:.2g} of the barrier (depth_std)'
             )
     for n, costs in enumerate(told['next_walls']):
-        below, above = (
-            math.inf if cost is None else cost for cost in (costs['below'], costs['above'])
-        )
-        clauses = '; '.join(describe_erase(below, above))
+        clauses = '; '.join(describe_erase(**costs))
         console.print(f'wells {n} and {n + 1}: {clauses}', soft_wrap=True)
     for run in told['runs']:
         lost = '' if run['lost'] is None else f', {1e3 * run["lost"]:.3g} mJ lost on the way'

@@ -165,18 +165,12 @@ class Measured:
         return rows
 
     @property
-    def next_walls(self) -> list[dict[str, Any]]:
+    def next_walls(self) -> list[dict[str, float]]:
         """For every pair of neighbouring ground states, the energies of the walls to the states
-        below and above them over that of their own wall, None where there is no such state.
+        below and above them over that of their own wall, infinite where there is no such state.
         """
-        pairs = (next_wall_costs(self.curve, n) for n in range(len(self.barriers)))
-        return [
-            {
-                name: cost if math.isfinite(cost) else None
-                for name, cost in zip(('below', 'above'), costs, strict=True)
-            }
-            for costs in pairs
-        ]
+        costs = (next_wall_costs(self.curve, n) for n in range(len(self.barriers)))
+        return [{'below': below, 'above': above} for below, above in costs]
 
     def _add_spread(self, quantities: Quantities, n: int) -> dict[str, Any]:
         found: dict[str, Any] = {**quantities(self.curve, n)}
