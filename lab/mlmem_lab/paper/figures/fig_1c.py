@@ -56,8 +56,8 @@ def draw_figure(data: Data) -> Any:
     stiffness.plot(data['D'], data['stiffness_per_d'], color=style.Colour.MARK, lw=1.0, ls='--')
     stiffness.set_ylabel(r"stiffness $\psi''/d$ (dashed)")
     stiffness.set_ylim(-22.0, 44.0)
-    colors = style.Colour.INACTIVE, style.Colour.ACTIVE
-    states = zip(colors, data['ground_states'], data['stiffnesses_per_d'], strict=True)
+    phases = style.Colour.INACTIVE, style.Colour.ACTIVE
+    states = zip(phases, data['ground_states'], data['stiffnesses_per_d'], strict=True)
     for number, (color, D, k) in enumerate(states, 1):
         left.plot(D, 0.0, 'o', color=color, ms=7, clip_on=False, zorder=5)
         text = rf'$\Delta_{{s{number}}}={D:.3f}$' + '\n' + rf'$k_{{s{number}}}={k:.2f}\,d$'
