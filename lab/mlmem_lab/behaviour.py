@@ -6,8 +6,9 @@ All other results depend on these hashes, not on the device's code. So code that
 anew leaves them valid as soon as this study has proven that it does the same, in minutes.
 
 A trial is a row of commands. Its hash is of every sample of an echo or a survey, of how each
-procedure ended and when, and of the state of the chain after it; no sentence is part of it. Nor
-is a function of numpy that processors round differently, such as sin.
+procedure ended and when, and of the state of the chain after it; no sentence is part of it. Where
+numpy computes a margin or the start of a wall, processors may round differently: on another one,
+hash the former commit, too.
 """
 
 from __future__ import annotations
