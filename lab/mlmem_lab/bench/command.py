@@ -40,19 +40,17 @@ def bench(arguments: argparse.Namespace) -> int:
         return print_failure('bench', f'NAME must be one of {known}; got {unknown[0]!r}', 2)
     if arguments.repeats < 1:
         return print_failure('bench', f'repeats must be at least 1; got {arguments.repeats}', 2)
-    found = {}
+    tables: dict[str, list[dict[str, str]]] = {}
     for name in arguments.names or BENCHMARK_TITLES:
         benchmark = importlib.import_module(f'.{name}', __package__)
         with console.status(f'{name}: {BENCHMARK_TITLES[name]}'):
-            found[name] = benchmark.run(arguments.repeats)
-        rows = found[name].rows
-        print_rows(console, found[name].title, rows, list(dict.fromkeys(itertools.chain(*rows))))
-        console.print(found[name].caption)
-    tables = {name: list(table.rows) for name, table in found.items()}
+            found = benchmark.run(arguments.repeats)
+        rows = tables[name] = list(found.rows)
+        print_rows(console, found.title, rows, list(dict.fromkeys(itertools.chain(*rows))))
+        console.print(found.caption)
     if arguments.json:
         print_json(tables)
-    file = arguments.result
-    if file is not None:
+    if (file := arguments.result) is not None:
         if node := tables.pop('node', None):
             keep_column(node, file.with_name('node.json'))
         if tables:

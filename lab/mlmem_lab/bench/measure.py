@@ -7,6 +7,7 @@ slow the next changes no ratio.
 from __future__ import annotations
 
 import time
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,17 +19,10 @@ from mlmem.physics.potential import Array
 
 def describe_processor() -> str:
     """Return name, family and model: virtual machines hide the number in the name."""
-    return (
-        f'{_read_cpu_field("model name")} (family {_read_cpu_field("cpu family")}, model '
-        f'{_read_cpu_field("model")})'
-    )
-
-
-def _read_cpu_field(key: str) -> str:
-    """Return a line of the first core's description; empty if there is none."""
-    lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
-    pairs = (line.partition(':') for line in lines)
-    return next((value.strip() for name, _, value in pairs if name.strip() == key), '')
+    first_core, _, _ = Path('/proc/cpuinfo').read_text(encoding='utf-8').partition('\n\n')
+    pairs = (line.partition(':') for line in first_core.splitlines())
+    known = defaultdict(str, {name.strip(): value.strip() for name, _, value in pairs})
+    return f'{known["model name"]} (family {known["cpu family"]}, model {known["model"]})'
 
 
 @dataclass(frozen=True)

@@ -57,10 +57,9 @@ def run(repeats: int) -> ResultTable:
         'mcap Writer': _open_mcap,
     }
     with tempfile.TemporaryDirectory() as folder:
+        bag = Path(folder) / 'bag'
         contenders = [
-            Contender(
-                name, partial(_write_bag, messages, opened, Path(folder) / 'bag'), len(messages)
-            )
+            Contender(name, partial(_write_bag, messages, opened, bag), len(messages))
             for name, opened in writers.items()
         ]
         costs = measure_contenders(contenders, repeats, scale=1e6)
