@@ -50,8 +50,10 @@ def draw(bag: str | PathLike[str] | BagReader, path: str | Path, node: str = '')
 def build_figure(session: SessionData, configurations: Columns, displacements: Columns) -> Any:
     """Return the picture of a session and its motion; see `draw` and `read_motion`."""
     end = End.RIGHT if session.header.settings.read.end == End.RIGHT else End.LEFT
-    heard = find_last_echoes(session, end)
-    last = {int(values['level']): (echo, float(values['delay'])) for echo, values in heard}
+    last = {
+        int(values['level']): (echo, float(values['delay']))
+        for echo, values in find_last_echoes(session, end)
+    }
     reads = {level: last[level] for level in sorted(last) if level >= 0}
     max_echo_rows = 8  # most echoes that are shown; of more levels every second, third ..
     chosen = list(reads)[:: -(-len(reads) // max_echo_rows) or 1]
@@ -70,10 +72,9 @@ def build_figure(session: SessionData, configurations: Columns, displacements: C
         _draw_echo(axes, row, t, v_c / detection_threshold(probe, t), delay)
     axes.set(xlabel='time since the pulse (time units)', ylabel='level')
     axes.set_yticks(range(len(chosen)), [session.header.design.code(level) for level in chosen])
-    left.legend(*axes.get_legend_handles_labels(), loc='outside lower center', ncols=3)
-    _draw_delays(
-        style.axes_grid(right)[0, 0], session, {level: d for level, (_, d) in reads.items()}
-    )
+    left.legend(handles=axes.lines[:3], loc='outside lower center', ncols=3)  # of the first row
+    delays = {level: delay for level, (_, delay) in reads.items()}
+    _draw_delays(style.axes_grid(right)[0, 0], session, delays)
     return figure
 
 
@@ -150,23 +151,16 @@ def _draw_echo(axes: Any, row: int, t: Array, ratio: Array, delay: float) -> Non
     shown_amplitudes = (0.05, 20.0)  # range of v_c over the threshold that is shown
     decade_height_rows = 0.35  # height of a factor of ten, in rows
     height = row + decade_height_rows * np.log10(np.clip(ratio, *shown_amplitudes))
-    first = row == 0
-    axes.axhline(row, color=style.Colour.MARK, ls='--', label='threshold' if first else None)
-    axes.plot(t, height, color=style.Colour.ACTIVE, label='$v_c$, logarithmic' if first else None)
+    axes.axhline(row, color=style.Colour.MARK, ls='--', label='threshold')
+    axes.plot(t, height, color=style.Colour.ACTIVE, label='$v_c$, logarithmic')
     axes.fill_between(
         t, row, height, where=height > row, color=style.Colour.ACTIVE, alpha=0.25, lw=0.0
     )
-    axes.plot(
-        [delay] * 2,
-        [row - 0.4, row + 0.4],
-        color=style.Colour.INK,
-        label='delay' if first else None,
-    )
+    axes.plot([delay] * 2, [row - 0.4, row + 0.4], color=style.Colour.INK, label='delay')
 
 
 def _draw_delays(axes: Any, session: SessionData, delays: dict[int, float]) -> None:
-    calibration = session.header.calibration
-    calibrated = calibration.left.delays
+    calibrated = session.header.calibration.left.delays
     axes.plot(
         range(len(calibrated)), calibrated, '+', color=style.Colour.INK, ms=10, label='calibrated'
     )
