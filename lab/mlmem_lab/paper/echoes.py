@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from mlmem.instrument.echo import Echo, EchoDetector
-from mlmem.instrument.end import End, Pulse
+from mlmem.instrument.end import BoundaryMotion, End, Pulse
 from mlmem.physics import Chain, Design, HeldCell, substep_times
 from mlmem.physics.potential import Array
 from mlmem.settings import ProbeSettings
@@ -46,21 +46,18 @@ def record_echo(
     chain = Chain(design, dt)
     chain.place(v)
     chain.advance_steps(math.ceil(settle / chain.dt))
-    return fire_pulse(chain, probe, duration, end), chain.dt
+    rest = chain.end(end.site(design))
+    return drive_end(chain, Pulse(rest, probe), duration, end) - rest, chain.dt
 
 
-def fire_pulse(chain: Chain, probe: ProbeSettings, duration: float, end: End = End.LEFT) -> Array:
-    """Fire one pulse into an unstrained chain; return the displacement of the end from its rest
-    after every step of the duration, which begins with the pulse.
+def drive_end(chain: Chain, motion: BoundaryMotion, duration: float, end: End = End.LEFT) -> Array:
+    """Make an end follow a motion at constant strain, then release it; return its displacement
+    after every step of the duration, which begins with the motion.
     """
-    site = end.site(chain.design)
-    rest = chain.end(site)
-    pulse = Pulse(rest, probe)
-    steps = math.ceil(duration / chain.dt)
-    times = substep_times(steps, chain.dt, chain.integrator)
-    held_cell = HeldCell(site, pulse.evaluate_motion(times[times <= pulse.duration]))
-    ends = chain.advance(np.zeros(chain.integrator.substeps * steps), held_cell)
-    return np.asarray(ends[end.row] - rest)
+    times = substep_times(math.ceil(duration / chain.dt), chain.dt, chain.integrator)
+    motion_values = motion.evaluate_motion(times[times <= motion.duration])
+    held_cell = HeldCell(end.site(chain.design), motion_values)
+    return np.asarray(chain.advance(np.full(len(times), chain.V_N), held_cell)[end.row])
 
 
 def detect_echo(displacement: Array, dt: float, probe: ProbeSettings, end: End = End.LEFT) -> Echo:

@@ -9,22 +9,21 @@ from functools import partial
 import numpy as np
 
 from mlmem import load_element
+from mlmem.instrument.end import Pulse
+from mlmem.moves.kick import KickMotion, KickSettings
 from mlmem.physics import (
     CASE_I,
     CASE_II,
     Chain,
     Design,
-    HeldCell,
     Integrator,
     Specimen,
-    substep_times,
 )
 from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import make_blank
-from mlmem.physics.potential import Array
 from mlmem.settings import ProbeSettings
 
-from ..paper.echoes import fire_pulse
+from ..paper.echoes import drive_end
 from .problem import Answers, StandardProblem, crossing_site
 
 
@@ -36,18 +35,7 @@ def _start_chain(design: Design, site: float, width: float, dt: float, by: Integ
     return chain
 
 
-def _moved_cell(t: Array, home: float, goal: float, moving: float, power: int = 1) -> HeldCell:
-    """Return the first cell, moved along 3 x^2 - 2 x^3 from one place to another and held; x is
-    the elapsed share of the time to a power.
-    """
-    share, way = np.minimum(t / moving, 1.0), goal - home
-    x = share**power
-    rate = power * share ** (power - 1) / moving
-    velocity = np.where(t < moving, 6.0 * way * x * (1.0 - x) * rate, 0.0)
-    return HeldCell(1, np.stack((home + way * x * x * (3.0 - 2.0 * x), velocity)))
-
-
-def _kick_wall(chain: Chain, moving: float, power: int, mark: float) -> tuple[float, float]:
+def _kick_wall(chain: Chain, moving: float, late: float, mark: float) -> tuple[float, float]:
     """Kick a wall into a blank chain, and wait until it has passed a cell.
 
     Returns:
@@ -55,9 +43,9 @@ def _kick_wall(chain: Chain, moving: float, power: int, mark: float) -> tuple[fl
         move, and the time at which the wall passes the cell.
     """
     design, before = chain.design, energy(chain).total
-    t = substep_times(round((moving + 20.0) / chain.dt), chain.dt, chain.integrator)
-    held = _moved_cell(t, design.D_s1, design.D_s2, moving, power)
-    chain.advance(np.zeros(len(t)), held)
+    speed = (design.D_s2 - design.D_s1) / moving
+    shape = KickSettings(late=late, hold=20.0)
+    drive_end(chain, KickMotion(design.D_s1, design.D_s2, speed, shape), moving + shape.hold)
     put_in = energy(chain).total - before
     places = [crossing_site(chain.configuration, design.D_barrier)]
     while not places[-1] >= mark and len(places) < 1_000:
@@ -93,7 +81,8 @@ def echo(integrator: Integrator, dt: float) -> Answers:
     pulse = ProbeSettings(A=0.01, sigma=8.0, omega_c=1.5)
     chain = _start_chain(CASE_II, 100.0, 4.0, dt, integrator)
     chain.advance_steps(round(6_000.0 / dt))
-    heard = fire_pulse(chain, pulse, 600.0)
+    home = chain.end(1)
+    heard = drive_end(chain, Pulse(home, pulse), 600.0) - home
     box = round(16.0 * math.pi / pulse.omega_c / dt)
     smooth = np.convolve(np.abs(heard), np.full(box, 1.0 / box), 'same')
     late = round(144.0 / dt)
@@ -111,7 +100,7 @@ def kick(integrator: Integrator, dt: float) -> Answers:
     the blank one, when the end is let go.
     """
     chain = Chain(CASE_II, dt, integrator)
-    put_in, arrival = _kick_wall(chain, 25.0, 1, 60.0)
+    put_in, arrival = _kick_wall(chain, 25.0, 0.0, 60.0)
     chain.advance_steps(round((1_000.0 - chain.time) / dt))
     place = crossing_site(chain.configuration, CASE_II.D_barrier)
     chain.advance_steps(round(10_000.0 / dt))
@@ -135,17 +124,17 @@ def byte(integrator: Integrator, dt: float) -> Answers:
     """
     chain, wells = Chain(CASE_II, dt, integrator), (CASE_II.D_s1, CASE_II.D_s2)
     for number, speed in enumerate((0.26, 0.08, 0.035, 0.011, 0.004)):
-        home, goal = wells[number % 2], wells[1 - number % 2]
-        moving = abs(goal - home) / speed
-        t = substep_times(round((moving + 20.0) / dt), dt, integrator)
-        chain.advance(np.zeros(len(t)), _moved_cell(t, home, goal, moving))
+        shape = KickSettings(late=0.0, hold=20.0)
+        motion = KickMotion(wells[number % 2], wells[1 - number % 2], speed, shape)
+        drive_end(chain, motion, motion.duration)
         chain.advance_steps(round(1_000.0 / dt))
     chain.advance_steps(round(6_000.0 / dt))
     over = chain.configuration - CASE_II.D_barrier
     sites = np.flatnonzero(over[:-1] * over[1:] < 0.0)
     places = sites + 1 + over[sites] / (over[sites] - over[sites + 1])
     pulse = ProbeSettings(A=0.01, sigma=16.0, omega_c=1.7)
-    heard = fire_pulse(chain, pulse, 192.0 + 900.0)[round(192.0 / dt) :]
+    home = chain.end(1)
+    heard = drive_end(chain, Pulse(home, pulse), 192.0 + 900.0)[round(192.0 / dt) :] - home
     found = dict(zip((0, 1, 2, 5, 7), places.tolist(), strict=True))
     loud = float(np.sqrt(np.mean(np.square(heard))))
     return {**{f'wall {level}': place for level, place in found.items()}, 'echo': loud}
@@ -174,7 +163,7 @@ def robust_kick(integrator: Integrator, dt: float) -> Answers:
     for specimen, kind in ((Specimen(design), ''), (uneven, 'uneven ')):
         chain = Chain(specimen, dt, integrator)
         chain.place(make_blank(specimen))
-        put_in, arrival = _kick_wall(chain, 17.5, 2, 20.0)
+        put_in, arrival = _kick_wall(chain, 17.5, 1.0, 20.0)
         chain.advance_steps(round(2_000.0 / dt))
         time_name = f'{kind}time' if kind else 'time to cell 20'
         rest = crossing_site(chain.configuration, design.D_barrier)

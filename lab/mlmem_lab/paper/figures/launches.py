@@ -15,12 +15,12 @@ from mlmem.physics import (
     CASE_II,
     NOH_BATHE,
     Chain,
-    HeldCell,
     find_level,
     find_walls,
     substep_times,
 )
 
+from ..echoes import drive_end
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 definition = Figure(
@@ -72,7 +72,8 @@ def kick_cell(velocity: float, strain: float, driven: bool = False) -> float:
     chain.place(np.full(CASE_II.N, CASE_II.D_s2))
     _play_ramp(chain, Ramp(0.0, strain, times.ramp))
     if driven:
-        _drive_cell(chain, EndMove(chain.end(1), CASE_II.D_s1, abs(velocity)), times.hold)
+        move = EndMove(chain.end(1), CASE_II.D_s1, abs(velocity))
+        drive_end(chain, move, move.duration + times.hold)
     else:
         state = chain.state()
         state[1, 0] = velocity
@@ -94,7 +95,8 @@ def _move_cell(speed: float, strain: float) -> int:
     times = WriteSettings()
     chain = Chain(CASE_II, integrator=NOH_BATHE)
     _play_ramp(chain, Ramp(0.0, strain, times.ramp))
-    _drive_cell(chain, EndMove(chain.end(1), CASE_II.D_s2, speed), times.hold)
+    move = EndMove(chain.end(1), CASE_II.D_s2, speed)
+    drive_end(chain, move, move.duration + times.hold)
     _play_ramp(chain, Ramp(strain, 0.0, times.release))
     chain.advance_steps(math.ceil(times.settle / chain.dt))
     if chain.configuration.min() > CASE_II.D_barrier:
@@ -109,17 +111,9 @@ def _play_ramp(chain: Chain, ramp: Ramp) -> None:
         chain.advance(ramp.strain(at) * CASE_II.end_displacement(1.0))
 
 
-def _drive_cell(chain: Chain, move: EndMove, hold: float) -> None:
-    """Move the first cell, let go of it, and wait."""
-    steps = math.ceil((move.duration + hold) / chain.dt)
-    at = substep_times(steps, chain.dt, NOH_BATHE)
-    held_cell = HeldCell(1, move.evaluate_motion(at[at <= move.duration]))
-    chain.advance(np.full(2 * steps, chain.V_N), held_cell)
-
-
-def threshold_velocity(data: Data, row: int = 0) -> float:
-    """Return the slowest kick that leaves a kink, or none if no kick does."""
-    made = ~np.isnan(data['kink'][row])
+def threshold_velocity(data: Data) -> float:
+    """Return the slowest kick that leaves a kink without strain, NaN if none does."""
+    made = ~np.isnan(data['kink'][0])
     return float(data['kick_velocity'][made].max()) if made.any() else math.nan
 
 
