@@ -11,14 +11,7 @@ import numpy as np
 from mlmem import load_element
 from mlmem.instrument.end import Pulse
 from mlmem.moves.kick import KickMotion, KickSettings
-from mlmem.physics import (
-    CASE_I,
-    CASE_II,
-    Chain,
-    Design,
-    Integrator,
-    Specimen,
-)
+from mlmem.physics import CASE_I, CASE_II, Chain, Design, Integrator, Specimen
 from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import make_blank
 from mlmem.settings import ProbeSettings

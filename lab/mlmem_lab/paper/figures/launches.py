@@ -11,14 +11,7 @@ import numpy as np
 from mlmem.instrument.end import EndMove
 from mlmem.instrument.motion import Ramp
 from mlmem.moves.strain_cycle import EraseSettings, WriteSettings
-from mlmem.physics import (
-    CASE_II,
-    NOH_BATHE,
-    Chain,
-    find_level,
-    find_walls,
-    substep_times,
-)
+from mlmem.physics import CASE_II, NOH_BATHE, Chain, find_level, find_walls, substep_times
 
 from ..echoes import drive_end
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
