@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -46,33 +47,22 @@ def draw_frames(
     theme: Mapping[str, str], trace: Trace, ended: Mapping[str, int], echo: Echo
 ) -> Any:
     """Yield the frames of the film, and for how many milliseconds each is shown."""
-    ink, faint = theme['ink'], theme['faint']
+    ink, faint = theme['text.color'], theme['axes.edgecolor']
     t = 1e-3 * np.array(trace.t)
     field, strain = np.array(trace.configuration), 1e3 * np.array(trace.strain)
     figure = style.new_figure(3.9)
-    figure.set_facecolor(theme['ground'])
     grid = figure.add_gridspec(3, 2, width_ratios=(1.9, 1.0), height_ratios=(1.0, 2.0, 0.9))
     cells, over, lower = (figure.add_subplot(grid[row, 0]) for row in range(3))
     heard = figure.add_subplot(grid[:, 1])
-    for axes in (cells, over, lower, heard):
-        axes.set_facecolor(theme['ground'])
-        axes.tick_params(colors=ink)
-        for spine in axes.spines.values():
-            spine.set_color(faint)
-        for part in (axes.xaxis.label, axes.yaxis.label, axes.title):
-            part.set_color(ink)
-    colours = style.Colour.PHASES
     defects = [CASE_II.defect_site(level) for level in range(CASE_II.levels)]
     cells.set(xlim=(0.5, CASE_II.N + 0.5), ylim=(-1.7, 1.7), xticks=defects)
     cells.set_yticks([CASE_II.D_s1, CASE_II.D_s2], ['inactive', 'active'])
     cells.set_xticklabels(range(CASE_II.levels))
-    over.set(xlim=(0, t[-1]), ylim=(0.5, CASE_II.N + 0.5), xticks=[], yticks=defects)
-    over.set_yticklabels(range(CASE_II.levels))
-    over.set_ylabel('level', color=ink)
+    over.set(xlim=(0, t[-1]), ylim=(0.5, CASE_II.N + 0.5), xticks=[], ylabel='level')
+    over.set_yticks(defects, range(CASE_II.levels))
     lower.axhline(0.0, color=faint, lw=0.8)
     lower.set(xlim=(0, t[-1]), ylim=(1.15 * strain.min(), 1.15 * strain.max()))
-    lower.set_xlabel(style.Label.TIME, color=ink)
-    lower.set_ylabel(style.Label.STRAIN.replace('strain ', 'strain\n'), color=ink)
+    lower.set(xlabel=style.Label.TIME, ylabel=style.Label.STRAIN.replace('strain ', 'strain\n'))
     gain = np.exp(echo.probe.gain_decay * echo.t)
     late = echo.t > 110.0
     v_c = np.where(late, gain * echo.v_c, np.nan)
@@ -82,21 +72,20 @@ def draw_frames(
         echo.t[-1], 1.08 * limit, 'threshold', color=style.Colour.MARK, ha='right', fontsize=9
     )
     heard.set(yscale='log', xlim=(0, echo.t[-1]), ylim=(3e-6, 3e-3), xlabel='time units')
-    heard.set_title('echo at the left end', color=ink, loc='left')
-    heard.xaxis.label.set_color(ink)
+    heard.set_title('echo at the left end')
 
     dots = cells.scatter(CASE_II.sites, field[0], s=9, linewidths=0)
-    dots.set_cmap(colours)
+    dots.set_cmap(style.Colour.PHASES)
     dots.set_clim(-1.3, 1.3)
     (pulled,) = lower.plot([], [], color=ink, lw=1.2)
-    (wave,) = heard.plot([], [], color=theme['wave'])
+    (wave,) = heard.plot([], [], color=theme['lines.color'])
     (found,) = heard.plot([], [], 'o', color=ink, ms=6)
     delay, level = echo.delay, trace.outcomes[0].level
     assert delay is not None
     assert level is not None
     canvas = FigureCanvasAgg(figure)
     figure.set_dpi(100)
-    title = cells.set_title(' ', color=ink, loc='left', fontsize=12)
+    title = cells.set_title(' ', fontsize=12)
     begun = 0
     read_gain = 40.0  # by how much small waves are magnified during the read
     # how long a frame is shown, and the last of a procedure
@@ -150,22 +139,18 @@ def main(folder: Path) -> None:
     from PIL import Image
 
     trace, ended, echo = record_element()
-    themes = {  # on GitHub's pages, light and dark
-        'film': {
-            'ground': '#ffffff',
-            'ink': style.Colour.INK,
-            'faint': style.Colour.FAINT,
-            'wave': style.Colour.ACTIVE,
-        },
-        'film_dark': {
-            'ground': '#0d1117',
-            'ink': '#e6edf3',
-            'faint': '#59626e',
-            'wave': '#5fb0f2',
-        },
+    # ground, ink, faint ink and waves on GitHub's pages, light and dark
+    themes = {
+        'film': ('#ffffff', style.Colour.INK, style.Colour.FAINT, style.Colour.ACTIVE),
+        'film_dark': ('#0d1117', '#e6edf3', '#59626e', '#5fb0f2'),
     }
-    for name, theme in themes.items():
-        with style.style_context():
+    for name, (ground, ink, faint, wave) in themes.items():
+        theme: Any = {
+            **dict.fromkeys(('figure.facecolor', 'axes.facecolor'), ground),
+            **dict.fromkeys(('text.color', 'axes.labelcolor', 'xtick.color', 'ytick.color'), ink),
+            'axes.edgecolor': faint, 'lines.color': wave,
+        }  # fmt: skip
+        with style.style_context(), mpl.rc_context(theme):
             frames = list(draw_frames(theme, trace, ended, echo))
         images = [Image.fromarray(pixels).convert('RGB') for pixels, _ in frames]
         palette = images[len(images) * 3 // 5].quantize(32, dither=Image.Dither.NONE)
