@@ -13,7 +13,6 @@ from __future__ import annotations
 import gzip
 import json
 import sys
-from collections.abc import Callable, Mapping
 from itertools import permutations
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ from mlmem import Erase, MemoryElement, Write, load_element
 from mlmem.element_file import Element
 from mlmem.instrument.echo import blanking_time, compute_weights, listening_time, window_width
 from mlmem.instrument.end import BoundaryMotion, End, EndMove, Pulse
-from mlmem.instrument.motion import Ramp
+from mlmem.instrument.motion import Motion, Profile, Ramp
 from mlmem.moves.kick import KickMotion
 from mlmem.physics import Chain
 from mlmem.physics.potential import Array
@@ -147,59 +146,45 @@ def record_transition(shipped: Element, start: int, target: int) -> dict[str, An
     element = MemoryElement(shipped)
     if start != BLANK:
         element.perform(Write(start))
-    watched = _record_events(element)
-    outcome = element.perform(Erase() if target == BLANK else Write(target))
+    events: list[Event] = []
+    known: list[Motion | BoundaryMotion] = [element.actuator.motion]
+
+    def note_new_motions() -> None:
+        begun: list[tuple[Motion | BoundaryMotion, Event]] = [(element.actuator.motion, {})]
+        if (held := element.transducer.held) is not None:
+            begun.append((held.motion, {'end': 'left' if held.site == 1 else 'right'}))
+        for motion, end in begun:
+            if all(motion is not each for each in known):
+                known.append(motion)
+                now = element.ticks * element.tick
+                events.append({'at': now, **end, **_describe_motion(motion)})
+
+    command = Erase() if target == BLANK else Write(target)
+    outcome = element.perform(command, between=note_new_motions)
     if not outcome.success:
         raise ValueError(f'{start} to {target}: {outcome}')
-    moves = [event for event in watched if 'probe' not in event]
+    moves = [event for event in events if event.get('kind') != 'pulse']
     begun, last = moves[0]['at'], moves[-1]['at']
-    after = [event['at'] for event in watched if 'probe' in event and event['at'] > last]
-    events = [{**event, 'at': event['at'] - begun} for event in moves]
-    return {'events': events, 'duration': after[0] - begun}
+    probed = [event['at'] for event in events if event['at'] > last]
+    played = [{**event, 'at': event['at'] - begun} for event in moves]
+    return {'events': played, 'duration': probed[0] - begun}
 
 
-def _record_events(element: MemoryElement) -> list[Event]:
-    """Return a list that grows by all that actuator and transducers of an element begin."""
-    events: list[Event] = []
-
-    def watch_method(owner: Any, name: str, tell: Callable[[], Mapping[str, Any]]) -> None:
-        act = getattr(owner, name)
-
-        def act_and_record(*arguments: Any, **named: Any) -> Any:
-            result = act(*arguments, **named)
-            events.append({'at': element.ticks * element.tick, **tell()})
-            return result
-
-        setattr(owner, name, act_and_record)
-
-    def strain_event() -> Mapping[str, Any]:
-        motion = element.actuator.motion
-        if isinstance(motion, Ramp):
-            times, strains = [0.0, motion.duration], [motion.start, motion.target]
-            return {'times': times, 'strains': strains, 'rates': [0.0, 0.0]}
-        return {'times': motion.times, 'strains': motion.strains, 'rates': motion.rates}
-
-    def drive_event() -> Mapping[str, Any]:
-        held = element.transducer.held
-        assert held is not None
-        if isinstance(held.motion, Pulse):
-            return {'probe': True}
-        return {'end': 'left' if held.site == 1 else 'right', **_describe_motion(held.motion)}
-
-    watch_method(element.actuator, 'ramp_to', strain_event)
-    watch_method(element.transducer, 'drive_end', drive_event)
-    return events
-
-
-def _describe_motion(motion: BoundaryMotion) -> dict[str, Any]:
-    if isinstance(motion, Pulse):
-        kept = {key: getattr(motion.probe, key) for key in ('A', 'omega_c', 'sigma')}
-        return {'kind': 'pulse', 'duration': motion.duration, **kept}
-    assert isinstance(motion, KickMotion | EndMove)
-    way = {'target': motion.target, 'speed': motion.speed}
-    if isinstance(motion, EndMove):
-        return {'kind': 'move', **way}
-    return {'kind': 'kick', **way, 'late': motion.shape.late, 'hold': motion.shape.hold}
+def _describe_motion(motion: Motion | BoundaryMotion) -> Event:
+    match motion:
+        case Ramp(start, target, duration):
+            strains = [start, target]
+            return {'times': [0.0, duration], 'strains': strains, 'rates': [0.0, 0.0]}
+        case Profile():
+            return {'times': motion.times, 'strains': motion.strains, 'rates': motion.rates}
+        case Pulse(_, probe):
+            kept = {key: getattr(probe, key) for key in ('A', 'omega_c', 'sigma')}
+            return {'kind': 'pulse', 'duration': motion.duration, **kept}
+        case EndMove(_, target, speed):
+            return {'kind': 'move', 'target': target, 'speed': speed}
+    assert isinstance(motion, KickMotion)
+    shape = {'late': motion.shape.late, 'hold': motion.shape.hold}
+    return {'kind': 'kick', 'target': motion.target, 'speed': motion.speed, **shape}
 
 
 def round_numbers(value: Any) -> Any:
