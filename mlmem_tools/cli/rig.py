@@ -85,10 +85,9 @@ def _build_rig(chosen: Element, given: argparse.Namespace) -> EmulatedRig:
     # a fit would hear the errors of the usual one
     step_refinement = 2
     element = Simulation.build_blank(made, chosen.settings.time, step_refinement)
-    left, right = 1.0 + given.gain * make_generator(given.seed, RandomStream.GAIN).standard_normal(
-        2
-    )
-    sensors = RigSensors(gain=(float(left), float(right)), noise=given.noise, seed=given.seed)
+    drawn = make_generator(given.seed, RandomStream.GAIN).standard_normal(2)
+    left, right = (1.0 + given.gain * drawn).tolist()
+    sensors = RigSensors(gain=(left, right), noise=given.noise, seed=given.seed)
     return EmulatedRig(
         chosen.design,
         chosen.settings,

@@ -177,8 +177,8 @@ class Measured:
         alike = len({len(one.ground_states) for one in (self.curve, *self.each)}) == 1
         each = [quantities(one, n) for one in self.each] if alike and len(self.each) > 1 else []
         for name in list(found):
-            spread = np.std([one[name] for one in each], ddof=1) if each else None
-            found[f'{name}_std'] = None if spread is None else float(spread)
+            values = [one[name] for one in each]
+            found[f'{name}_std'] = float(np.std(values, ddof=1)) if each else None
         return found
 
     def as_dict(self) -> dict[str, Any]:
