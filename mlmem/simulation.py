@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Research without a device: simulate a chain, look at its trajectory.
 
-A chain starts from rest, its substrate is strained and one of its ends is driven as functions of
-time say. Lengths are in lattice constants, times in sqrt(m / k_r), energies in k_r (lattice
+A chain starts from rest. Functions of time give the strain of its substrate and the motion of one
+of its ends. Lengths are in lattice constants, times in sqrt(m / k_r), energies in k_r (lattice
 constant)^2.
 """
 
@@ -29,6 +29,7 @@ from .physics import (
     HeldCell,
     Material,
     Specimen,
+    StateError,
     as_specimen,
     default_step,
     find_walls,
@@ -66,14 +67,17 @@ def wall_at(
             it has the profile of a tanh, and moves as soon as time begins.
 
     Raises:
-        ValueError: Neither or both of level and position are given; or in the simulation, there
-            is no such level, or no equilibrium was found.
+        SettingsError: Neither or both of level and position are given.
+        StateError: In the simulation: there is no such level or site, or no equilibrium was found.
     """
     if (level is None) == (position is None):
         raise SettingsError('give either level or position', ErrorCode.CONFLICT, 'level', level)
 
     def place_wall(specimen: Specimen) -> Array:
         place = float(position or 0.0) if level is None else guess_position(specimen, level)
+        if not 1.0 <= place <= specimen.design.N:
+            expected = f'from 1 to {specimen.design.N}'
+            raise StateError.out_of_range('position', place, expected)
         if relaxed:
             return find_pinned_walls(specimen, [place])
         return wall_profile(specimen, place) + specimen.offsets
@@ -225,7 +229,7 @@ def simulate(
     initial: InitialState | ArrayLike | None = None,
     save_every: float | None = None,
     strain: TimeFunction | float = 0.0,
-    drive: Mapping[int, TimeFunction] | None = None,
+    drive: Mapping[int, TimeFunction | float] | None = None,
     eta: float | None = None,
     integrator: str = DEFAULT_INTEGRATOR.name,
     dt: float | None = None,
@@ -241,16 +245,17 @@ def simulate(
             such as `wall_at` and `walls_at` make; by default `make_blank`. Where the strain does
             not begin at 0, it is the configuration that is given.
         save_every: Time between two saved states; by default a 200th of the duration.
-        strain: Strain of the substrate over time, tension positive.
-        drive: Displacement v_j over time of an end, site 1 or N; NaN while the end is free. One
-            end can be driven, because a chain's loop holds one cell.
+        strain: Strain of the substrate over time, tension positive; or a constant one.
+        drive: Displacement v_j over time of an end, site 1 or N; NaN while the end is free. Or a
+            number, at which the end is held. One end can be driven, because a chain's loop holds
+            one cell.
         eta: Damping in place of the design's.
         integrator: Name in `INTEGRATORS`; by default that of `DEFAULT_INTEGRATOR`.
         dt: Largest step in time units; by default the largest that is accurate and stable.
         progress: Whether to show a progress bar if it takes longer than two seconds.
 
     Raises:
-        ValueError: An argument is out of range.
+        SettingsError: An argument is out of range.
         DesignError: The step is beyond the limit of stability.
         StateError: The initial state is none, or a cell is driven too far to be followed.
     """
@@ -268,8 +273,8 @@ def simulate(
         expected = f'above 0 and at most the duration, {duration:g}'
         raise SettingsError.out_of_range('save_every', save_every, expected)
     longest = default_step(specimen, method) if dt is None else dt
-    if not longest > 0.0:
-        raise SettingsError.out_of_range('dt', longest, 'above 0')
+    if not 0.0 < longest < math.inf:
+        raise SettingsError.out_of_range('dt', longest, 'above 0 and finite')
     steps = math.ceil(save_every / longest * (1.0 - 1e-12))
     chain = Chain(specimen, save_every / steps, method)
     inputs = _InputFunctions(strain, *_select_driven_end(drive, specimen.design.N))
@@ -299,7 +304,7 @@ class _InputFunctions:
 
     strain: TimeFunction | float
     site: int = 1
-    motion: TimeFunction | None = None
+    motion: TimeFunction | float | None = None
 
     def sample_strain(self, times: Array) -> Array:
         """Return the strain at some times, shape (m,).
@@ -307,10 +312,7 @@ class _InputFunctions:
         Raises:
             ValueError: It is not finite.
         """
-        if not callable(self.strain):
-            values = np.full(len(times), float(self.strain))
-        else:
-            values = _sample_function(self.strain, times)
+        values = _sample_function('strain', self.strain, times)
         if not np.isfinite(values).all():
             raise SettingsError.out_of_range(
                 'strain', float(values[~np.isfinite(values)][0]), 'finite'
@@ -318,31 +320,45 @@ class _InputFunctions:
         return values
 
     def sample_motion(self, times: Array, dt: float) -> Array:
-        """Return displacement and velocity of the driven end, shape (2, m); NaN if free."""
+        """Return displacement and velocity of the driven end, shape (2, m); NaN if free.
+
+        Raises:
+            ValueError: It is infinite.
+        """
         if self.motion is None:
             return np.full((2, len(times)), np.nan)
         h = 1e-3 * dt  # step of the differences that give the velocity of a driven cell
         before, at, after = (
-            _sample_function(self.motion, times + shift) for shift in (-h, 0.0, h)
+            _sample_function('drive', self.motion, times + shift) for shift in (-h, 0.0, h)
         )
+        if np.isinf(at).any():
+            raise SettingsError.out_of_range('drive', math.inf, 'finite, or NaN for a free end')
         velocity = (after - before) / (2.0 * h)
         for one_sided in ((after - at) / h, (at - before) / h):  # where the end is let go or taken
             velocity = np.where(np.isnan(velocity), one_sided, velocity)
         return np.array([at, velocity])
 
 
-def _sample_function(function: TimeFunction, times: Array) -> Array:
-    """Return a function's values; one that takes no arrays is called time by time."""
+def _sample_function(name: str, function: TimeFunction | float, times: Array) -> Array:
+    """Return a function's values; one that takes no arrays is called time by time.
+
+    Raises:
+        ValueError: They are not one for each time.
+    """
+    if not callable(function):
+        return np.full(len(times), float(function))
     try:
         values = np.asarray(function(times), dtype=np.float64)
     except (TypeError, ValueError):
         values = np.array([function(float(time)) for time in times], dtype=np.float64)
+    if values.shape not in ((), (1,), times.shape):
+        raise SettingsError.out_of_range(name, values.shape, 'a function with one value per time')
     return np.array(np.broadcast_to(values, times.shape))
 
 
 def _select_driven_end(
-    drive: Mapping[int, TimeFunction] | None, N: int
-) -> tuple[int, TimeFunction | None]:
+    drive: Mapping[int, TimeFunction | float] | None, N: int
+) -> tuple[int, TimeFunction | float | None]:
     """Return the end that is driven, and how.
 
     Raises:

@@ -185,7 +185,7 @@ def guess_position(material: Material, level: int) -> float:
         StateError: There is no such level.
     """
     design = as_design(material)
-    if not 0 <= level < design.levels:
+    if level not in range(design.levels):
         levels = f'from 0 to {design.levels - 1}' if design.levels else 'left out: there are none'
         raise StateError.out_of_range('level', level, levels)
     return design.defect_site(level) + DEFECT_OFFSET_CELLS

@@ -9,7 +9,7 @@ import pytest
 
 from mlmem.physics import CASE_II, Scatter, Specimen, StateError, draw_specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall
-from mlmem.rejections import ErrorCode
+from mlmem.rejections import ErrorCode, Rejected
 from mlmem.simulation import simulate, wall_at, walls_at
 
 KICK_SPEED = 0.0793
@@ -96,11 +96,23 @@ def test_simulate_damping_overrides_that_of_design():
         ({'duration': 10.0, 'integrator': 'euler'}, 'integrator'),
         ({'duration': 10.0, 'drive': {5: lambda t: 0.0 * t}}, 'drive'),
         ({'duration': 10.0, 'strain': lambda t: np.nan * t}, 'strain'),
+        ({'duration': 10.0, 'dt': np.inf}, 'dt'),
+        ({'duration': 10.0, 'drive': {1: lambda t: np.inf * t}}, 'drive'),
+        ({'duration': 10.0, 'strain': lambda t: np.zeros(3)}, 'strain'),
+        ({'duration': 10.0, 'initial': wall_at(position=1e9)}, 'position'),
+        ({'duration': 10.0, 'initial': wall_at(position=np.nan, relaxed=False)}, 'position'),
+        ({'duration': 10.0, 'initial': wall_at(level=2.5)}, 'level'),
     ],
 )
 def test_simulate_bad_argument_is_named(arguments, word):
-    with pytest.raises(ValueError, match=word):
+    with pytest.raises(Rejected) as caught:
         simulate(CASE_II, **arguments)
+    assert (caught.value.code, caught.value.field) == (ErrorCode.OUT_OF_RANGE, word)
+
+
+def test_simulate_number_holds_driven_end():
+    run = simulate(CASE_II, duration=50.0, drive={1: CASE_II.D_s1 + 0.01})
+    assert run.displacement[1:, 0] == pytest.approx(CASE_II.D_s1 + 0.01, abs=1e-15)
 
 
 def test_wall_at_needs_one_place():
