@@ -68,6 +68,8 @@ class Specimen:
     stuck: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
+        if not isinstance(self.design, Design):
+            raise DesignError.out_of_range('design', self.design, 'a Design')
         n = self.design.N
         for name, size in zip(ARRAY_FIELDS, (n, n - 1, n - 1, n, n, n), strict=True):
             given = np.array(getattr(self, name), dtype=np.float64)  # a private copy
@@ -221,6 +223,9 @@ class Scatter:
         mass: Of the masses, relative.
         offset: Of the ground states, in lattice constants.
         depth: Of the difference of a cell's two wells, relative to the barrier.
+
+    Raises:
+        DesignError: One is below 0.
     """
 
     alpha: float = 0.0
@@ -229,6 +234,11 @@ class Scatter:
     mass: float = 0.0
     offset: float = 0.0
     depth: float = 0.0
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            if not (deviation := getattr(self, each.name)) >= 0.0:
+                raise DesignError.out_of_range(each.name, deviation, 'at least 0')
 
 
 def draw_specimen(material: Material, scatter: Scatter, seed: int) -> Specimen:

@@ -295,6 +295,20 @@ def test_specimen_values_out_of_range_are_rejected(field, value):
         Specimen(SMALL, **{field: value})
 
 
+@pytest.mark.parametrize('wrong', [None, Specimen(SMALL), 'case_2'])
+def test_specimen_of_another_kind_than_a_design_is_rejected(wrong):
+    with pytest.raises(DesignError) as rejected:
+        Specimen(wrong)
+    assert rejected.value.field == 'design'
+
+
+@pytest.mark.parametrize('deviation', [-0.01, math.nan])
+def test_scatter_below_zero_is_rejected(deviation):
+    with pytest.raises(DesignError) as rejected:
+        Scatter(mass=deviation)
+    assert rejected.value.field == 'mass'
+
+
 @pytest.mark.parametrize('name', ['mass', 'offset', 'depth'])
 def test_first_wrong_cell_is_named_with_its_value(name):
     values = np.full(SMALL.N, 0.1)
