@@ -96,6 +96,9 @@ class Element:
         """The intended element."""
         return self.specimen.design
 
+    def __repr__(self) -> str:
+        return f'Element({self.name!r}, {self.specimen})'
+
     @property
     def design_and_settings(self) -> tuple[Design, Settings]:
         """The intended element, and the settings of its instrument."""
@@ -212,11 +215,12 @@ class _File(Settings):
         except DesignError as error:
             raise ElementFileError.name_owner('design', error) from error
         n = self.design.N
-        for name in ('alpha', 'alpha_std'):
+        sizes = {'alpha': n, 'alpha_std': n, 'k_r': n - 1, 'mass': n, 'offset': n}
+        for name, size in sizes.items():
             values = getattr(self, name)
-            if values is not None and values.shape != (n,):
+            if isinstance(values, np.ndarray) and values.shape != (size,):
                 raise ElementFileError.of_value(
-                    ErrorCode.CONFLICT, name, values.size, f'{n} numbers'
+                    ErrorCode.CONFLICT, name, values.size, f'{size} numbers'
                 )
         factor, most = self.alpha_factor, 100.0
         if outside := factor[~((factor >= 1.0 / most) & (factor <= most))].tolist():
@@ -331,7 +335,7 @@ def read_element_file(path: Path) -> Element:
     try:
         text = read_file(path)
     except DecodeError as error:
-        raise ElementFileError(f'{path}: {error}', error.field) from error
+        raise ElementFileError(f'{path}: {error}', error.field, error.code) from error
     return parse(text, str(path), path.stem)
 
 
@@ -364,7 +368,7 @@ def load_element(source: str | Path) -> Element:
     """
     if source in ELEMENT_NAMES:
         return _load_shipped(str(source))
-    path = Path(source).expanduser()
+    path = Path(os.path.expanduser(source))  # as it is if there is no such user
     if not os.path.exists(path):  # false for a name that is too long, too
         known = ', '.join(ELEMENT_NAMES)
         raise ElementFileError.out_of_range(
@@ -383,7 +387,7 @@ def element_path(source: str) -> str:
         ElementFileError: As `load_element`.
     """
     load_element(source)
-    return source if source in ELEMENT_NAMES else str(Path(source).expanduser().absolute())
+    return source if source in ELEMENT_NAMES else str(Path(os.path.expanduser(source)).absolute())
 
 
 @cache

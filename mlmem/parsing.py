@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What comes from outside: files that a user names, records, messages, as declared values.
 
-A dataclass is all the declaration there is. Its annotations say the types, `described` the ranges,
-`__post_init__` what else must hold; `decode_value` does the rest. Nothing that is read is
+A dataclass is all the declaration there is. Its annotations say the types, `describe_field` the
+ranges, `__post_init__` what else must hold; `decode_value` does the rest. Nothing that is read is
 trusted: a text is bounded in size and depth before it is parsed, and a message shows no more than
-    a part.
+a part.
 """
 
 from __future__ import annotations
@@ -332,11 +332,12 @@ def _decode_object(kind: type, data: Any, name: str) -> Any:
     except DecodeError:
         raise
     except ValueError as error:
-        wrong, code = '', ErrorCode.OTHER
-        if isinstance(error, Rejected):
-            wrong, code = error.field, error.code
-        message = f'{name}: {error}' if name else str(error)
-        raise DecodeError(message, '.'.join(filter(None, (name, wrong))), code=code) from error
+        wrong = error if isinstance(error, Rejected) else Rejected('')
+        raise DecodeError(
+            f'{name}: {error}' if name else str(error),
+            '.'.join(filter(None, (name, wrong.field))), wrong.code,
+            value=wrong.value, expected=wrong.expected,
+        ) from error  # fmt: skip
 
 
 def _describe_kind(data: Any) -> str:

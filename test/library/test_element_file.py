@@ -16,6 +16,7 @@ from mlmem import ELEMENT_NAMES, Settings, element_file, load_element
 from mlmem.element_file import Element, ElementFileError
 from mlmem.moves.kick import KickSettings
 from mlmem.physics import Specimen
+from mlmem.rejections import ErrorCode
 from mlmem.settings import ElementSettings
 
 ROOT = Path(__file__).parent.parent.parent
@@ -123,6 +124,7 @@ def test_element_file_keeps_fitted_element_with_settings(tmp_path):
         (('late: 0.5', 'late: ]'), 4, '', 'must be YAML; line 4'),
         (('kick:', 'format: 1\nkick:'), 3, 'format', 'format stands twice, in line 1 and in'),
         (('d: 0.038', 'd: 0.038, d: 0.04'), 2, 'd', 'd stands twice'),
+        (('format: 1', 'k_r: [1.0, 2.0]\nformat: 1'), 1, 'k_r', 'k_r must be 80 numbers'),
     ],
 )  # fmt: skip
 def test_wrong_element_file_names_line_and_key(tmp_path, change, line, field, reason):
@@ -140,6 +142,32 @@ def test_wrong_element_file_tells_value_and_what_is_expected(tmp_path):
         load_text(tmp_path, SMALL.replace('late: 0.5', 'late: 2'))
     assert refused.value.value == 2
     assert refused.value.expected.startswith('a finite number from 0')
+    with pytest.raises(ElementFileError) as refused:  # not until all values of a group are there
+        load_text(tmp_path, SMALL.replace('kick:', 'write: {tension: 0.2}\nkick:'))
+    assert refused.value.value == 0.2
+    assert refused.value.expected.startswith('within actuator.max_strain')
+
+
+def test_file_that_cannot_be_read_has_its_code(tmp_path):
+    binary = tmp_path / 'binary.yaml'
+    binary.write_bytes(b'\xff\xfe')
+    for path in (tmp_path, binary):
+        with pytest.raises(ElementFileError) as refused:
+            mlmem.load_element(path)
+        assert refused.value.code is ErrorCode.UNREADABLE
+
+
+@pytest.mark.parametrize('function', [mlmem.load_element, element_file.element_path])
+def test_element_of_unknown_user_is_rejected(function):
+    with pytest.raises(ElementFileError) as refused:
+        function('~nobody-has-this-name/element.yaml')
+    assert (refused.value.code, refused.value.field) == (ErrorCode.OUT_OF_RANGE, 'element')
+
+
+def test_element_has_a_short_repr():
+    assert repr(mlmem.load_element('kick_2')) == (
+        "Element('kick_2', Specimen(99 cells, as designed))"
+    )
 
 
 @pytest.mark.parametrize('number', ['1e6', '1.0e6', '.1E7', '+10.e+5'])
