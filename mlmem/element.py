@@ -19,7 +19,7 @@ from .instrument.end import End
 from .instrument.faults import Faults
 from .instrument.instrument import Progress
 from .memory import Memory
-from .physics import Design
+from .physics import Material, as_design
 from .procedure_table import PROCEDURES, Abort, Calibrate, Procedures, Reset
 from .procedures import Procedure
 from .readers.calibration import Calibration
@@ -34,7 +34,7 @@ class MemoryElement(Memory):
 
     def __init__(
         self,
-        element: Element | Design,
+        element: Element | Material,
         settings: Settings | None = None,
         calibration: Calibration | None = None,
         driver: Driver | None = None,
@@ -43,8 +43,8 @@ class MemoryElement(Memory):
         bad cells have been rehearsed.
 
         Args:
-            element: What `load_element` returns, or a design. A fitted element is simulated as it
-                was fitted.
+            element: What `load_element` returns, or a design or specimen. A fitted element is
+                simulated as it was fitted.
             settings: The instrument's settings; by default the element's, or those for Case II.
             calibration: A known calibration for them; by default the factory's.
             driver: The driver of a real element; by default that of a simulated one.
@@ -53,14 +53,17 @@ class MemoryElement(Memory):
             SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
             DesignError: It is not a memory, or the step is beyond the stability limit.
         """
-        design = element if isinstance(element, Design) else element.design
+        material: Material
+        if isinstance(element, Element):
+            material, known = element.timed_specimen, element.settings
+        else:
+            material, known = element, Settings()
+        design, settings = as_design(material), settings or known
         design.require_memory()
-        if settings is None:
-            settings = Settings() if isinstance(element, Design) else element.settings
         if calibration is None:
             calibration = factory.factory_calibration(design, settings)
-        if driver is None and isinstance(element, Element):
-            driver = Simulation.build_blank(element.timed_specimen, settings.time)
+        if driver is None:
+            driver = Simulation.build_blank(material, settings.time)
         rehearsed = (
             factory.rehearse_levels(design, settings) if settings.element.bad_cells else None
         )
@@ -286,10 +289,8 @@ class MemoryElement(Memory):
         """
         for acceleration in shakes.values():
             self.base.check(acceleration)
-        if 0 in shakes:
-            self.base.accept_acceleration(
-                shakes[0]
-            )  # as `apply` does, before a procedure looks at it
+        if 0 in shakes:  # as `apply` does, before a procedure looks at it
+            self.base.accept_acceleration(shakes[0])
         ticks = self._resume_procedure(self._running) if self._running else most
         shaken = self.base.find_harmful_tick(shakes)
         if shaken == 0:
@@ -310,9 +311,12 @@ class MemoryElement(Memory):
         If given, `between` is called between two ticks.
 
         Raises:
-            Refused: As in `apply`.
+            Refused: It begins no procedure, or as in `apply`.
             StateError: As in `advance`.
         """
+        if not isinstance(command, Procedures):
+            known = ', '.join(row.command.__name__ for row in PROCEDURES.values())
+            raise Refused.out_of_range('command', command, f'one of {known}')
         run = self.apply(command)
         assert run is not None
         while run.outcome is None:

@@ -40,6 +40,27 @@ def test_element_is_made_and_written_by_its_name():
     assert wall.position == pytest.approx(element.design.defect_site(2), abs=1.0)
 
 
+def test_element_is_made_of_a_specimen():
+    made = mlmem.draw_specimen(CASE_II, mlmem.Scatter(alpha=0.01), seed=1)
+    element = MemoryElement(made)
+    assert element.chain.specimen.alpha.tolist() == made.alpha.tolist()
+
+
+@pytest.mark.parametrize('wrong', ['kick_2', None, mlmem.Settings()])
+def test_element_of_another_kind_is_rejected(wrong):
+    with pytest.raises(DesignError) as rejected:
+        MemoryElement(wrong)
+    assert rejected.value.field == 'material'
+
+
+def test_perform_takes_procedures_alone():
+    element = MemoryElement(mlmem.load_element('bits_1'))
+    with pytest.raises(mlmem.Refused) as refused:
+        element.perform(mlmem.Disturb(1e-4))
+    assert refused.value.field == 'command'
+    assert element.is_still
+
+
 def test_aborted_write_has_its_code():
     element = MemoryElement(mlmem.load_element('bits_1'))
     run = element.apply(Write(1))
