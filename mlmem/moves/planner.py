@@ -24,7 +24,7 @@ from .move import MIN_MARGIN, Move, blank_content
 
 @cache
 def move_families() -> tuple[Callable[[Design, Settings, int, int], Iterator[Move]], ...]:
-    """Return the functions `find_moves` of all modules beside this one, in order of name."""
+    """Return the functions `moves_from` of the modules beside this one, in order of name."""
     package = import_module(__package__)
     names = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
     modules = [

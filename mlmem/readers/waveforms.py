@@ -96,8 +96,8 @@ class Listener:
         return self.project_band(driven_first, shot.dt)
 
     def noise(self, before: Array, dt: float) -> float:
-        """Return what noise contributes to the square of `part`, from displacements of both ends
-        before the pulse, shape (2, w).
+        """Return what noise contributes to the square of a projected shot, from displacements of
+        both ends before the pulse, shape (2, w).
         """
         motion = before - before.mean(axis=1, keepdims=True)
         basis = self.build_band_basis(before.shape[1], dt)
@@ -203,7 +203,7 @@ def simulate_answers(
     end: End = End.LEFT,
     delays: Sequence[Delays] = (NO_DELAYS,),
 ) -> Array:
-    """Return the parts that `Ends.heard` returns, of an element with dry friction.
+    """Return the parts that `Ends.compute_answers` returns, of an element with dry friction.
 
     Friction weakens a small wave more than a large one, so each answer is simulated with the
     pulse as strong as it is.

@@ -31,7 +31,7 @@ class BagWriter:
 
     All synced data survives a crash of the program or the machine, and ``metadata.yaml`` always
     agrees with the last sync. After a storage error the writer is unusable: every call but `close`
-    raises that error again. Only one thread may use it at a time; `Recorder` gives it its own.
+    raises that error again. Only one thread may use it at a time.
     """
 
     def __init__(self, path: str | PathLike[str], *, max_bytes: int = 0) -> None:

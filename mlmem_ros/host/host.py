@@ -54,8 +54,8 @@ Listener = Callable[[Sequence[Event]], None]
 class Host:
     """Holds one element, from configuration to release.
 
-    Its life cycle is that of a managed node. One thread, the executor's, calls `adopt`,
-    `activate`, `deactivate`, `release`, `fail` and `on_timer`; requests may come from any thread.
+    Its life cycle is that of a managed node. One thread, the executor's, calls `adopt_device`,
+    `activate`, `deactivate`, `release_device` and `on_timer`; requests may come from any thread.
     Each is answered, or refused and counted.
 
     Attributes:

@@ -183,7 +183,7 @@ class MemoryNode(LifecycleNode):
         return self._building is not None and not self._building.done()
 
     def prepare(self) -> Future[None]:
-        """Build the device in a thread of its own, for the next `configure` to take.
+        """Build the device in a thread of its own, for the next `on_configure` to take.
 
         Kernels take many seconds to compile and a rig may take as long to answer: meanwhile the
         executor, which must spin in another thread, answers other requests.
