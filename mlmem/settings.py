@@ -282,9 +282,10 @@ class Settings:
                 try:
                     self.read.amplify_probe(probe)
                 except SettingsError as error:
-                    raise SettingsError.name_owner(
-                        f'read.kicked_gain times {name}', error
-                    ) from None
+                    raise SettingsError(
+                        f'read.kicked_gain times {name}.{error}', ErrorCode.CONFLICT,
+                        f'{name}.{error.field}', error.value, error.expected,
+                    ) from None  # fmt: skip
 
     def _find_conflicts(self) -> Iterator[Problem]:
         """Yield the values that do not fit others."""

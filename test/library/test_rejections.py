@@ -129,8 +129,10 @@ def test_no_peak_may_exceed_actuators_limit(group, peak):
 def test_settings_with_too_strong_kicked_pulse_are_rejected():
     """5 times 0.2 is beyond the greatest amplitude of a pulse, 0.5."""
     settings = load_element('kick_2').settings
-    with pytest.raises(SettingsError, match=r'^read.kicked_gain times probe.A must be .*; got 1'):
+    with pytest.raises(SettingsError, match=r'^read.kicked_gain times probe.A') as rejected:
         replace(settings, probe=replace(settings.probe, A=0.2))
+    assert (rejected.value.code, rejected.value.field) == (ErrorCode.CONFLICT, 'probe.A')
+    assert rejected.value.value == 1.0
 
 
 @pytest.mark.parametrize(
