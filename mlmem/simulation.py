@@ -366,10 +366,9 @@ def _select_driven_end(
     """
     if not drive:
         return 1, None
-    if len(drive) > 1 or not set(drive) <= {1, N}:
-        raise SettingsError.out_of_range(
-            'drive', sorted(drive), f'of site 1 or site {N}, and of one of them'
-        )
+    if not isinstance(drive, Mapping) or list(drive) not in ([1], [N]):
+        expected = f'of site 1 or site {N}, and of one of them'
+        raise SettingsError.out_of_range('drive', drive, expected)
     ((site, motion),) = drive.items()
     return site, motion
 

@@ -103,6 +103,9 @@ class Design:
     def __post_init__(self) -> None:
         if self.phase is None or isinstance(self.phase, DefaultPhase):
             object.__setattr__(self, 'phase', DefaultPhase(self.usual_phase))
+        if not isinstance(self.law, Curve | None):
+            expected = 'a Curve, such as Potential.from_function returns, or None'
+            raise DesignError.out_of_range('law', self.law, expected)
         if found := find_problems(self):
             raise DesignError.of_problems(found)
         if found := self._find_inconsistencies():

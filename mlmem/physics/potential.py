@@ -50,8 +50,8 @@ class Potential:
         it is in the ground states 0 and 1 unless it names another `phase`.
 
         Args:
-            psi: Energy at configurations, which are an array from `low` to `high`; the design's d
-                is a factor on it.
+            psi: Energy at configurations, which are an array from `low` to `high`, or one of them
+                if it takes no arrays; the design's d is a factor on it.
             low: Least configuration, in lattice constants.
             high: Greatest configuration. Beyond both the force goes on as a straight line.
             number: Number of points, equally spaced, at which the slope of psi is taken.
@@ -62,6 +62,10 @@ class Potential:
         D = np.linspace(low, high, number)
         h = 0.25 * (high - low) / (number - 1)
         inside = np.clip(D, low + 2.0 * h, high - 2.0 * h)
+        try:
+            psi(inside)
+        except (TypeError, ValueError):
+            psi = np.vectorize(psi, otypes=[np.float64])
         # the slope of the quartic through five points around each, and at the two ends
         values = np.array([psi(inside + node * h) for node in (-2, -1, 0, 1, 2)], dtype=np.float64)
         slope = values[0] - 8.0 * values[1] + 8.0 * values[3] - values[4]

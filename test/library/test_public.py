@@ -4,6 +4,7 @@
 
 import inspect
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -95,6 +96,19 @@ def test_potential_of_function_has_its_slope_and_ground_states():
     assert own.slope(D) == pytest.approx(4.0 * D * (D * D - 1.0), abs=1e-9)
     assert own.energy(D) == pytest.approx(double_well(D), abs=1e-9)
     assert own.stiffness(1.0) == pytest.approx(8.0, abs=1e-6)
+
+
+def test_potential_of_function_of_a_number_is_that_of_arrays():
+    scalar = Potential.from_function(lambda D: math.cos(D) if D < 4.0 else math.cos(4.0), 0.0, 9.0)
+    array = Potential.from_function(lambda D: np.cos(np.minimum(D, 4.0)), 0.0, 9.0)
+    assert scalar.force == pytest.approx(array.force, abs=1e-12)
+
+
+@pytest.mark.parametrize('law', [double_well, 'law.csv', CASE_II.potential])
+def test_design_with_another_law_than_a_curve_is_rejected(law):
+    with pytest.raises(DesignError) as rejected:
+        replace(CASE_II, law=law)
+    assert rejected.value.field == 'law'
 
 
 def test_design_with_law_starts_at_its_lowest_ground_state():

@@ -98,6 +98,8 @@ def test_simulate_damping_overrides_that_of_design():
         ({'duration': 10.0, 'strain': lambda t: np.nan * t}, 'strain'),
         ({'duration': 10.0, 'dt': np.inf}, 'dt'),
         ({'duration': 10.0, 'drive': {1: lambda t: np.inf * t}}, 'drive'),
+        ({'duration': 10.0, 'drive': lambda t: 0.0 * t}, 'drive'),
+        ({'duration': 10.0, 'drive': {1: 0.0, '225': 0.0}}, 'drive'),
         ({'duration': 10.0, 'strain': lambda t: np.zeros(3)}, 'strain'),
         ({'duration': 10.0, 'initial': wall_at(position=1e9)}, 'position'),
         ({'duration': 10.0, 'initial': wall_at(position=np.nan, relaxed=False)}, 'position'),
