@@ -104,7 +104,7 @@ def sweep(
             `depth_std`.
 
     Raises:
-        ValueError: An axis is neither, or has no values.
+        SettingsError: An axis is neither, or no list of values.
         DesignError: A value is out of range.
     """
     design = as_design(material)
@@ -114,8 +114,8 @@ def sweep(
         if name not in of_design and name not in of_scatter:
             known = ', '.join([*sorted(of_design), *of_scatter])
             raise SettingsError.out_of_range('axis', name, f'one of {known}')
-        if not len(values):
-            raise SettingsError.out_of_range(name, values, 'one value or more')
+        if isinstance(values, str) or not np.iterable(values) or not len(values):
+            raise SettingsError.out_of_range(name, values, 'a list of one value or more')
     points = [
         dict(zip((*axes, 'seed'), values, strict=True))
         for values in itertools.product(*axes.values(), tuple(seeds))

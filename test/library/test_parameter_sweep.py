@@ -67,8 +67,11 @@ def test_sweep_failing_measurement_reaches_caller():
 
 @pytest.mark.parametrize(
     ('axes', 'word'),
-    [({'alpha': [1.0]}, 'alpha_std'), ({'eta': []}, 'eta'), ({'seeds': ()}, 'seeds')],
-)
+    [
+        ({'alpha': [1.0]}, 'alpha_std'), ({'eta': []}, 'eta'), ({'seeds': ()}, 'seeds'),
+        ({'eta': 0.002}, 'eta'), ({'substrate': 'rigid'}, 'substrate'),
+    ],
+)  # fmt: skip
 def test_sweep_bad_axis_is_named(axes, word):
     with pytest.raises(ValueError, match=word):
         sweep(CASE_II, measure=measure_eta, **axes)
