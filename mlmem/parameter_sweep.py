@@ -87,7 +87,7 @@ def sweep(
     seeds: Iterable[int] = (0,),
     executor: Executor | None = None,
     progress: bool = True,
-    **axes: Sequence[Any],
+    **axes: Sequence[Any] | NDArray[Any],
 ) -> Table:
     """Measure every combination of parameters and seeds.
 
@@ -116,6 +116,8 @@ def sweep(
             raise SettingsError.out_of_range('axis', name, f'one of {known}')
         if isinstance(values, str) or not np.iterable(values) or not len(values):
             raise SettingsError.out_of_range(name, values, 'a list of one value or more')
+        if isinstance(values, np.ndarray):  # a design takes no integer of NumPy
+            axes[name] = values.tolist()
     points = [
         dict(zip((*axes, 'seed'), values, strict=True))
         for values in itertools.product(*axes.values(), tuple(seeds))

@@ -77,6 +77,13 @@ def test_sweep_bad_axis_is_named(axes, word):
         sweep(CASE_II, measure=measure_eta, **axes)
 
 
+def test_sweep_takes_arrays():
+    table = sweep(
+        CASE_II, measure=measure_eta, J=np.arange(24, 26), seeds=np.arange(2), progress=False
+    )
+    assert table['J'].tolist() == [24, 24, 25, 25]
+
+
 def test_table_is_written_as_csv_and_as_text(tmp_path):
     table = sweep(CASE_II, measure=measure_alpha, alpha_std=[0.01])
     assert table.save(tmp_path / 'table.csv').read_text().startswith('alpha_std,seed,mean,std\n')
