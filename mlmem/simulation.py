@@ -86,7 +86,14 @@ def wall_at(
 
 
 def walls_at(levels: Sequence[int]) -> InitialState:
-    """Begin a simulation with walls and kinks, in turn, at rest at several levels."""
+    """Begin a simulation with walls and kinks, in turn, at rest at several levels.
+
+    Raises:
+        SettingsError: A level stands twice: a wall and a kink at one place annihilate.
+        StateError: In the simulation: there is no such level, or no equilibrium was found.
+    """
+    if len(set(levels)) < len(levels):
+        raise SettingsError.out_of_range('levels', levels, 'different from each other')
 
     def place_walls(specimen: Specimen) -> Array:
         return find_pinned_walls(specimen, [guess_position(specimen, level) for level in levels])

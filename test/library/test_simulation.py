@@ -126,6 +126,12 @@ def test_wall_at_needs_one_place():
         assert (caught.value.code, caught.value.field) == (ErrorCode.OUT_OF_RANGE, 'level')
 
 
+def test_walls_at_one_level_are_rejected():
+    with pytest.raises(Rejected) as caught:
+        walls_at([1, 3, 3])
+    assert caught.value.field == 'levels'
+
+
 def test_moving_wall_begins_about_the_ground_states_of_the_specimen():
     made = Specimen(CASE_II, offset=0.1)
     run = simulate(made, initial=wall_at(position=60.0, relaxed=False), duration=10.0)
