@@ -108,14 +108,18 @@ class Reply(Future[T]):
 
 
 def create_suspension(node: Node) -> tuple[Awaitable[object], Callable[[object], None]]:
-    """Return what a coroutine, of asyncio or else of a node's executor, awaits, and the function
-    by which another thread resumes it.
+    """Return what a coroutine, of asyncio or else of an executor, awaits, and the function by
+    which another thread resumes it.
+
+    A task of rclpy 7.1.9 and later refuses a future of another executor than its own; one without
+    an executor it takes over. Before, a task is resumed when its executor wakes next, so the node
+    of the client should be in the same one.
     """
     executor = node.executor
     try:
         loop = asyncio.get_running_loop()
     except RuntimeError:  # an executor runs the coroutine
-        task_future = RclpyFuture(executor=executor)
+        task_future = RclpyFuture()
 
         def resume_task(_: object) -> None:
             task_future.set_result(None)
