@@ -86,7 +86,9 @@ class Reply(Future[T]):
         The node cancels a procedure that was requested by an action; others go on until
         `MemoryClient.abort` stops them.
         """
-        return super().cancel() and not self.set_running_or_notify_cancel()
+        if not self.cancelled() and super().cancel():
+            self.set_running_or_notify_cancel()  # whoever waits for several replies
+        return self.cancelled()
 
     def add_done_callback(self, fn: Callable[[Future[T]], object]) -> None:
         """Have a function called with the reply: by the executor of the robot's node, if it has
