@@ -159,7 +159,7 @@ class ServiceReply(Reply[T]):
         begun = time.monotonic()
         yield period
         status = self.link.status
-        if status.level == DiagnosticStatus.STALE:
+        if status.level == DiagnosticStatus.STALE and not self.link.is_silent():
             self._begun += time.monotonic() - begun
         if status.message != self.link.reported:
             self.link.reported = status.message
