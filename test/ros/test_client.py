@@ -4,10 +4,13 @@
 
 import asyncio
 import threading
+import time
+from concurrent import futures
 
 import numpy as np
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticStatus
 from nodes import SOON, run_in_executor
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
@@ -116,6 +119,15 @@ def test_coroutine_of_an_executor_awaits_a_future_of_rclpy(node):
     assert waiting.done()
 
 
+def test_callback_of_another_executor_gets_its_answer(client, create_node, context):
+    """The tasks of rclpy 7.1.9 and later await no future that belongs to another executor."""
+    node, executor = create_node('other'), SingleThreadedExecutor(context=context)
+    wakes = {'callback': lambda: None, 'callback_group': client.group}
+    node.create_timer(0.01, **wakes)  # by which earlier ones resume
+    assert node.executor is not client.node.executor
+    assert run_in_executor(node, executor, client.read).attempts == 1
+
+
 @pytest.mark.parametrize('own', [True, False], ids=['own thread', 'of a node'])
 def test_asyncio_awaits_without_a_spinning_node(node, client, own, monkeypatch):
     memory, beats = client if own else MemoryClient(node, '/mlmem'), []
@@ -172,9 +184,9 @@ def test_thread_of_a_lost_node_ends_with_its_last_request(node, context):
 
 def test_wait_ends_with_its_context(node, context):
     client = MemoryClient(node, '/nobody')
-    reply = client.read()
+    reply = client.write(0)
     rclpy.shutdown(context=context)
-    with pytest.raises(NoAnswer, match='during read'):
+    with pytest.raises(NoAnswer, match='during write 0'):
         reply.wait()
     for request in (client.ready, client.read, client.pause):
         with pytest.raises(NoAnswer, match='/nobody: '):
@@ -211,6 +223,26 @@ def test_client_without_a_node_times_out(client):
     for reply in (nobody.read(), nobody.ready(0.1)):
         with pytest.raises(NoAnswer, match='/nobody'):
             reply.wait()
+
+
+def test_reply_may_be_cancelled_twice(client):
+    reply = MemoryClient(client.node, '/nobody').read()
+    assert [reply.cancel(), reply.cancel()] == [True, True]
+    assert not futures.wait([reply], SOON).not_done
+    with pytest.raises(futures.CancelledError):
+        reply.wait()
+    ended = client.read()
+    ended.wait()
+    assert not ended.cancel()
+
+
+def test_request_ends_though_the_node_died_while_it_prepared(client):
+    """Its last heartbeat says for ever that the time does not count."""
+    reply = MemoryClient(client.node, '/nobody', patience=0.2).read()
+    reply.link.status = DiagnosticStatus(level=DiagnosticStatus.STALE)
+    reply.link._last_sign = time.monotonic() - 5.0
+    with pytest.raises(NoAnswer, match='no memory node answers'):
+        reply.result(SOON)
 
 
 def test_client_names_are_relative_to_its_namespace(create_node):

@@ -135,7 +135,7 @@ class MemoryClient:
         Raises:
             ValueError: There is no such procedure, or an argument is not of its type.
         """
-        what = ' '.join([name, *map(str, filter(None, arguments.values()))])
+        what = ' '.join([name, *(str(value) for value in arguments.values() if value != '')])
         call = _build_request_call(name, timeout, arguments)
         _, *given = call.message.parameters
         values = {each.name: parameter_value_to_python(each.value) for each in given}
