@@ -51,10 +51,16 @@ def survey(element: Memory) -> Procedure[Outcome]:
     strained.
 
     Raises:
-        ProcedureFailed: Nothing damps the waves, cells are known to be bad, no wall can be
-            launched, the ends do not come to rest, or the content could not be restored.
+        ProcedureFailed: Nothing damps the waves, the element holds words, cells are known to be
+            bad, no wall can be launched, the ends do not come to rest, or the content could not
+            be restored.
     """
     design = element.design
+    if element.reader.holds_words:
+        raise ProcedureFailed(
+            'a survey drives one wall from level to level: survey a register as the same element '
+            'for one wall, such as case_2 for byte'
+        )
     if design.eta == 0.0:
         raise ProcedureFailed('a survey needs damping: without, the element never comes to rest')
     if element.settings.element.bad_cells:

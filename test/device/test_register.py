@@ -23,6 +23,7 @@ from mlmem import (
     Refused,
     SelfTest,
     SettingsError,
+    Survey,
     Write,
     as_designed,
     load_element,
@@ -185,6 +186,14 @@ def test_locate_names_kind_and_cell_of_every_wall(byte):
     place(byte, 0b1000_0101)
     found = byte.perform(Locate()).found
     assert found == {'walls': 3, 'cells': '25 75 200', 'kinds': 'wall kink wall'}
+
+
+def test_survey_of_a_register_leaves_its_word(byte):
+    assert byte.perform(Write(5)).success
+    surveyed = byte.perform(Survey())
+    assert not surveyed.success
+    assert 'a survey drives one wall' in surveyed.error
+    assert byte.reading.content == 5
 
 
 def test_self_test_and_calibration_go_through_all_levels(nibble):
