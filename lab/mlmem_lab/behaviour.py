@@ -220,7 +220,7 @@ def measure_research(name: str) -> dict[str, str]:
     starts = {
         'blank': make_blank,
         'with a wall at rest': wall_at(0),
-        'with a wall that moves': wall_at(position=30.0, relaxed=False),
+        'with a wall that moves': wall_at(position=min(30.0, 0.5 * design.N), relaxed=False),
     }
     trials = itertools.product(INTEGRATORS, specimens.items(), starts.items())
     for integrator, (what, made), (start, initial) in trials:
