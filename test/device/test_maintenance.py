@@ -31,7 +31,7 @@ from mlmem import (
 )
 from mlmem.instrument.end import End
 from mlmem.instrument.faults import NO_FAULTS
-from mlmem.physics import CASE_II
+from mlmem.physics import CASE_II, find_walls
 from mlmem_ros.contract.answers import outcome_to_dict
 from test.rig.lines import LocalDriver
 
@@ -231,6 +231,13 @@ def test_reset_element_is_as_new(lost):
     assert np.allclose(lost.chain.v, lost.design.D_s1, atol=1e-2)  # but for its own probe
     assert (lost.statistics.cycles, lost.statistics.resets) == (17, 1)
     assert rig.succeed(lost, Write(1)).level == 1
+
+
+@pytest.mark.parametrize('content', [BLANK, 0, 2])
+def test_reset_gives_the_new_element_its_content(content):
+    element = rig.device(1)
+    assert rig.run(element, Reset(content=content)).reading.content == content
+    assert len(find_walls(element.design, element.chain.configuration)) == (content >= 0)
 
 
 def reset_and_read(seed, begun):

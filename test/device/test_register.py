@@ -188,6 +188,17 @@ def test_locate_names_kind_and_cell_of_every_wall(byte):
     assert found == {'walls': 3, 'cells': '25 75 200', 'kinds': 'wall kink wall'}
 
 
+def test_limit_of_a_word_is_set_by_the_nearest_with_its_phases():
+    """No wall between the levels of `robust_words` is nearer to a word than the limit allows."""
+    design, settings = load_element('robust_words').design_and_settings
+    found = forecast_words(Specimen(design), settings)
+    for phase in (0, 1):
+        words = np.flatnonzero(found.odd == phase)
+        distances = np.linalg.norm(found.parts[words][:, None] - found.parts[words], axis=2)
+        np.fill_diagonal(distances, np.inf)
+        assert found.nearest_distances[words] == pytest.approx(distances.min(axis=1))
+
+
 def test_survey_of_a_register_leaves_its_word(byte):
     assert byte.perform(Write(5)).success
     surveyed = byte.perform(Survey())
