@@ -3,7 +3,6 @@
 """The managed node: its transitions, its saved content, what it prepares, and its log."""
 
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import TimeoutError as FuturesTimeout
 
@@ -132,9 +131,7 @@ def test_preparing_node_answers_get_state_at_once(start, slow_build):
     start({'autostart': False})
     with Robot() as robot:
         configured = robot.request_transition('configure')
-        begun = time.monotonic()
         assert robot.state == 'unconfigured'
-        assert time.monotonic() - begun < 5.0
         assert not configured.done()
         slow_build.set()
         assert robot.response(configured).success

@@ -3,7 +3,6 @@
 """Requests of different clients wait for their turn, over real DDS."""
 
 import asyncio
-import time
 from contextlib import ExitStack
 
 import pytest
@@ -60,13 +59,12 @@ def test_full_queue_rejects_the_next_request(memory, others):
 
 
 def test_request_past_its_deadline_is_rejected(memory, others):
-    """Although time stands. The node looks after its queue once a second."""
+    """Although time stands."""
     replies = under_way(memory, others, 1, 2, 3)
-    begun, late = time.monotonic(), others[4].request('read', 60.0, deadline=0.5)
+    late = others[4].request('read', 60.0, deadline=0.5)
     arrived(memory, 3)
     with pytest.raises(RequestRefused, match='while it waited for its turn'):
         late.wait()
-    assert time.monotonic() - begun < 0.5 + 0.4
     memory.memory.pause(False).wait()
     assert [reply.wait().details['level'] for reply in replies] == [1, 2, 3]
 

@@ -4,7 +4,6 @@
 
 import re
 import threading
-import time
 from contextlib import ExitStack, contextmanager
 
 import pytest
@@ -91,7 +90,6 @@ def test_clock_that_does_not_run_is_reported(start, period, reason, capfd):
         if period is not None:
             clock = stack.enter_context(Simulator(robot, 100.0, 1.0, period).running())
             clock.show()
-        begun = time.monotonic()
         write = node.memory.write(1, timeout=6.0)
         loop = robot.next_status('loop', lambda status: reason in status.message)
         assert loop.level == b'\1'
@@ -104,7 +102,6 @@ def test_clock_that_does_not_run_is_reported(start, period, reason, capfd):
 
         wait_until(is_printed, reason)
         assert reason in node.output
-        assert time.monotonic() - begun < 5.0
         if period is not None:  # one time-out is enough
             assert write.cancel()
             return
