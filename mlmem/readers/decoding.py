@@ -11,14 +11,14 @@ calibration.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from statistics import median_low
 from typing import Any
 
 import numpy as np
 
-from ..instrument.echo import ECHO_TAIL_TIME, Echo, Shape, is_hidden
+from ..instrument.echo import ECHO_TAIL_TIME, Crossings, Echo, is_hidden
 from ..instrument.end import End
 from ..physics import Design
 from ..physics.waves import fastest_speed
@@ -31,39 +31,10 @@ MAX_THRESHOLD_FACTOR = 1.4
 """Most by which noise may raise the threshold. Beyond, an echo's slow flank crosses it so late
 that the delay may be that of the next level."""
 
+WALL_GONE_REASON = 'the right end is active: the wall has left the element'
 
-def decode_echoes(
-    design: Design,
-    settings: ReadSettings,
-    calibration: Calibration,
-    echoes: Mapping[End, Echo],
-    phases: tuple[int | None, int | None],
-    end: str = '',
-) -> Reading:
-    """Decode the echoes at one end or both, given the phases of the ends.
-
-    A stored level has the active phase at the left end and the inactive one at the right; one end
-    names it, and the other must confirm it. A blank element is inactive at both, and its far end
-    returns the echo of a probe from the right. If both ends have the same phase and an echo comes
-    from within, there are two walls between them.
-
-    Args:
-        design: The element.
-        settings: How to judge an echo.
-        calibration: The delays of the levels.
-        echoes: The echoes, by end.
-        phases: Of the left and the right end; see `Instrument.phase`.
-        end: The end whose delay and distance are reported, or both; by default the settings'.
-    """
-    if len(echoes) == 1:
-        (echo,) = echoes.values()
-        return _decode_echo(design, settings, calibration, echo, phases)
-    first = primary_end(settings)
-    said = _decode_echo(design, settings, calibration, echoes[first], phases)
-    other = echoes[first.opposite]
-    said = _confirm_reading(design, settings, calibration, said, other, phases)
-    said = _check_amplitude(calibration, said, echoes)
-    return _report_end(design, calibration, said, end or settings.end)
+Phases = tuple[int | None, int | None]
+"""Of the left and the right end; see `Instrument.phase`."""
 
 
 def primary_end(settings: ReadSettings) -> End:
@@ -71,239 +42,245 @@ def primary_end(settings: ReadSettings) -> End:
     return End.RIGHT if settings.end == End.RIGHT else End.LEFT
 
 
-def _report_end(design: Design, calibration: Calibration, reading: Reading, end: str) -> Reading:
-    """Return a reading with the delay and the distance at an end; for both, at the left."""
-    which = End.RIGHT if end == End.RIGHT else End.LEFT
-    delay, distance = reading.get_delay(which), reading.distance
-    if reading.level >= 0 and delay is not None:
-        distance = _reflector_distance(design, calibration, which, delay)
-    return replace(reading, end=end, delay=delay, distance=distance)
+@dataclass(frozen=True)
+class Decoder:
+    """Decodes the echoes of one wall.
 
-
-def _reflector_distance(design: Design, calibration: Calibration, end: End, delay: float) -> float:
-    """Return the distance in cells from an end to what answers with a delay, by interpolation
-    between the levels.
+    Attributes:
+        design: The element.
+        settings: How to judge an echo.
+        calibration: The delays of the levels.
     """
-    delays = np.array(calibration.table(end).delays)
-    distances = np.array([end.distance(design, level) for level in range(design.levels)], float)
-    order = np.argsort(delays)
-    return float(np.interp(delay, delays[order], distances[order]))
 
+    design: Design
+    settings: ReadSettings
+    calibration: Calibration
 
-def _decode_echo(
-    design: Design,
-    settings: ReadSettings,
-    calibration: Calibration,
-    echo: Echo,
-    phases: tuple[int | None, int | None],
-) -> Reading:
-    nothing = Reading(
-        UNDECODABLE, '', echo.end.value, echo.delay, 0.0, echo.threshold_margin, math.inf,
-        shapes={echo.end: echo.shape}, **_delay_field(echo),
-    )  # fmt: skip
-    if reason := _explain_unclear(calibration, echo, phases):
-        return replace(nothing, reason=reason)
-    assert echo.delay is not None
-    # The two farthest echoes may be alike; the phase of the left end distinguishes them: with a
-    # kink behind it there is no wall at the first defect.
-    impossible = BLANK if phases[0] == 1 else 0
-    table = calibration.table(echo.end)
-    level, margin = table.find_nearest(echo.delay, impossible)
-    if echo.is_early and margin < 1.0:  # unless the calibrated delay of a level is that short
+    def decode(self, echoes: Mapping[End, Echo], phases: Phases, end: str = '') -> Reading:
+        """Decode the echoes at one end or both, given the phases of the ends.
+
+        A stored level has the active phase at the left end and the inactive one at the right; one
+        end names it, and the other must confirm it. A blank element is inactive at both, and its
+        far end returns the echo of a probe from the right. If both ends have the same phase and an
+        echo comes from within, there are two walls between them.
+
+        `end` is the one whose delay and distance are reported, or both; by default the settings'.
+        """
+        if len(echoes) == 1:
+            (echo,) = echoes.values()
+            return self._decode_echo(echo, phases)
+        first = primary_end(self.settings)
+        reading = self._decode_echo(echoes[first], phases)
+        reading = self._confirm_reading(reading, echoes[first.opposite], phases)
+        reading = self._check_amplitude(reading, echoes)
+        return self._report_end(reading, end or self.settings.end)
+
+    def _report_end(self, reading: Reading, end: str) -> Reading:
+        """Return a reading with the delay and the distance at an end; for both, at the left."""
+        which = End.RIGHT if end == End.RIGHT else End.LEFT
+        delay, distance = reading.get_delay(which), reading.distance
+        if reading.level >= 0 and delay is not None:
+            distance = self._find_distance(which, delay)
+        return replace(reading, end=end, delay=delay, distance=distance)
+
+    def _find_distance(self, end: End, delay: float) -> float:
+        """Return the distance in cells of a reflector, by interpolation between the levels."""
+        design, delays = self.design, np.array(self.calibration.table(end).delays)
+        distances = np.array(
+            [end.distance(design, level) for level in range(design.levels)], float
+        )
+        order = np.argsort(delays)
+        return float(np.interp(delay, delays[order], distances[order]))
+
+    def _decode_echo(self, echo: Echo, phases: Phases) -> Reading:
+        end, design = echo.end, self.design
+        nothing = Reading(
+            UNDECODABLE, '', end.value, echo.delay, 0.0, echo.threshold_margin, math.inf,
+            shapes={end: echo.shape}, **_delay_field(echo),
+        )  # fmt: skip
+        if reason := self._explain_unclear(echo, phases):
+            return replace(nothing, reason=reason)
+        assert echo.delay is not None
+        # The two farthest echoes may be alike; the phase of the left end distinguishes them: with
+        # a kink behind it there is no wall at the first defect.
+        impossible = BLANK if phases[0] == 1 else 0
+        level, margin = self.calibration.table(end).find_nearest(echo.delay, impossible)
+        if echo.is_early and margin < 1.0:  # unless the calibrated delay of a level is that short
+            return replace(
+                nothing,
+                reason=f'something is heard at the {end} end when listening begins, at '
+                f'{echo.delay:.2f}, and no level is so near',
+            )
+        is_near = margin >= self._min_level_margin(echo)
+        if phases[1] == 1:
+            if not is_near:
+                return replace(nothing, reason=WALL_GONE_REASON, walls=0)
+            return replace(
+                nothing,
+                reason='the right end is active, but the left one hears a wall at level '
+                f'{level}: there are two walls, or more',
+                walls=2,
+            )
+        distance = self._find_distance(end, echo.delay)
+        if not is_near:
+            return replace(
+                nothing,
+                reason=f'the delay {echo.delay:.2f} at the {end} end lies between levels (margin '
+                f'{margin:.2f}): what answers is near cell {end.cell(design, distance):.0f}',
+            )
+        if level == BLANK:
+            return replace(nothing, level=BLANK, level_margin=margin, walls=0)
+        if phases[0] == 0:
+            return replace(
+                nothing,
+                reason=f'the left end is inactive, but the delay {echo.delay:.2f} from the right '
+                f'is that of a wall at level {level}: there are two walls, or more, or something '
+                f'else answers near cell {design.defect_site(level)}',
+                walls=2,
+            )
         return replace(
-            nothing,
-            reason=f'something is heard at the {echo.end} end when listening begins, at '
-            f'{echo.delay:.2f}, and no level is so near',
+            nothing, level=level, code=design.code(level), level_margin=margin, distance=distance
         )
-    least = _min_level_margin(settings, echo)
-    if phases[1] == 1:
-        if margin < least:
-            return replace(nothing, reason=WALL_GONE_REASON, walls=0)
-        return replace(
-            nothing,
-            reason='the right end is active, but the left one hears a wall at level '
-            f'{level}: there are two walls, or more',
-            walls=2,
-        )
-    distance = _reflector_distance(design, calibration, echo.end, echo.delay)
-    if margin < least:
-        cell = echo.end.cell(design, distance)
-        return replace(
-            nothing,
-            reason=f'the delay {echo.delay:.2f} at the {echo.end} end lies between levels (margin '
-            f'{margin:.2f}): what answers is near cell {cell:.0f}',
-        )
-    if level == BLANK:
-        return replace(nothing, level=BLANK, level_margin=margin, walls=0)
-    if phases[0] == 0:
-        return replace(
-            nothing,
-            reason=f'the left end is inactive, but the delay {echo.delay:.2f} from the right is '
-            f'that of a wall at level {level}: there are two walls, or more, or something else '
-            f'answers near cell {design.defect_site(level)}',
-            walls=2,
-        )
-    return replace(
-        nothing, level=level, code=design.code(level), level_margin=margin, distance=distance
-    )
 
+    def _min_level_margin(self, echo: Echo) -> float:
+        """Return the least level margin at either end. A strong cell before a wall has both ends
+        hear it near the next level, but not as near as a wall there.
+        """
+        return max(self.settings.min_margin, self.settings.shaken_margin if echo.shaken else 0.0)
 
-def _delay_field(echo: Echo) -> dict[str, Any]:
-    return {f'{echo.end.value}_delay': echo.delay}
+    def _explain_unclear(self, echo: Echo, phases: Phases) -> str:
+        """Return why an echo has no delay that can be decoded; empty if it has one."""
+        end, what = echo.end, 'shaking' if echo.shaken else 'noise'
+        if reason := explain_no_phase(phases):
+            return reason
+        if end is End.LEFT and phases[0] == 0:
+            return 'the left end is inactive and hears nothing: probe the right'
+        if end is End.RIGHT and phases[1] == 1:
+            return WALL_GONE_REASON
+        if echo.spoiled:
+            return f'the base began to shake while the {end} end listened'
+        if echo.delay is None and echo.threshold_factor > 1.0:
+            return (
+                f'no echo rises above the {what} at the {end} end: that gives a v_c of up to '
+                f'{echo.floor:.2g} and raises the threshold up to {echo.threshold_factor:.2g} '
+                'times'
+            )
+        if echo.delay is None:
+            return 'no echo came back'
+        if echo.threshold_factor > MAX_THRESHOLD_FACTOR:
+            return (
+                f'the {what} at the {end} end hides when the echo began: it raises the threshold '
+                f'{echo.threshold_factor:.2g} times, and a delay is reliable up to '
+                f'{MAX_THRESHOLD_FACTOR:g} times'
+            )
+        return ''
 
+    def _confirm_reading(self, said: Reading, other: Echo, phases: Phases) -> Reading:
+        """Return a reading from one end that the echo at the other end confirms, or an undecodable
+        one.
 
-def _min_level_margin(settings: ReadSettings, echo: Echo) -> float:
-    """Return the least level margin at either end. A strong cell before a wall has both ends hear
-    it near the next level, but not as near as a wall there.
-    """
-    return max(settings.min_margin, settings.shaken_margin if echo.shaken else 0.0)
-
-
-WALL_GONE_REASON = 'the right end is active: the wall has left the element'
-
-
-def _explain_unclear(
-    calibration: Calibration, echo: Echo, phases: tuple[int | None, int | None]
-) -> str:
-    """Return why an echo has no delay that can be decoded; empty if it has one."""
-    end, what = echo.end, 'shaking' if echo.shaken else 'noise'
-    if None in phases:
-        return f'the {End.LEFT if phases[0] is None else End.RIGHT} end rests in neither phase'
-    if end is End.LEFT and phases[0] == 0:
-        return 'the left end is inactive and hears nothing: probe the right'
-    if end is End.RIGHT and phases[1] == 1:
-        return WALL_GONE_REASON
-    if echo.spoiled:
-        return f'the base began to shake while the {end} end listened'
-    if echo.delay is None and echo.threshold_factor > 1.0:
-        return (
-            f'no echo rises above the {what} at the {end} end: that gives a v_c of up to '
-            f'{echo.floor:.2g} and raises the threshold up to {echo.threshold_factor:.2g} times'
-        )
-    if echo.delay is None:
-        return 'no echo came back'
-    if echo.threshold_factor > MAX_THRESHOLD_FACTOR:
-        return (
-            f'the {what} at the {end} end hides when the echo began: it raises the threshold '
-            f'{echo.threshold_factor:.2g} times, and a delay is reliable up to '
-            f'{MAX_THRESHOLD_FACTOR:g} times'
-        )
-    return ''
-
-
-def _confirm_reading(
-    design: Design,
-    settings: ReadSettings,
-    calibration: Calibration,
-    said: Reading,
-    other: Echo,
-    phases: tuple[int | None, int | None],
-) -> Reading:
-    """Return a reading from one end that the echo at the other end confirms, or an undecodable
-    one.
-
-    A single wall is heard from both ends, each time from its own side. Whatever else answers (a
-    stuck or damaged cell, a second wall, a pulse that still bounces) does so before the wall, and
-    on one side: then the other end does not hear the wall where this one does. What makes both
-    ends hear late or early, like weak sensors, moves the two places apart.
-    """
-    said = replace(
-        said,
-        threshold_margin=min(said.threshold_margin, other.threshold_margin),
-        shapes={**said.shapes, other.end: other.shape},
-        **_delay_field(other),
-    )
-    if said.level == UNDECODABLE:
-        return said
-    if reason := _explain_unclear(calibration, other, phases):
-        return make_undecodable(said, f'{describe_level(said.level)} is not confirmed: {reason}')
-    assert other.delay is not None
-    margin, like = measure_agreement(
-        design, calibration, other.probe, other.end, said.level, other.delay, other.shape
-    )
-    if margin >= _min_level_margin(settings, other):
-        if like is None:
-            return replace(said, level_margin=min(said.level_margin, margin), walls=1)
-        return make_undecodable(
+        A single wall is heard from both ends, each time from its own side. Whatever else answers
+        (a stuck or damaged cell, a second wall, a pulse that still bounces) does so before the
+        wall, and on one side: then the other end does not hear the wall where this one does. What
+        makes both ends hear late or early, like weak sensors, moves the two places apart.
+        """
+        said = replace(
             said,
-            f'{describe_level(said.level)} is not confirmed: the {other.end} end does not tell it '
-            f'from {describe_level(like)}',
+            threshold_margin=min(said.threshold_margin, other.threshold_margin),
+            shapes={**said.shapes, other.end: other.shape},
+            **_delay_field(other),
         )
-    level, _ = calibration.table(other.end).find_nearest(other.delay, BLANK)
-    here, there = (
-        (end, design.defect_site(n)) for end, n in ((said.end, said.level), (other.end, level))
-    )
-    text = (
-        f'the {here[0]} end hears a wall at level {said.level}, near cell {here[1]}, and the '
-        f'{there[0]} end one near cell {there[1]}'
-    )
-    if (here[1] < there[1]) == (other.end is End.RIGHT) and level != said.level:
-        text += ': something else answers at one of them, or there are three walls, or more'
-        return make_undecodable(said, text, walls=3)
-    return make_undecodable(said, text)
+        if said.level == UNDECODABLE:
+            return said
+        unconfirmed = f'{describe_level(said.level)} is not confirmed'
+        if reason := self._explain_unclear(other, phases):
+            return make_undecodable(said, f'{unconfirmed}: {reason}')
+        assert other.delay is not None
+        low, high, _ = other.shape
+        margin, like = self.measure_agreement(
+            other.probe, other.end, said.level, (low, other.delay, high)
+        )
+        if margin >= self._min_level_margin(other):
+            if like is None:
+                return replace(said, level_margin=min(said.level_margin, margin), walls=1)
+            return make_undecodable(
+                said,
+                f'{unconfirmed}: the {other.end} end does not tell it from {describe_level(like)}',
+            )
+        level, _ = self.calibration.table(other.end).find_nearest(other.delay, BLANK)
+        here, there = (self.design.defect_site(n) for n in (said.level, level))
+        text = (
+            f'the {said.end} end hears a wall at level {said.level}, near cell {here}, and the '
+            f'{other.end} end one near cell {there}'
+        )
+        if (here < there) == (other.end is End.RIGHT) and level != said.level:
+            text += ': something else answers at one of them, or there are three walls, or more'
+            return make_undecodable(said, text, walls=3)
+        return make_undecodable(said, text)
 
+    def _check_amplitude(self, said: Reading, echoes: Mapping[End, Echo]) -> Reading:
+        """Return a reading if no echo is much louder than that of its level; noise adds to both.
 
-def _check_amplitude(
-    calibration: Calibration, said: Reading, echoes: Mapping[End, Echo]
-) -> Reading:
-    """Return a reading if no echo is much louder than that of its level; noise adds to both.
-
-    Both are heard up to the same time, `ECHO_TAIL_TIME` after the later echo of that level: a
-    faint one may cross late, and grows as one listens on.
-    """
-    if said.level < 0:
-        return said
-    longest = max(echo.t[-1] for echo in echoes.values())
-    later = {end: longest - echo.t[-1] for end, echo in echoes.items()}  # its pulse was fired
-    delays = {end: calibration.table(end).delays[said.level] for end in echoes}
-    until = max(delays[end] + later[end] for end in echoes) + ECHO_TAIL_TIME
-    for end, echo in echoes.items():
-        shapes = calibration.table(end).shapes
-        if shapes and not echo.floor:
-            *_, loud = shapes[said.level]
+        Both are heard up to the same time, `ECHO_TAIL_TIME` after the later echo of that level: a
+        faint one may cross late, and grows as one listens on.
+        """
+        if said.level < 0:
+            return said
+        tables = {end: self.calibration.table(end) for end in echoes}
+        longest = max(echo.t[-1] for echo in echoes.values())
+        later = {end: longest - echo.t[-1] for end, echo in echoes.items()}  # its pulse was fired
+        until = max(tables[end].delays[said.level] + later[end] for end in echoes) + ECHO_TAIL_TIME
+        for end, echo in echoes.items():
+            if not tables[end].shapes or echo.floor:
+                continue
+            *_, loud = tables[end].shapes[said.level]
             # Echoes of healthy elements, with disorder too, are within 3 % of the calibrated
             # amplitude. A light cell behind a wall echoes with it, and both ends then report the
             # level before.
             if (ratio := echo.measure_amplitude(until - later[end]) / loud) > 1.25:
-                text = f'the {end} end hears an echo {ratio:.2f} times as loud as that of level '
                 return make_undecodable(
-                    said, f'{text}{said.level}: something else answers with the wall'
+                    said,
+                    f'the {end} end hears an echo {ratio:.2f} times as loud as that of level '
+                    f'{said.level}: something else answers with the wall',
                 )
-    return said
+        return said
+
+    def measure_agreement(
+        self, probe: ProbeSettings, end: End, level: int, heard: Crossings
+    ) -> tuple[float, int | None]:
+        """Return the level margin with which an end hears a wall at a level that the other one
+        names, and another level that its echo may as well be of, or None.
+
+        Each crossing, of the threshold and of 0.8 and 1.25 of it, is compared with its own of that
+        level; most must agree, so the margin is their median. An echo that begins before listening
+        does comes from near this end: it agrees with a level whose own echo does so, and with no
+        other. Two levels near this end may both agree; then all crossings say which is nearer.
+        """
+        table, (_, delay, _) = self.calibration.table(end), heard
+        nearer, other = table.compare_levels(level, heard, probe)
+        # 0 is half-way between two levels: the echo is off by less than 0.45 of their distance,
+        # and one taken for the other by at least 0.55
+        like = other if nearer < 0.1 else None
+        if is_hidden(probe, delay):
+            return (1.0 if is_hidden(probe, table.delays[level]) else 0.0), like
+        fastest = 2.0 * self.design.J / fastest_speed(end.k_s(self.design))
+        pairs = [(delay, table.delays[level])]
+        for time, known in zip(heard[::2], table.find_crossings(level)[::2], strict=True):
+            if time and known and not (is_hidden(probe, time) or is_hidden(probe, known)):
+                pairs.append((time, known))
+        margins = [table.margin(level, time - known, fastest) for time, known in pairs]
+        return median_low(margins), like
 
 
-def measure_agreement(
-    design: Design,
-    calibration: Calibration,
-    probe: ProbeSettings,
-    end: End,
-    level: int,
-    delay: float,
-    shape: Shape,
-) -> tuple[float, int | None]:
-    """Return the level margin with which an end hears a wall at a level that the other one names,
-    and another level that its echo may as well be of, or None.
+def _delay_field(echo: Echo) -> dict[str, Any]:
+    return {f'{echo.end}_delay': echo.delay}
 
-    Each crossing, of the threshold and of 0.8 and 1.25 of it, is compared with its own
-    of that level; most must agree, so the margin is their median. An echo that begins before
-    listening does comes from near this end: it agrees with a level whose own echo does so, and
-    with no other. Two levels near this end may both agree; then all crossings say which is nearer.
-    """
-    table = calibration.table(end)
-    low, high, _ = shape
-    heard = low, delay, high
-    nearer, other = table.compare_levels(level, heard, probe)
-    # 0 is half-way between two levels: the echo is off by less than 0.45 of their distance, and
-    # one taken for the other by at least 0.55
-    like = other if nearer < 0.1 else None
-    if is_hidden(probe, delay):
-        return (1.0 if is_hidden(probe, table.delays[level]) else 0.0), like
-    fastest = 2.0 * design.J / fastest_speed(end.k_s(design))
-    pairs = [(delay, table.delays[level])]
-    for time, known in zip(heard[::2], table.find_crossings(level)[::2], strict=True):
-        if time and known and not (is_hidden(probe, time) or is_hidden(probe, known)):
-            pairs.append((time, known))
-    return median_low([table.margin(level, time - known, fastest) for time, known in pairs]), like
+
+def explain_no_phase(phases: Sequence[int | None]) -> str:
+    """Return which end rests in neither phase, the left one first; empty if none does."""
+    if None not in phases:
+        return ''
+    return f'the {list(End)[phases.index(None)]} end rests in neither phase'
 
 
 def find_exchanged_levels(
@@ -317,18 +294,17 @@ def find_exchanged_levels(
     The list is empty if that is so at every `read.end`.
     """
     found, levels, least = [], range(design.levels), settings.read.min_margin
+    decoder = Decoder(design, settings.read, calibration)
     for honest in End:
         table, probe = calibration.table(honest), honest.select_probe(settings)
         for true in levels:
-            low, delay, high = table.find_crossings(true)
+            heard = table.find_crossings(true)
             said = set()
             for level in levels:
-                margin, like = measure_agreement(
-                    design, calibration, probe, honest, level, delay, (low, high, math.inf)
-                )
+                margin, like = decoder.measure_agreement(probe, honest, level, heard)
                 if margin >= least and like is None:
                     said.add(level)
-            named, _ = table.find_nearest(delay, BLANK)
+            named, _ = table.find_nearest(table.delays[true], BLANK)
             said |= {named} if true in said else {named, UNDECODABLE}
             found += [(honest.opposite, level, true) for level in sorted(said - {true})]
     return found

@@ -12,7 +12,7 @@ from ..errors import ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
 from ..instrument.end import End
 from .calibration import Calibration, DelayTable, PulseCorrection, is_kicked
-from .decoding import measure_agreement, primary_end
+from .decoding import Decoder, primary_end
 from .listening import wait_until_pinned
 from .reader import Writer
 from .reading import BLANK, UNDECODABLE, Reading, describe_level
@@ -195,20 +195,19 @@ def _level_margin(element: Memory, level: int, reading: Reading) -> tuple[float,
 
     The reading itself does not say, because the calibration may be off while it is measured.
     """
-    calibration, margin = element.calibration, 1.0
+    decoder = Decoder(element.design, element.settings.read, element.calibration)
+    margin = 1.0
     for end in End:
         if (delay := reading.get_delay(end)) is None:
             return -math.inf, f'level {level} gives no echo at the {end} end'
-        nearest, clear = calibration.table(end).find_nearest(delay)
+        nearest, clear = element.calibration.table(end).find_nearest(delay)
         if end is primary_end(element.settings.read):
             margin, right = clear, nearest == level
         else:
-            probe = element.transducer.probes[end]
-            shape = reading.shapes[end]
+            low, high, _ = reading.shapes[end]
             # The wall still swings: the other end says which of two that sound alike here.
-            agreed, _ = measure_agreement(
-                element.design, calibration, probe, end, level, delay, shape
-            )
+            probe = element.transducer.probes[end]
+            agreed, _ = decoder.measure_agreement(probe, end, level, (low, delay, high))
             # least margin at the end that does not name levels: far from it, delays of an
             # element that is not yet calibrated differ most
             right = agreed >= 0.2

@@ -3,7 +3,7 @@
 """Reading one wall by the delay of its echoes, as in the paper; and locating it by them.
 
 A pulse of either end is reflected by the wall. Both ends listen at the same time, for both must
-detect the same wall (see `decoding.decode_echoes`).
+detect the same wall (see `decoding.Decoder`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..instrument.end import End
 from ..physics import Design
 from ..physics.potential import Array
 from ..physics.waves import group_velocity
-from .decoding import MAX_THRESHOLD_FACTOR, WALL_GONE_REASON, decode_echoes
+from .decoding import MAX_THRESHOLD_FACTOR, WALL_GONE_REASON, Decoder, explain_no_phase
 from .delay_calibration import measure_delays
 from .listening import probe_ends, record_waveforms, wait_for_decay
 from .reader import Reader, Writer, keep_unless_measured
@@ -109,9 +109,8 @@ class DelayReader(Reader):
         """
         yield from wait_for_decay(element)
         phases = element.phases
-        if None in phases:
-            end = list(End)[phases.index(None)]
-            raise ProcedureFailed(f'the {end} end rests in neither phase')
+        if reason := explain_no_phase(phases):
+            raise ProcedureFailed(reason)
         if phases == (0, 1):
             raise ProcedureFailed(WALL_GONE_REASON)
         echoes = yield from probe_ends(element, _find_detecting_ends(element))
@@ -148,8 +147,8 @@ def _store_echoes(element: Memory, echoes: Mapping[End, Echo], end: str = '') ->
 
     `end` is the one whose delay is reported; empty for the one in the settings.
     """
-    settings, calibration = element.settings.read, element.calibration
-    reading = decode_echoes(element.design, settings, calibration, echoes, element.phases, end)
+    decoder = Decoder(element.design, element.settings.read, element.calibration)
+    reading = decoder.decode(echoes, element.phases, end)
     last = End.RIGHT if reading.end == End.RIGHT else End.LEFT  # which is reported
     in_order = sorted(echoes.values(), key=lambda echo: echo.end is last)
     reading = element.store_reading(reading, in_order)

@@ -29,6 +29,7 @@ from ..physics.potential import Array
 from ..physics.waves import Complex, combine_rows, linearize_cells, multiply_matrices
 from ..rejections import ErrorCode
 from ..settings import Settings
+from .decoding import explain_no_phase
 from .reading import BLANK, UNDECODABLE, Reading
 from .waveforms import Ends, Listener
 from .words import Code, make_code
@@ -290,8 +291,8 @@ def explain_unreadable(shot: Shot, loud: bool, phases: Sequence[int | None]) -> 
         loud: Whether there was too much noise before.
         phases: Of the left and the right end.
     """
-    if None in phases:
-        return f'the {list(End)[phases.index(None)]} end rests in neither phase'
+    if reason := explain_no_phase(phases):
+        return reason
     if phases[End.RIGHT.row] == 1:
         return 'the right end is active: a wall has left the element'
     if not np.isfinite(shot.samples).all():

@@ -13,7 +13,7 @@ from mlmem import BLANK, UNDECODABLE, Calibration, DelayTable, Reading, Settings
 from mlmem.instrument.echo import ECHO_TAIL_TIME, Echo, detection_threshold
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II
-from mlmem.readers.decoding import decode_echoes
+from mlmem.readers.decoding import Decoder
 from mlmem.settings import ReadSettings
 
 CALIBRATION = Calibration(
@@ -38,7 +38,7 @@ def decoded(delay, end=End.LEFT, phases=STORED, right=CALIBRATION.right, **setti
     """Decode an echo at one end alone."""
     calibration = dataclasses.replace(CALIBRATION, right=right)
     echoes = {end: echo(delay, end)}
-    return decode_echoes(CASE_II, ReadSettings(**settings), calibration, echoes, phases)
+    return Decoder(CASE_II, ReadSettings(**settings), calibration).decode(echoes, phases)
 
 
 def both(left, right, names='left', calibration=CALIBRATION, end='', **settings):
@@ -48,7 +48,7 @@ def both(left, right, names='left', calibration=CALIBRATION, end='', **settings)
         for each, given in zip(End, (left, right), strict=True)
     }
     chosen = ReadSettings(end=names, **settings)
-    return decode_echoes(CASE_II, chosen, calibration, echoes, STORED, end)
+    return Decoder(CASE_II, chosen, calibration).decode(echoes, STORED, end)
 
 
 # --- one end ----------------------------------------------------------------------------------
@@ -287,7 +287,7 @@ def test_crossing_when_listening_begins_is_only_a_near_level():
     near = dataclasses.replace(CALIBRATION, left=DelayTable((108.5, *range(300, 1000, 100))))
     for delay, level in ((108.5, 0), (108.0, UNDECODABLE)):
         echoes = {End.LEFT: echo(delay)}
-        assert decode_echoes(CASE_II, ReadSettings(), near, echoes, STORED).level == level
+        assert Decoder(CASE_II, ReadSettings(), near).decode(echoes, STORED).level == level
     assert both(108.0, 630.0, 'right', near).level == 0
     assert both(108.0, 560.0, 'right', near).level == UNDECODABLE
     assert both(108.0, 630.0, 'right').level == UNDECODABLE
