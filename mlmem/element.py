@@ -246,7 +246,7 @@ class MemoryElement(Memory):
                 f'{name} needs the records of a calibration: calibrate the element first',
                 code=ErrorCode.UNSUPPORTED, field='read.method',
             )  # fmt: skip
-        begin, estimate_duration = procedures.find_steps(name)
+        begin, estimate_duration = procedures.STEPS[name]
         try:
             duration = estimate_duration(self, **wanted)
         except ProcedureFailed as error:  # there is no way, as without an actuator

@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The table of procedures: what each is called, what it takes and means, and where it is done; and
-the levels that they speak of.
+"""The table of procedures: what each is called, what it takes and means; and the levels that they
+speak of. `mlmem.procedures.STEPS` says where each is done.
 
 Whatever offers procedures follows from it: the device, `~/request`, services, actions, the command
 line, the page, the reference and the SROS 2 policy. It is here, beside the layers, because a
@@ -137,8 +137,6 @@ class Procedure(NamedTuple):
     """A row of the table.
 
     Attributes:
-        steps: Module and name of its generator, in `mlmem.procedures`.
-        expected: Name of the estimate of its duration, in `mlmem.procedures.estimates`.
         changes: Whether content or calibration may change: a success is acknowledged when the
             state is saved.
         action: Whether it is also an action, of the name of the command.
@@ -148,8 +146,6 @@ class Procedure(NamedTuple):
 
     command: type[Any]
     meaning: str
-    steps: str
-    expected: str
     changes: bool = True
     action: bool = True
     both_ends: bool = False
@@ -178,34 +174,20 @@ class Procedure(NamedTuple):
 
 
 PROCEDURES = {
-    'write': Procedure(
-        Write, 'write a level or word and verify it by an echo', 'writing.write', 'estimate_write'
-    ),
+    'write': Procedure(Write, 'write a level or word and verify it by an echo'),
     'read': Procedure(
-        Read,
-        'fire a probe pulse at either end and decode the echoes',
-        'reading.read',
-        'estimate_settled_read',
-        changes=False,
+        Read, 'fire a probe pulse at either end and decode the echoes', changes=False
     ),
-    'erase': Procedure(Erase, 'make the element blank', 'writing.erase', 'estimate_erase'),
+    'erase': Procedure(Erase, 'make the element blank'),
     'calibrate': Procedure(
-        Calibrate,
-        'measure the echo delay of every level, then restore the content',
-        'maintenance.calibrate',
-        'estimate_all_levels',
+        Calibrate, 'measure the echo delay of every level, then restore the content'
     ),
     'self_test': Procedure(
-        SelfTest,
-        'test transducers, actuator, erase and every level, then restore the content',
-        'maintenance.self_test',
-        'estimate_all_levels',
+        SelfTest, 'test transducers, actuator, erase and every level, then restore the content'
     ),
     'locate': Procedure(
         Locate,
         'measure the position of the wall in cells, or of every wall of a register',
-        'reading.locate',
-        'estimate_read',
         changes=False,
         action=False,
         both_ends=True,
@@ -213,32 +195,24 @@ PROCEDURES = {
     'reset': Procedure(
         Reset,
         'replace a simulated element by a fresh one, blank or with a given content',
-        'maintenance.reset',
-        'estimate_reset',
         action=False,
     ),
     'survey': Procedure(
         Survey,
         'publish pulses through the element in several states for `mlmem fit`, then restore the '
         'content',
-        'surveying.survey',
-        'estimate_survey',
         both_ends=True,
     ),
     'kick': Procedure(
         Kick,
         'kick a wall off from the left end, or a kink that takes one away; what rests then is '
         'not known until a read',
-        'writing.kick_by_hand',
-        'estimate_kick',
         action=False,
         listens=False,
     ),
     'abort': Procedure(
         Abort,
         'stop the running procedure and bring the strain to zero',
-        'writing.abort',
-        'estimate_abort',
         action=False,
         listens=False,
     ),

@@ -8,30 +8,29 @@ the remaining number. It never sleeps or reads a clock. It knows only what the d
 the displacements of the two ends, and never the true wall position.
 """
 
-from collections.abc import Callable
-from functools import cache
-from importlib import import_module
+from collections.abc import Callable, Mapping
 
 from ..commands import Outcome
 from ..instrument.blocks import Procedure, run
-from ..procedure_table import PROCEDURES
-from . import estimates
+from ..readers.listening import expected_wait
+from . import estimates, maintenance, reading, surveying, writing
 
-__all__ = ['Procedure', 'find_steps', 'run']
+__all__ = ['STEPS', 'Procedure', 'run']
 
-
-@cache
-def find_steps(name: str) -> tuple[Callable[..., Procedure[Outcome]], Callable[..., float]]:
-    """Return how a procedure of the table is done: what begins its generator, and what estimates
-    how long it will take, in time units.
-
-    Both take the element and the arguments of its command.
-    """
-    row = PROCEDURES[name]
-    module, _, begin = row.steps.partition('.')
-    steps = import_module(f'{__name__}.{module}')
-    return getattr(steps, begin), getattr(estimates, row.expected)
-
-
-for _name in ('write', 'read', 'erase', 'abort'):  # or the first of them would wait for an import
-    find_steps(_name)
+STEPS: Mapping[str, tuple[Callable[..., Procedure[Outcome]], Callable[..., float]]] = {
+    'write': (writing.write, estimates.estimate_write),
+    'read': (
+        reading.read,
+        lambda element, end: expected_wait(element) + estimates.estimate_read(element),
+    ),
+    'erase': (writing.erase, estimates.estimate_erase),
+    'calibrate': (maintenance.calibrate, estimates.estimate_all_levels),
+    'self_test': (maintenance.self_test, estimates.estimate_all_levels),
+    'locate': (lambda element: element.reader.locate(element), estimates.estimate_read),
+    'reset': (maintenance.reset, lambda element, content, seed: estimates.estimate_read(element)),
+    'survey': (surveying.survey, estimates.estimate_survey),
+    'kick': (writing.kick_by_hand, estimates.estimate_kick),
+    'abort': (writing.abort, estimates.estimate_abort),
+}
+"""How a procedure of the table is done: what begins its generator, and what estimates how long it
+will take, in time units. Both take the element and the arguments of its command."""

@@ -103,16 +103,6 @@ def estimate_write(element: Memory, level: int) -> float:
     return writing_time(element, present, level)
 
 
-def estimate_settled_read(element: Memory, end: str) -> float:
-    """Return the time of a read, and before it of the wait for what is still on its way."""
-    return expected_wait(element) + estimate_read(element)
-
-
-def estimate_reset(element: Memory, content: int, seed: int) -> float:
-    """Return the time of a reset, which reads the new element."""
-    return estimate_read(element)
-
-
 def estimate_erase(element: Memory) -> float:
     """Return the time of an erase."""
     return writing_time(element, find_content(element), BLANK)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reading: decode the content, of a wall that has settled, or locate the walls."""
+"""Reading: decode the content, of a wall that has settled."""
 
 from __future__ import annotations
 
@@ -25,12 +25,3 @@ def read(element: Memory, end: str = '') -> Procedure[Outcome]:
     if reading.level == UNDECODABLE:
         raise ProcedureFailed(reading.reason)
     return Outcome(reading)
-
-
-def locate(element: Memory) -> Procedure[Outcome]:
-    """Find the walls of an element, as its reader can.
-
-    Raises:
-        ProcedureFailed: The walls cannot be located.
-    """
-    return (yield from element.reader.locate(element))
