@@ -41,18 +41,10 @@ def wait_for_decay(element: Instrument) -> Procedure[None]:
     yield from catch_up(element)
     element.progress.phase = 'quieting'
     patience = math.ceil(element.settings.read.settle_timeout / element.tick)
-    while element.base.is_still and (
-        ticks := _count_arrival_ticks(element) or _estimate_fading(element)[0]
-    ):
-        if patience <= 0 and _count_arrival_ticks(element):
-            raise ProcedureFailed('the element does not come to rest: it is strained all the time')
+    while (decay := _estimate_decay(element))[0]:
+        ticks, excited = decay
         if patience <= 0:
-            _, end, limit = _estimate_fading(element)
-            bound = element.transducer.reverberation[end].returns.bound
-            raise ProcedureFailed(
-                f'the element does not come to rest: waves of {bound:.2g} may still reach the '
-                f'{end} end; an echo can be heard up to {limit:.2g}'
-            )
+            raise ProcedureFailed(f'the element does not come to rest: {excited}')
         ticks = min(ticks, patience)
         patience -= ticks
         yield from pass_ticks(element, ticks)
@@ -67,21 +59,41 @@ def try_wait_for_decay(element: Instrument, longest: float) -> Procedure[None]:
 
 def has_decayed(element: Instrument) -> bool:
     """Whether nothing is on its way that an echo detector would hear."""
-    return (
-        element.base.is_still
-        and not _count_arrival_ticks(element)
-        and not _estimate_fading(element)[0]
-    )
+    return element.base.is_still and not _estimate_decay(element)[0]
 
 
 def expected_wait(element: Instrument) -> float:
     """Return how long `wait_for_decay` waits now, at the earliest, for waves that fade as
     expected.
     """
-    if not element.base.is_still:
-        return 0.0
-    ticks = _count_arrival_ticks(element) or _estimate_fading(element)[0]
+    ticks, _ = _estimate_decay(element)
     return min(ticks * element.tick, element.settings.read.settle_timeout)
+
+
+def _estimate_decay(element: Instrument) -> tuple[int, str]:
+    """Return after how many ticks, at the earliest, no wave is left that an echo detector would
+    hear, and what there is until then; 0 if none is left, or the base shakes.
+    """
+    if not element.base.is_still:
+        return 0, ''
+    if ticks := _count_arrival_ticks(element):
+        return ticks, 'it is strained all the time'
+    design, transducer = element.design, element.transducer
+    longest, waves = 0, ''
+    for end, each in transducer.reverberation.items():
+        probe = transducer.probes[end]
+        faster = max(0.0, probe.gain_decay - 0.5 * design.eta)  # the threshold falls faster
+        limit = probe.v_th * math.exp(-faster * element.passage_time(end))
+        limit *= element.settings.read.wave_limit
+        if each.returns.bound > limit:
+            # the greatest mean of a tick is twice the mean of all where there is noise alone
+            limit = max(limit, 2.0 * each.gain * transducer.noise(end))
+        ticks = math.ceil(each.count_fading_samples(limit) / element.steps_per_tick)
+        if ticks > longest:
+            bound, longest = each.returns.bound, ticks
+            waves = f'waves of {bound:.2g} may still reach the {end} end; an echo can be heard up '
+            waves += f'to {limit:.2g}'
+    return longest, waves
 
 
 def _count_arrival_ticks(element: Instrument) -> int:
@@ -97,25 +109,6 @@ def _count_arrival_ticks(element: Instrument) -> int:
             remaining, 0.5 * passage - (element.ticks - element.last_moved) * element.tick
         )
     return math.ceil(remaining / element.tick)
-
-
-def _estimate_fading(element: Instrument) -> tuple[int, End, float]:
-    """Return in how many ticks nothing is loud any more, at the earliest; at which end, and up to
-    what it is quiet there.
-    """
-    design, transducer = element.design, element.transducer
-    longest = 0, End.LEFT, 0.0
-    for end, each in transducer.reverberation.items():
-        probe = transducer.probes[end]
-        faster = max(0.0, probe.gain_decay - 0.5 * design.eta)  # the threshold falls faster
-        limit = probe.v_th * math.exp(-faster * element.passage_time(end))
-        limit *= element.settings.read.wave_limit
-        if each.returns.bound > limit:
-            # the greatest mean of a tick is twice the mean of all where there is noise alone
-            limit = max(limit, 2.0 * each.gain * transducer.noise(end))
-        ticks = math.ceil(each.count_fading_samples(limit) / element.steps_per_tick)
-        longest = max(longest, (ticks, end, limit), key=lambda each: each[0])
-    return longest
 
 
 def noise_floor(element: Instrument, end: End) -> float:
