@@ -41,8 +41,7 @@ if TYPE_CHECKING:
     from .instrument.end import End, Shot
     from .instrument.faults import Faults
     from .loop.loop import Loop
-    from .loop.mailbox import Asked, Request, TickRequest
-    from .loop.open_requests import Stamped
+    from .loop.mailbox import Asked, Request, Stamped, TickRequest
     from .loop.timetable import MAX_SPEED, MIN_SPEED, Pacer, SteadyPacer, check_speed
     from .parameter_sweep import Table, sweep
     from .physics import (
@@ -123,8 +122,7 @@ _MODULE_EXPORTS = {
     'instrument.faults': ('Faults',),
     'instrument.blocks': ('MAX_RUN_TICKS',),
     'loop.loop': ('Loop',),
-    'loop.mailbox': ('Asked', 'Request', 'TickRequest'),
-    'loop.open_requests': ('Stamped',),
+    'loop.mailbox': ('Asked', 'Request', 'Stamped', 'TickRequest'),
     'loop.timetable': ('MAX_SPEED', 'MIN_SPEED', 'Pacer', 'SteadyPacer', 'check_speed'),
     'parameter_sweep': ('Table', 'sweep'),
     'physics': (

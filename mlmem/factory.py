@@ -69,15 +69,15 @@ def compute_calibration(made: Specimen, design: Design, settings: Settings) -> C
                     ErrorCode.UNSUPPORTED, 'level', level,
                 )  # fmt: skip
     empty = _measure_echoes(twin, make_blank(made), (End.RIGHT,))[End.RIGHT].delay
-    left, right = (
-        DelayTable(
+    tables = {
+        end.value: DelayTable(
             tuple(each[end].delay or 0.0 for each in heard),
-            of_blank,
+            empty if end is End.RIGHT else None,
             tuple(each[end].shape for each in heard),
         )
-        for end, of_blank in ((End.LEFT, None), (End.RIGHT, empty))
-    )
-    found = Calibration(left, right)
+        for end in End
+    }
+    found = Calibration(**tables)
     found.check(design.levels, primary_end(settings.read))
     return found
 

@@ -270,10 +270,7 @@ class EchoDetector:
         """
         known = np.concatenate((self._past, v))
         self._past = known[len(known) - min(len(known), len(self._weights) - 1) :]
-        self.feed_carrier(np.abs(filter_carrier(known, self._weights)))
-
-    def feed_carrier(self, v_m: Array) -> None:
-        """Take the magnitudes of the carrier's part instead."""
+        v_m = np.abs(filter_carrier(known, self._weights))
         self._v_m = np.concatenate((self._v_m, v_m))
         self._sums = np.concatenate((self._sums, v_m))
         first, last = len(self._v_c), max(len(self._v_c), len(self._v_m) - self._half)

@@ -172,7 +172,7 @@ class Transducer:
         dt = driver.dt
         # the rest displacement is averaged over eight periods of the slowest carrier
         width = 2.0 * math.pi * 8.0 / slowest
-        self._difference = _find_difference_order(find_upper_edge(design), dt)
+        self._difference = _find_difference_order(design, dt)
         samples = max(math.ceil(width / dt), self._difference + 1)
         if samples > (most := 1_000_000):
             raise SettingsError.of_value(
@@ -396,17 +396,11 @@ def _compute_noise_gain(order: int) -> float:
     return math.sqrt(math.comb(2 * order, order))
 
 
-def find_upper_edge(design: Design) -> float:
-    """Return the upper edge of the pass bands, rounded up to a tenth."""
+def _find_difference_order(design: Design, dt: float) -> int:
+    """Return the least order of a difference of samples that removes motion but not noise."""
     stiffest = max(design.k_s1, design.k_s2) * float(design.alpha.max())
-    return math.ceil(10.0 * pass_band(stiffest)[1]) / 10.0
-
-
-def _find_difference_order(omega: float, dt: float) -> int:
-    """Return the least order of a difference of samples that removes motion but not noise.
-
-    `omega` is the angular frequency of the fastest motion.
-    """
+    # of the fastest motion: the upper edge of the pass bands, rounded up to a tenth
+    omega = math.ceil(10.0 * pass_band(stiffest)[1]) / 10.0
     motion = 2.0 * math.sin(min(0.5 * omega * dt, 0.5 * math.pi))
     order = 1
     # Take differences until 0.1 % of the fastest motion is left. Beyond order 24, samples are

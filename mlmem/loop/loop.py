@@ -17,8 +17,16 @@ from ..commands import Command, Disturb, Event
 from ..element import MemoryElement
 from ..errors import Refused
 from ..procedure_table import Abort
-from .mailbox import Asked, Cancel, Mailbox, Request, TickRequest
-from .open_requests import OpenRequests, Resolve, Stamped
+from .mailbox import (
+    Asked,
+    Cancel,
+    Mailbox,
+    OpenRequests,
+    Request,
+    Resolve,
+    Stamped,
+    TickRequest,
+)
 from .timetable import LoopStatistics, Pacer, SteadyPacer, Timetable, check_speed
 
 T = TypeVar('T')

@@ -36,16 +36,15 @@ def measure_delays(element: Memory, writer: Writer) -> Procedure[Calibration]:
     try:
         for level in range(element.design.levels):
             levels.append((yield from _reach_level(element, writer, level)))
-        left = DelayTable(
-            tuple(each.left_delay or 0.0 for each in levels),
-            shapes=tuple(each.shapes[End.LEFT] for each in levels),
-        )
-        right = DelayTable(
-            tuple(each.right_delay or 0.0 for each in levels),
-            blank,
-            tuple(each.shapes[End.RIGHT] for each in levels),
-        )
-        measured = replace(element.calibration, left=left, right=right)
+        tables = {
+            end.value: DelayTable(
+                tuple(each.get_delay(end) or 0.0 for each in levels),
+                blank if end is End.RIGHT else None,
+                tuple(each.shapes[end] for each in levels),
+            )
+            for end in End
+        }
+        measured = replace(element.calibration, **tables)
         measured.check(element.design.levels, primary_end(element.settings.read))
     except (ProcedureFailed, SettingsError) as error:
         raise ProcedureFailed(f'the calibration was not taken: {error}') from error

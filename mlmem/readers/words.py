@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
@@ -33,7 +34,7 @@ class Code(NamedTuple):
     @property
     def words(self) -> int:
         """Number of words; the first, 0, is that of the blank element."""
-        return 1 + sum(_count_top_levels(self))
+        return _count_words(self)
 
     def levels_below(self, level: int) -> range:
         """Return the levels of which the next wall below one may have any, the lowest first."""
@@ -41,24 +42,11 @@ class Code(NamedTuple):
 
     def walls(self, word: int) -> tuple[int, ...]:
         """Return the levels of a word, the lowest first."""
-        tops, found, places = _count_top_levels(self), list[int](), range(self.levels)
-        while word > 0:
-            word -= 1
-            for level in places:
-                if word < tops[level]:
-                    break
-                word -= tops[level]
-            found.append(level)
-            places = self.levels_below(level)
-        return tuple(reversed(found))
+        return _list_words(self)[word][::-1]
 
     def word(self, walls: Sequence[int]) -> int:
         """Return the word of levels."""
-        tops, word, places = _count_top_levels(self), 0, range(self.levels)
-        for level in sorted(walls, reverse=True):
-            word += 1 + sum(tops[other] for other in places if other < level)
-            places = self.levels_below(level)
-        return word
+        return bisect_left(_list_words(self), tuple(sorted(walls, reverse=True)))
 
     def is_valid_word(self, walls: Sequence[int]) -> bool:
         """Return whether levels, the lowest first, are those of a word."""
@@ -67,12 +55,9 @@ class Code(NamedTuple):
 
     def build_level_sets(self) -> NDArray[np.bool_]:
         """Return at which levels walls are, for every word, shape (words, levels)."""
-        left = np.arange(self.words)
         found = np.zeros((self.words, self.levels), dtype=np.bool_)
-        below = 1 + np.cumsum((0, *_count_top_levels(self)))
-        for level in reversed(range(self.levels)):
-            found[:, level] = left >= below[level]
-            left -= below[level] * found[:, level]
+        for word, levels in enumerate(_list_words(self)):
+            found[word, list(levels)] = True
         return found
 
     @property
@@ -86,12 +71,21 @@ class Code(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _count_top_levels(code: Code) -> tuple[int, ...]:
-    """Return how many words have each level as their highest."""
-    tops: list[int] = []
+def _count_words(code: Code) -> int:
+    tops: list[int] = []  # words by their highest level
     for level in range(code.levels):
         tops.append(1 + sum(tops[other] for other in code.levels_below(level)))
-    return tuple(tops)
+    return 1 + sum(tops)
+
+
+@lru_cache(maxsize=64)
+def _list_words(code: Code) -> list[tuple[int, ...]]:
+    """Return the levels of every word, the highest first: so words are in order."""
+    words: list[tuple[int, ...]] = [()]
+    for level in range(code.levels):
+        below = code.levels_below(level)
+        words += [(level, *lower) for lower in words if not lower or lower[0] in below]
+    return words
 
 
 def make_code(design: Design, settings: Settings) -> Code | None:

@@ -23,8 +23,7 @@ from mlmem import (
     Write,
     snapshot,
 )
-from mlmem.loop.mailbox import MAX_PENDING_REQUESTS, Cancel, Request
-from mlmem.loop.open_requests import OpenRequests
+from mlmem.loop.mailbox import MAX_PENDING_REQUESTS, Cancel, OpenRequests, Request
 from mlmem.loop.timetable import LoopStatistics
 from mlmem.rejections import ErrorCode
 
