@@ -69,15 +69,15 @@ def compute_calibration(made: Specimen, design: Design, settings: Settings) -> C
                     ErrorCode.UNSUPPORTED, 'level', level,
                 )  # fmt: skip
     empty = _measure_echoes(twin, make_blank(made), (End.RIGHT,))[End.RIGHT].delay
-    tables = {
-        end.value: DelayTable(
+    left, right = (
+        DelayTable(
             tuple(each[end].delay or 0.0 for each in heard),
             empty if end is End.RIGHT else None,
             tuple(each[end].shape for each in heard),
         )
         for end in End
-    }
-    found = Calibration(**tables)
+    )
+    found = Calibration(left, right)
     found.check(design.levels, primary_end(settings.read))
     return found
 

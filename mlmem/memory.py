@@ -55,11 +55,6 @@ class MemoryStatistics:
     cycles: int = _count(0, 'strain cycles of all procedures, launches too: they wear an element')
     resets: int = _count(0, 'how often it was replaced by a fresh one')
 
-    @classmethod
-    def for_contents(cls, words: int) -> MemoryStatistics:
-        """Return the statistics of a new element with so many contents."""
-        return cls([0] * words, [0] * words)
-
     def count(self, outcome: Outcome) -> None:
         """Count the outcome of a procedure that was not aborted."""
         match outcome.procedure:
@@ -124,7 +119,8 @@ class Memory(Instrument):
         self.loudest: Mapping[End, float] = {}
         self.reader = choose_reader(design, settings, bad_cells=bad_cells)
         self.twin: Specimen | None = None
-        self.statistics = MemoryStatistics.for_contents(self.reader.content_count)
+        never = [0] * self.reader.content_count
+        self.statistics = MemoryStatistics(never.copy(), never.copy())
         self._events: list[Event] = []
 
     def adopt_twin(self, twin: Specimen) -> None:

@@ -51,12 +51,7 @@ class ActuatorState:
 
 
 class Actuator:
-    """The strain of the element as a function of time.
-
-    Attributes:
-        motion: The present or last move.
-        elapsed: Time since that move began, up to the end of the tick in which it ended.
-    """
+    """The strain of the element as a function of time; for its attributes see `ActuatorState`."""
 
     def __init__(self, settings: ActuatorSettings) -> None:
         self.settings = settings
@@ -151,11 +146,7 @@ class Actuator:
         self._begin_motion(shape_ramp(ramp, delay) if two else ramp)
 
     def follow_profile(self, command: FollowTrajectory, time_unit: float) -> None:
-        """Move along a timed profile from the current strain; a time unit is given in seconds.
-
-        Raises:
-            Refused: It is not a profile, or exceeds a limit of the actuator.
-        """
+        """Move along a timed profile from the current strain; raises as `plan_profile`."""
         self._begin_motion(plan_profile(command, self.strain, self.settings, time_unit))
 
     def _begin_motion(self, motion: Motion) -> None:

@@ -12,9 +12,10 @@ import importlib
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from concurrent.futures import Future, wait
+from contextlib import contextmanager
 from dataclasses import MISSING, dataclass
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from .. import threads
@@ -320,8 +321,7 @@ class Watchdog(Driver):
             SettingsError, DesignError, StateError: As `make` raises.
         """
         self._name, self._seconds, self._patience = name, seconds, patience
-        self._work: SimpleQueue[Callable[[], Any] | None] = SimpleQueue()
-        self._done: SimpleQueue[tuple[Any, BaseException | None]] = SimpleQueue()
+        self._work: SimpleQueue[tuple[Future[Any], Callable[[], Any]] | None] = SimpleQueue()
         self._hangs = self._closed = False
         threads.Thread(target=self._run_calls, name='mlmem-driver', daemon=True).start()
         try:
@@ -380,11 +380,11 @@ class Watchdog(Driver):
     def _call_driver(self, what: str, work: Callable[[], T], more: float = 0.0) -> T:
         if self._hangs:
             raise DriverHangs(f'the driver {self._name} hangs')
-        self._work.put(work)
+        answer: Future[T] = Future()
+        self._work.put((answer, work))
         parts = 10  # a host that is held up loses one of them, not the whole time-out
         for _ in range(parts):
-            with suppress(Empty):
-                value, error = self._done.get(timeout=(self._patience + more) / parts)
+            if wait([answer], (self._patience + more) / parts).done:
                 break
         else:
             self._hangs = True
@@ -392,10 +392,7 @@ class Watchdog(Driver):
                 f'the driver {self._name} hangs: {what} takes longer than {self._patience:g} s'
             )
         with self._translate_errors(what):
-            if error is not None:
-                raise error
-        result: T = value
-        return result
+            return answer.result()
 
     @contextmanager
     def _translate_errors(self, what: str) -> Iterator[None]:
@@ -410,8 +407,9 @@ class Watchdog(Driver):
             ) from error
 
     def _run_calls(self) -> None:
-        while (work := self._work.get()) is not None:
+        while (call := self._work.get()) is not None:
+            answer, work = call
             try:
-                self._done.put((work(), None))
+                answer.set_result(work())
             except BaseException as error:
-                self._done.put((None, error))
+                answer.set_exception(error)

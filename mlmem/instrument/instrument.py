@@ -140,16 +140,14 @@ class Instrument:
     @property
     def at_rest(self) -> bool:
         """Whether ticks change nothing but clocks until something is set."""
-        actuator = self.actuator
-        if actuator.is_moving or not (
-            self.base.is_still and self.transducer.at_rest and self.is_faultless
-        ):
-            return False
-        goal = actuator.target_strain
-        V_N = goal * self.design.end_displacement(1.0)
-        if goal != self.transmission.state.commanded or not self.driver.at_rest(V_N):
-            return False
-        return self.transducer.has_last_displacements
+        goal = self.actuator.target_strain
+        return (
+            self.is_still
+            and self.transducer.at_rest
+            and self.is_faultless
+            and goal == self.transmission.state.commanded
+            and self.driver.at_rest(goal * self.design.end_displacement(1.0))
+        )
 
     @property
     def is_faultless(self) -> bool:

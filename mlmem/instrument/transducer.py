@@ -226,11 +226,6 @@ class Transducer:
             return 0.0
         return self.held.motion.duration - self.held.steps * self._driver.dt
 
-    @property
-    def is_busy(self) -> bool:
-        """Whether a cell is held or a detector is listening."""
-        return self.is_driving or bool(self.detectors)
-
     # --- sensing -------------------------------------------------------------------------
 
     def assume_equilibrium(self) -> None:
@@ -242,8 +237,8 @@ class Transducer:
 
     @property
     def at_rest(self) -> bool:
-        """Whether nothing is driven or recorded, and all recent samples of an end are the same."""
-        if self.is_busy or self.recorders:
+        """Whether nothing is driven or recorded, and the ends are where all recent samples are."""
+        if self.is_driving or self.detectors or self.recorders:
             return False
         for each in self.reverberation.values():
             if each.returns.since < each.returns.seen:  # its own drive is still seen
@@ -254,12 +249,7 @@ class Transducer:
             if assumed or recent[0, -1] != recent[0, -2] or (recent != recent[:, -1:]).any():
                 return False
             self._flat, self._hums = recent, {}
-        return True
-
-    @property
-    def has_last_displacements(self) -> bool:
-        """Whether both ends are where they were last heard."""
-        return all(self.find_displacement(end) == self.recent[end.row, -1] for end in End)
+        return all(self.find_displacement(end) == recent[end.row, -1] for end in End)
 
     def find_displacement(self, end: End) -> float:
         """Return the displacement of an end now, or that of its phase if nothing senses it."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..errors import NotFollowed, ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, follow_ramps, wait_for_ends
@@ -309,20 +309,11 @@ def correct_write(
     write: WriteSettings, correction: PulseCorrection, limit: float = math.inf
 ) -> WriteSettings:
     """Return the cycle of a write times a correction; its strains stay within a limit."""
-    times = correction.times
-    compression, tension, start_strain = (
-        max(-limit, min(correction.peak * strain, limit))
-        for strain in (write.compression, write.tension, write.start_strain)
-    )
-    return replace(
-        write,
-        compression=compression,
-        tension=tension,
-        start_strain=start_strain,
-        ramp=times * write.ramp,
-        hold=times * write.hold,
-        ease=times * write.ease,
-        release=times * write.release,
-        settle=times * write.settle,
-        launch_speed=min((correction.speed or 1.0) * write.launch_speed, 10.0),
-    )
+    values: dict[str, Any] = {
+        'launch_speed': min((correction.speed or 1.0) * write.launch_speed, 10.0)
+    }
+    for name in ('compression', 'tension', 'start_strain'):
+        values[name] = max(-limit, min(correction.peak * getattr(write, name), limit))
+    for name in ('ramp', 'hold', 'ease', 'release', 'settle'):
+        values[name] = correction.times * getattr(write, name)
+    return replace(write, **values)

@@ -36,15 +36,15 @@ def measure_delays(element: Memory, writer: Writer) -> Procedure[Calibration]:
     try:
         for level in range(element.design.levels):
             levels.append((yield from _reach_level(element, writer, level)))
-        tables = {
-            end.value: DelayTable(
+        left, right = (
+            DelayTable(
                 tuple(each.get_delay(end) or 0.0 for each in levels),
                 blank if end is End.RIGHT else None,
                 tuple(each.shapes[end] for each in levels),
             )
             for end in End
-        }
-        measured = replace(element.calibration, **tables)
+        )
+        measured = replace(element.calibration, left=left, right=right)
         measured.check(element.design.levels, primary_end(element.settings.read))
     except (ProcedureFailed, SettingsError) as error:
         raise ProcedureFailed(f'the calibration was not taken: {error}') from error
