@@ -7,7 +7,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import partial
 from typing import Any
 
 import rclpy
@@ -44,8 +43,7 @@ from ...contract.requests import (
     load_action_types,
 )
 from .connection import ClientThread, create_node_name
-from .reply import Reply
-from .request import Peer, ProcedureReply, ServiceCall, ServiceReply, check_timeout
+from .reply import ActionCall, Reply, RequestReply, ServiceCall, check_timeout
 
 
 class MemoryClient:
@@ -81,13 +79,13 @@ class MemoryClient:
         self.node = node
         self.name = node.resolve_service_name(name)
         self.group = MutuallyExclusiveCallbackGroup()
-        self._peer = Peer(node, self.name, patience)
+        self._patience = patience
         self._actions = load_action_types() if actions else {}
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait at most `timeout` seconds, whatever the patience, until the node is available."""
         call = ServiceCall('request', SetParametersAtomically, None, lambda _: None)
-        return ServiceReply(Peer(self.node, self.name, timeout), 'ready', call, timeout)
+        return RequestReply(self.node, self.name, 'ready', call, timeout, timeout)
 
     def node_count(self) -> int:
         """Return how many memory nodes of this name are on the graph now: more than one may
@@ -95,7 +93,7 @@ class MemoryClient:
         """
         return int(self.node.count_publishers(f'{self.name}/alive'))
 
-    def write(self, level: int, timeout: float = 60.0) -> ProcedureReply[Decoded]:
+    def write(self, level: int, timeout: float = 60.0) -> RequestReply[Decoded]:
         """Write a level from 0 to p - 1, or a word of a register, verified by an echo.
 
         Raises:
@@ -103,7 +101,7 @@ class MemoryClient:
         """
         return self.procedure('write', timeout, content=check_content(level))
 
-    def read(self, timeout: float = 10.0, *, end: str = '') -> ProcedureReply[Decoded]:
+    def read(self, timeout: float = 10.0, *, end: str = '') -> RequestReply[Decoded]:
         """Fire a pulse and decode its echo.
 
         Args:
@@ -111,15 +109,15 @@ class MemoryClient:
         """
         return self.procedure('read', timeout, end=end)
 
-    def erase(self, timeout: float = 60.0) -> ProcedureReply[Decoded]:
+    def erase(self, timeout: float = 60.0) -> RequestReply[Decoded]:
         """Make the element blank."""
         return self.procedure('erase', timeout)
 
-    def calibrate(self, timeout: float = 120.0) -> ProcedureReply[Calibrated]:
+    def calibrate(self, timeout: float = 120.0) -> RequestReply[Calibrated]:
         """Measure the echo delay of every level, and restore the content."""
         return self.procedure('calibrate', timeout)
 
-    def self_test(self, timeout: float = 120.0) -> ProcedureReply[SelfTested]:
+    def self_test(self, timeout: float = 120.0) -> RequestReply[SelfTested]:
         """Write and read every level, test actuator and transducers, and restore the content."""
         return self.procedure('self_test', timeout)
 
@@ -127,9 +125,7 @@ class MemoryClient:
         """Stop the running procedure and bring the strain to zero."""
         return self.request('abort', timeout)
 
-    def procedure(
-        self, name: str, timeout: float = 120.0, **arguments: Any
-    ) -> ProcedureReply[Any]:
+    def procedure(self, name: str, timeout: float = 120.0, **arguments: Any) -> RequestReply[Any]:
         """Request any procedure by its name, with its arguments: see `mlmem.procedure_table`.
 
         Raises:
@@ -141,9 +137,9 @@ class MemoryClient:
         values = {each.name: parameter_value_to_python(each.value) for each in given}
         if name == 'self_test':  # its own service reports every check
             call = ServiceCall('self_test', SelfTest, SelfTest.Request(), parse_self_test)
-        action = self._actions.get(name)
-        goal = action and action.Goal(**values)
-        return ProcedureReply(self._peer, what, call, timeout, action, goal)
+        kind = self._actions.get(name)
+        action = ActionCall(name, kind, kind.Goal(**values)) if kind else None
+        return self._send(call, timeout, what, action)
 
     def request(self, name: str, timeout: float = 120.0, **arguments: Any) -> Reply[Any]:
         """Send any request that `~/request` takes, with its arguments; see `contract.requests`.
@@ -151,18 +147,16 @@ class MemoryClient:
         Raises:
             ValueError: There is no such request, or an argument is not of its type.
         """
-        call = _build_request_call(name, timeout, arguments)
-        return ServiceReply(self._peer, name, call, timeout)
+        return self._send(_build_request_call(name, timeout, arguments), timeout, name)
 
     def pause(self, hold: bool = True, timeout: float = 10.0) -> Reply[Paused]:
         """Pause the element's time, or with `hold` false resume it."""
         message = SetBool.Request(data=bool(hold))
-        return self._call('pause', timeout, SetBool, message, partial(_parse_response, Paused))
+        return self._send(ServiceCall('pause', SetBool, message, _parse_pause), timeout)
 
     def step(self, timeout: float = 10.0) -> Reply[Paused]:
         """Run one tick while time is paused."""
-        parse = partial(_parse_response, Paused)
-        return self._call('step', timeout, Trigger, Trigger.Request(), parse)
+        return self._send(ServiceCall('step', Trigger, Trigger.Request(), _parse_pause), timeout)
 
     def follow(
         self,
@@ -207,7 +201,8 @@ class MemoryClient:
             return dict(zip(names, map(parameter_value_to_python, response.values), strict=True))
 
         message = GetParameters.Request(names=list(names))
-        return self._call('get_parameters', timeout, GetParameters, message, parse_values)
+        call = ServiceCall('get_parameters', GetParameters, message, parse_values)
+        return self._send(call, timeout)
 
     def set_parameters(self, values: Mapping[str, Any], timeout: float = 10.0) -> Reply[None]:
         """Set parameters of the node that may change while it runs, such as
@@ -227,13 +222,14 @@ class MemoryClient:
 
         given = [build_parameter(name, value) for name, value in values.items()]
         kind, message = SetParametersAtomically, SetParametersAtomically.Request(parameters=given)
-        return self._call('set_parameters_atomically', timeout, kind, message, check_result)
+        call = ServiceCall('set_parameters_atomically', kind, message, check_result)
+        return self._send(call, timeout)
 
-    def _call(
-        self, service: str, timeout: float, kind: Any, message: Any, parse: Callable[[Any], Any]
-    ) -> Reply[Any]:
-        call = ServiceCall(service, kind, message, parse)
-        return ServiceReply(self._peer, service, call, timeout)
+    def _send(
+        self, call: ServiceCall, timeout: float, what: str = '', action: ActionCall | None = None
+    ) -> RequestReply[Any]:
+        what, patience = what or call.service, self._patience
+        return RequestReply(self.node, self.name, what, call, timeout, patience, action)
 
 
 def _build_request_call(name: str, timeout: float, arguments: Mapping[str, Any]) -> ServiceCall:
@@ -249,8 +245,8 @@ def _build_request_call(name: str, timeout: float, arguments: Mapping[str, Any])
     return ServiceCall('request', SetParametersAtomically, message, parse_result)
 
 
-def _parse_response(kind: type[Answer], response: Any) -> Answer:
-    return parse_answer(kind, response.success, response.message)
+def _parse_pause(response: Any) -> Paused:
+    return parse_answer(Paused, response.success, response.message)
 
 
 @contextmanager

@@ -28,7 +28,9 @@ from rclpy.signals import SignalHandlerOptions
 
 from ...contract.topics import Qos
 from ..middleware import create_events_executor
-from .reply import CLIENT_THREAD_NAME
+
+CLIENT_THREAD_NAME = 'mlmem-client'
+"""Name of the threads that take answers."""
 
 
 class ClientThread(threading.Thread):
@@ -38,7 +40,7 @@ class ClientThread(threading.Thread):
 
     Attributes:
         node: The node, which has the ROS entities of the clients.
-        requests: The requests that pend: every `ServiceReply` that it resumes when it is due.
+        requests: The requests that pend: every `RequestReply` that it resumes when it is due.
         closed: Whether it has ended.
     """
 
