@@ -210,9 +210,6 @@ class Parameters:
     twin: str = ''
 
 
-INTROSPECTION_PARAMETER = 'service_configure_introspection'
-"""Whether services publish what they are asked and answer, named as in demo_nodes_py."""
-
 LIVE_PARAMETERS = {
     'target_level': (
         UNSET_CONTENT,
@@ -238,7 +235,7 @@ LIVE_PARAMETERS = {
             high=MAX_SPEED,
         ),
     ),
-    INTROSPECTION_PARAMETER: (
+    'service_configure_introspection': (  # named as in demo_nodes_py
         'disabled',
         Description(
             'what services publish on ~/NAME/_service_event',
@@ -246,49 +243,46 @@ LIVE_PARAMETERS = {
         ),
     ),
 }
-"""Parameters that may be set at any time, like those of `parameters.LIVE_GROUPS`."""
-
-ELEMENT, TWIN, INITIAL_CONTENT = 'element', 'twin', 'initial_content'
-"""Parameters that say which element it is, and how a simulated one begins."""
+"""Parameters that may be set at any time, like the groups `record` and `faults`."""
 
 DESCRIPTION = 'element_description'
 """The element as the text of its file, as `robot_description` is that of a robot."""
 
-METHOD, ATTEMPTS = 'write.method', 'write.attempts'
-"""How a level is written, and how often it is tried."""
-
-ACTUATOR, READ_END = 'actuator.present', 'read.end'
-"""Whether there is an actuator, and the end that a read probes."""
+ELEMENT_OVERRIDES: dict[str, tuple[Any, Description]] = {
+    'write.method': ('', Description(
+        'how a level is written; empty: as the element file says',
+        choices=('', 'strain', 'kick', 'auto'),
+    )),
+    'write.attempts': (0, Description(
+        'most attempts of a write; 0: as the element file says', low=0, high=100
+    )),
+    'actuator.present': (True, Description(
+        'false: the robot has no actuator, even if the element file has one'
+    )),
+    'read.end': ('', Description(
+        'end that a read probes from; empty: as the element file says',
+        choices=('', 'left', 'right', 'both'),
+    )),
+}  # fmt: skip
+"""Parameters that override a setting of the element file, unless they have their default; but for
+`write.method` they may be set only while unconfigured.
+"""
 
 NODE_PARAMETERS = {
-    ELEMENT: ('case_2', Description(
+    'element': ('case_2', Description(
         f'{", ".join(ELEMENT_NAMES)}, or the path of an element file, which is read when this is '
         'set',
     )),
-    TWIN: ('', Description(
+    'twin': ('', Description(
         'file of the fitted element that this is: calibrate verifies its forecast, registers are '
         'read by it; empty: none',
     )),
-    INITIAL_CONTENT: (UNSET_CONTENT, Description(
+    'initial_content': (UNSET_CONTENT, Description(
         'level or word with which a simulated element begins; -1: blank',
         low=UNSET_CONTENT, high=2**14 - 1,
     )),
     DESCRIPTION: ('', Description(
         'the element as the text of an element file; it follows from `element`'
-    )),
-    METHOD: ('', Description(
-        'how a level is written; empty: as the element file says',
-        choices=('', 'strain', 'kick', 'auto'),
-    )),
-    ATTEMPTS: (0, Description(
-        'most attempts of a write; 0: as the element file says', low=0, high=100
-    )),
-    ACTUATOR: (True, Description(
-        'false: the robot has no actuator, even if the element file has one'
-    )),
-    READ_END: ('', Description(
-        'end that a read probes from; empty: as the element file says',
-        choices=('', 'left', 'right', 'both'),
     )),
     'autostart': (True, Description('configure and activate at start')),
     'actions': (True, Description(
@@ -304,9 +298,7 @@ NODE_PARAMETERS = {
         choices=('refuse', 'warn', 'skip'),
     )),
 }  # fmt: skip
-"""Parameters that are not fields of settings; but for `write.method` they may be set only while
-unconfigured.
-"""
+"""Parameters that are not fields of settings; they may be set only while unconfigured."""
 
 GROUPS: dict[str, Any] = {
     'device': DeviceSettings(),
@@ -322,8 +314,8 @@ GROUPS: dict[str, Any] = {
 
 def declare_parameters() -> Iterator[tuple[str, Any, Description]]:
     """Yield every parameter with its default."""
-    for name, (default, description) in {**LIVE_PARAMETERS, **NODE_PARAMETERS}.items():
-        yield name, default, description
+    tables = LIVE_PARAMETERS, NODE_PARAMETERS, ELEMENT_OVERRIDES
+    yield from ((name, *row) for table in tables for name, row in table.items())
     for prefix, defaults in GROUPS.items():
         for field, description in find_descriptions(defaults):
             yield f'{prefix}.{field.name}', getattr(defaults, field.name), description

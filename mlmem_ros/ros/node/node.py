@@ -25,7 +25,7 @@ from mlmem.rejections import ErrorCode
 from ...contract.requests import NODE_SERVICES
 from ...host import REFUSALS, Host
 from ...host.building import Built
-from ...host.settings import INTROSPECTION_PARAMETER, Parameters
+from ...host.settings import Parameters
 from ..middleware import Heartbeat, write_log_line
 from .actions import serve_actions
 from .callback_guard import CallbackGuard, await_future
@@ -114,7 +114,7 @@ class MemoryNode(LifecycleNode):
             if service.srv_name.endswith('/change_state'):
                 service.callback = self._change_state_when_prepared(service.callback)
         callback_guard.guard_services()
-        if self.get_parameter(INTROSPECTION_PARAMETER).value != 'disabled':
+        if self.get_parameter('service_configure_introspection').value != 'disabled':
             self._given.configure_introspection()
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:

@@ -37,23 +37,16 @@ from mlmem import (
     load_element,
 )
 from mlmem.element_file import ELEMENT_NAMES, Element, ElementFileError, text_of
-from mlmem.procedure_table import UNSET_CONTENT
+from mlmem.procedure_table import CONTENT_NAMES, PROCEDURES, UNSET_CONTENT
 from mlmem.schema import Description, find_descriptions, short_repr
 
 from ...contract.requests import NODE_SERVICES
 from ...host import Host
 from ...host.settings import (
-    ACTUATOR,
-    ATTEMPTS,
     DESCRIPTION,
-    ELEMENT,
+    ELEMENT_OVERRIDES,
     GROUPS,
-    INITIAL_CONTENT,
-    INTROSPECTION_PARAMETER,
     LIVE_PARAMETERS,
-    METHOD,
-    READ_END,
-    TWIN,
     Parameters,
     declare_parameters,
 )
@@ -61,8 +54,8 @@ from ...host.settings import (
 QOS_OVERRIDES_PREFIX = 'qos_overrides.'
 """Prefix of the parameters that rclpy declares for an endpoint; they are read-only."""
 
-LEVEL, WORD = 'target_level', 'target_word'
-"""What `~/write` writes to an element with one wall, and to a register."""
+TARGETS = PROCEDURES['write'].target_parameters
+"""Parameters with what `~/write` writes: `target_level` and `target_word`, by what they hold."""
 
 
 class ParameterSet:
@@ -88,7 +81,7 @@ class ParameterSet:
         _, description = declared.pop(DESCRIPTION)
         for name, (default, described) in declared.items():
             self._declare_parameter(name, own.get(name, default), described)
-        self._element = self._checked = self._load_source(self._get_value(ELEMENT))
+        self._element = self._checked = self._load_source(self._get_value('element'))
         text = text_of(self._element)
         node.declare_parameter(DESCRIPTION, text, build_descriptor(description, ''), True)
         self._report_strange_overrides(text)
@@ -109,19 +102,19 @@ class ParameterSet:
         Raises:
             SettingsError: The given one has the wrong type or is out of range.
         """
-        given = self._node._parameter_overrides.get(name)
-        got = f'got {given.value!r}' if given else ''
         try:
             self._node.declare_parameter(name, default, build_descriptor(description, default))
-        except InvalidParameterTypeException as error:
-            hint = ' (a number with a decimal point)' if isinstance(default, float) else ''
-            names = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
+        except (InvalidParameterTypeException, InvalidParameterValueException) as error:
+            kinds = {
+                bool: 'a bool', int: 'an integer',
+                float: 'a double (a number with a decimal point)', str: 'a string',
+            }  # fmt: skip
+            low, high = description.low, description.high
+            ends = '' if low is None else f' from {low} to {high}'
+            got = self._node._parameter_overrides[name].value
             raise SettingsError(
-                f'parameter {name} must be {names[type(default)]}{hint}; {got}'
+                f'parameter {name} must be {kinds[type(default)]}{ends}; got {got!r}'
             ) from error
-        except InvalidParameterValueException as error:
-            ends = f'from {description.low} to {description.high}'
-            raise SettingsError(f'parameter {name} must be {ends}; {got}') from error
         if description.choices:
             self._choices[name] = description.choices
             self._check_choice(name, self._get_value(name), 'parameter ')
@@ -139,7 +132,7 @@ class ParameterSet:
         if DESCRIPTION in given and given[DESCRIPTION].value not in ('', description):
             log.warning(
                 f'the element is not the one whose parameters were saved: {DESCRIPTION} follows '
-                f'from {ELEMENT}'
+                'from element'
             )
 
     def _suggest_name(self, name: str) -> str:
@@ -171,8 +164,8 @@ class ParameterSet:
             check=self._get_value('design.check'),
             settings=self._apply_overrides(element),
             specimen=None if ideal else element.timed_specimen,
-            initial_content=self._get_value(INITIAL_CONTENT),
-            twin=self._get_value(TWIN),
+            initial_content=self._get_value('initial_content'),
+            twin=self._get_value('twin'),
             **{prefix: self._read_group(prefix) for prefix in GROUPS},
         )
 
@@ -182,21 +175,23 @@ class ParameterSet:
         Raises:
             SettingsError: They contradict each other.
         """
-        overrides = (METHOD, ATTEMPTS, ACTUATOR, READ_END)
-        given = {name: self._get_value(name) for name in overrides} | changed
+        given = {name: self._get_value(name) for name in ELEMENT_OVERRIDES} | changed
+        given = {key: each for key, each in given.items() if each != ELEMENT_OVERRIDES[key][0]}
+        groups: dict[str, dict[str, Any]] = {}
+        for name, value in given.items():
+            group, _, field = name.partition('.')
+            groups.setdefault(group, {})[field] = value
         settings = element.settings
-        write, actuator, read = settings.write, settings.actuator, settings.read
-        present = actuator.present and given[ACTUATOR]
-        method, attempts = given[METHOD] or write.method, given[ATTEMPTS] or write.attempts
         try:
             return dataclasses.replace(
                 settings,
-                write=dataclasses.replace(write, method=method, attempts=attempts),
-                actuator=dataclasses.replace(actuator, present=present),
-                read=dataclasses.replace(read, end=given[READ_END] or read.end),
+                **{
+                    group: dataclasses.replace(getattr(settings, group), **values)
+                    for group, values in groups.items()
+                },
             )
         except SettingsError as error:
-            named = ', '.join(f'{name} = {value}' for name, value in given.items() if value != '')
+            named = ', '.join(f'{name} = {value}' for name, value in given.items())
             raise SettingsError(f'parameters {named}: {error}') from error
 
     def _load_source(self, source: str) -> Element:
@@ -213,7 +208,7 @@ class ParameterSet:
             )
         except (ElementFileError, SettingsError) as error:
             text = str(error)
-            named = text if text.startswith(f'{ELEMENT} ') else f'{ELEMENT}: {text}'
+            named = text if text.startswith('element ') else f'element: {text}'
             raise SettingsError(named) from error
 
     def lock_parameters(self) -> None:
@@ -242,19 +237,17 @@ class ParameterSet:
             raise SettingsError(f'parameters {prefix}.*: {error}') from error
 
     def _check_targets(self) -> None:
-        for name in (LEVEL, WORD):
+        for name in TARGETS.values():
             self._check_target(name, self._get_value(name), self._element)
 
     def _check_target(self, name: str, value: int, element: Element) -> None:
         """Raise `SettingsError` if a target is set that is none of the contents of an element."""
         if value == UNSET_CONTENT:
             return
-        if not is_fitting_target(name, element):
-            one_wall = name == WORD
-            kind, other = ('an element with one wall', LEVEL) if one_wall else ('a register', WORD)
+        if name != (fitting := TARGETS[CONTENT_NAMES[element.settings.holds_words]]):
             raise SettingsError(
-                f'{name} must be {UNSET_CONTENT} (not set) for {kind}, which takes {other}; got '
-                f'{value}'
+                f'{name} must be {UNSET_CONTENT} (not set) for an element that takes {fitting}; '
+                f'got {value}'
             )
         words = count_words(element.design, self._apply_overrides(element))
         if not 0 <= value < words:
@@ -266,14 +259,15 @@ class ParameterSet:
         """
         changed = [self._convert_double(parameter) for parameter in changed]
         given = {parameter.name: parameter.value for parameter in changed}
-        if not isinstance(given.get(ELEMENT), str):  # rclpy refuses another type
+        if not isinstance(given.get('element'), str):  # rclpy refuses another type
             return changed
         try:
-            element = self._load_source(given[ELEMENT])
+            element = self._load_source(given['element'])
         except SettingsError:  # `_check_changes` reports it
             return changed
-        unfit = LEVEL if is_fitting_target(WORD, element) else WORD
-        following = {unfit: UNSET_CONTENT, DESCRIPTION: text_of(element)}
+        following: dict[str, Any] = dict.fromkeys(TARGETS.values(), UNSET_CONTENT)
+        del following[TARGETS[CONTENT_NAMES[element.settings.holds_words]]]
+        following[DESCRIPTION] = text_of(element)
         return changed + [
             Parameter(name, value=value) for name, value in following.items() if name not in given
         ]
@@ -299,17 +293,17 @@ class ParameterSet:
                 self._check_change(parameter.name, parameter.value)
             given = {parameter.name: parameter.value for parameter in changed}
             self._checked = (
-                self._load_source(given[ELEMENT]) if ELEMENT in given else self._element
+                self._load_source(given['element']) if 'element' in given else self._element
             )
-            for name in given.keys() & {LEVEL, WORD}:
+            for name in given.keys() & TARGETS.values():
                 self._check_target(name, given[name], self._checked)
             if DESCRIPTION in given and given[DESCRIPTION] != text_of(self._checked):
-                raise SettingsError(f'{DESCRIPTION} follows from {ELEMENT}; set that one')
+                raise SettingsError(f'{DESCRIPTION} follows from element; set that one')
             faults = {p.name.removeprefix('faults.'): p.value for p in changed if _is_fault(p)}
             if faults and self._host.element is not None:
                 self._host.element.specimen(self._read_group('faults', **faults))
-            if METHOD in given and self.locked:
-                self._apply_overrides(self._checked, **{METHOD: given[METHOD]})
+            if 'write.method' in given and self.locked:
+                self._apply_overrides(self._checked, **{'write.method': given['write.method']})
         except (Refused, SettingsError) as error:
             self._host.log.refused('a parameter', error)
             return SetParametersResult(successful=False, reason=str(error))
@@ -323,22 +317,19 @@ class ParameterSet:
         """
         if not self._node.has_parameter(name):  # rclpy takes an empty name for a declared one
             raise SettingsError(f'there is no parameter {short_repr(name)}')
-        # groups of the next session, and of the device
-        live = name in (*LIVE_PARAMETERS, METHOD) or name.split('.')[0] in ('record', 'faults')
-        if name == 'use_sim_time':
-            if self._host.loop is not None and value != self._get_value(name):
-                raise SettingsError(f'{name} may be set only while the node is not active')
-        elif (
-            self.locked
-            and (not live or name == 'record.hash_every')  # the running loop counts on it
-            and value != self._get_value(name)
-        ):
+        own = (*LIVE_PARAMETERS, 'write.method', 'use_sim_time')
+        live = name in own or name.partition('.')[0] in ('record', 'faults')
+        changes = value != self._get_value(name)
+        if changes and name == 'use_sim_time' and self._host.loop is not None:
+            raise SettingsError(f'{name} may be set only while the node is not active')
+        # the running loop counts on when hashes are due
+        if changes and self.locked and (not live or name == 'record.hash_every'):
             raise SettingsError(f'{name} may be set only while the node is unconfigured')
-        if name == 'files.root' and value != self._get_value(name):
+        if changes and name == 'files.root':
             raise SettingsError(f'{name} may be set only at the start of the node')
         if name == 'time.speed':
             check_speed(value)
-        if name in ('record.path', 'state.path', TWIN) and value:
+        if name in ('record.path', 'state.path', 'twin') and value:
             try:
                 self._read_group('files').confine_path(value)
             except SettingsError as error:
@@ -374,9 +365,9 @@ class ParameterSet:
             for parameter in changed:
                 if parameter.name == 'time.speed':
                     self._host.set_speed(parameter.value)
-                elif parameter.name == METHOD:
+                elif parameter.name == 'write.method':
                     self._host.set_method(self.values().settings.write.method)
-                elif parameter.name == INTROSPECTION_PARAMETER:
+                elif parameter.name == 'service_configure_introspection':
                     self.configure_introspection()
 
     def configure_introspection(self) -> None:
@@ -386,7 +377,7 @@ class ParameterSet:
             'metadata': ServiceIntrospectionState.METADATA,
             'contents': ServiceIntrospectionState.CONTENTS,
         }
-        state = states[self._get_value(INTROSPECTION_PARAMETER)]
+        state = states[self._get_value('service_configure_introspection')]
         own = {
             service.name for service in NODE_SERVICES
         }  # rcl's, of the life cycle, have no types
@@ -395,11 +386,6 @@ class ParameterSet:
                 service.configure_introspection(
                     self._node.get_clock(), qos_profile_system_default, state
                 )
-
-
-def is_fitting_target(name: str, element: Element) -> bool:
-    """Return whether `LEVEL` or `WORD` belongs to an element."""
-    return (name == WORD) == element.settings.holds_words
 
 
 def _is_fault(parameter: Parameter) -> bool:
