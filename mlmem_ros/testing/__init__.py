@@ -10,10 +10,10 @@
 """
 
 from .frozen_clock import FrozenClock, frozen_clock
-from .running import RunningNode, faults, isolate, memory_node
+from .running import NodeApart, NodeHere, RunningNode, faults, isolate, memory_node
 from .sessions import ReplayedSession, assert_replays, assert_written
 
 __all__ = [
-    'FrozenClock', 'ReplayedSession', 'RunningNode', 'assert_replays', 'assert_written', 'faults',
-    'frozen_clock', 'isolate', 'memory_node',
+    'FrozenClock', 'NodeApart', 'NodeHere', 'ReplayedSession', 'RunningNode', 'assert_replays',
+    'assert_written', 'faults', 'frozen_clock', 'isolate', 'memory_node',
 ]  # fmt: skip

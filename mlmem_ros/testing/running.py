@@ -14,7 +14,6 @@ import socket
 import subprocess
 import tempfile
 import threading
-from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import cached_property
@@ -100,11 +99,11 @@ def is_domain_used(domain: int) -> bool:
     return False
 
 
-class RunningNode(ABC):
-    """A memory node that runs, until the end of its context.
+class NodeClient:
+    """Reaches a memory node that runs, until the end of its context.
 
     Attributes:
-        element: Its full name.
+        element: Full name of the node.
     """
 
     def __init__(self, element: str) -> None:
@@ -119,46 +118,11 @@ class RunningNode(ABC):
         start_timeout = 60.0  # seconds, on a busy machine
         return self.ends.enter_context(standalone(self.element, start_timeout))
 
-    @abstractmethod
-    def step(self, ticks: int) -> int:
-        """Run ticks while time is paused; return the ticks since its start.
-
-        Raises:
-            RequestRefused: Its time is not paused, or it has failed.
-        """
-
-    @property
-    @abstractmethod
-    def output(self) -> str:
-        """All that it has logged."""
-
-    @property
-    @abstractmethod
-    def running(self) -> bool:
-        """Whether it is still running."""
-
-    @abstractmethod
-    def terminate(self) -> None:
-        """Ask it to end, like SIGTERM, if it is still running."""
-
-    @abstractmethod
-    def exit_status(self, within: float = 60.0) -> int:
-        """Wait for its end; return the exit status of `memory_node`.
-
-        Raises:
-            TimeoutError: It does not end in time.
-        """
-
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.terminate()
-        self.exit_status()
-        self.ends.close()
 
-
-class NodeApart(RunningNode):
+class NodeApart(NodeClient):
     """A running process of `memory_node`."""
 
     def __init__(self, element: str, arguments: Sequence[str]) -> None:
@@ -208,78 +172,7 @@ class NodeApart(RunningNode):
         self.ends.close()
 
 
-@contextmanager
-def faults(node: RunningNode, **given: bool | int | float) -> Iterator[None]:
-    """Set faults of an element, named like the parameters `faults.*`, and restore them at the end,
-    even after an exception.
-
-    ::
-
-        with faults(node, actuator_stuck=True), pytest.raises(RequestFailed):
-            node.memory.write(3).wait()
-
-    Commands sent in the block meet the faults; those sent afterwards do not.
-
-    Raises:
-        RequestRefused: There is no such fault, or the element cannot have it.
-    """
-    named = {f'faults.{name}': value for name, value in given.items()}
-    before = node.memory.parameters(*named).wait()
-    try:
-        node.memory.set_parameters(named).wait()
-        yield
-    finally:
-        if node.running:
-            node.memory.set_parameters(before).wait()
-
-
-@contextmanager
-def memory_node(
-    parameters: Parameters | None = None,
-    *,
-    name: str = 'mlmem',
-    namespace: str = '',
-    file: str | PathLike[str] | None = None,
-    options: Sequence[str] = (),
-    apart: bool = False,
-) -> Iterator[RunningNode]:
-    """Run a memory node until the end of the context.
-
-    ::
-
-        with memory_node({'time.speed': 10.0}) as node:
-            assert node.memory.write(5).wait().level == 5
-
-    It joins the ROS graph like any node, in the environment's ROS_DOMAIN_ID: set one that no robot
-    uses. In the test's own process it starts in less than a second.
-
-    Args:
-        parameters: Parameters by name.
-        name: Name of the node.
-        namespace: Its namespace.
-        file: A parameter file.
-        options: Further command line arguments, plain options first.
-        apart: Run it in a process of its own, which can take signals and crash; that takes some
-            seconds to start.
-
-    Yields:
-        A `RunningNode`; one apart also has `signal(number)`.
-
-    Raises:
-        Exception: Whatever keeps the node from starting. One apart raises nothing: see its output
-            and exit status.
-    """
-    element = f'{namespace.rstrip("/")}/{name}'
-    command = build_node_arguments(element, parameters, file)
-    if apart:
-        with NodeApart(element, [*options, *command]) as node:
-            yield node
-    else:
-        with NodeHere(element, ['memory_node', *options, *command]) as node:
-            yield node
-
-
-class NodeHere(RunningNode):
+class NodeHere(NodeClient):
     """A node in this process, or several, their executor and its thread.
 
     Attributes:
@@ -359,3 +252,83 @@ class NodeHere(RunningNode):
         if self._status is None:
             raise TimeoutError(f'{self.element} did not end within {within:g} s')
         return self._status
+
+    def __exit__(self, *_: object) -> None:
+        self.terminate()
+        self.exit_status()
+        self.ends.close()
+
+
+RunningNode = NodeHere | NodeApart
+"""A memory node that runs, in this process or in its own: `memory` is a client of it."""
+
+
+@contextmanager
+def faults(node: RunningNode, **given: bool | int | float) -> Iterator[None]:
+    """Set faults of an element, named like the parameters `faults.*`, and restore them at the end,
+    even after an exception.
+
+    ::
+
+        with faults(node, actuator_stuck=True), pytest.raises(RequestFailed):
+            node.memory.write(3).wait()
+
+    Commands sent in the block meet the faults; those sent afterwards do not.
+
+    Raises:
+        RequestRefused: There is no such fault, or the element cannot have it.
+    """
+    named = {f'faults.{name}': value for name, value in given.items()}
+    before = node.memory.parameters(*named).wait()
+    try:
+        node.memory.set_parameters(named).wait()
+        yield
+    finally:
+        if node.running:
+            node.memory.set_parameters(before).wait()
+
+
+@contextmanager
+def memory_node(
+    parameters: Parameters | None = None,
+    *,
+    name: str = 'mlmem',
+    namespace: str = '',
+    file: str | PathLike[str] | None = None,
+    options: Sequence[str] = (),
+    apart: bool = False,
+) -> Iterator[RunningNode]:
+    """Run a memory node until the end of the context.
+
+    ::
+
+        with memory_node({'time.speed': 10.0}) as node:
+            assert node.memory.write(5).wait().level == 5
+
+    It joins the ROS graph like any node, in the environment's ROS_DOMAIN_ID: set one that no robot
+    uses. In the test's own process it starts in less than a second.
+
+    Args:
+        parameters: Parameters by name.
+        name: Name of the node.
+        namespace: Its namespace.
+        file: A parameter file.
+        options: Further command line arguments, plain options first.
+        apart: Run it in a process of its own, which can take signals and crash; that takes some
+            seconds to start.
+
+    Yields:
+        The node; one apart also has `signal(number)`.
+
+    Raises:
+        Exception: Whatever keeps the node from starting. One apart raises nothing: see its output
+            and exit status.
+    """
+    element = f'{namespace.rstrip("/")}/{name}'
+    command = build_node_arguments(element, parameters, file)
+    if apart:
+        with NodeApart(element, [*options, *command]) as node:
+            yield node
+    else:
+        with NodeHere(element, ['memory_node', *options, *command]) as node:
+            yield node
