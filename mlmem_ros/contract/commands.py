@@ -20,7 +20,6 @@ from mlmem import (
     SetStrain,
 )
 from mlmem.procedure_table import JOINT_NAME
-from mlmem.rejections import ErrorCode
 
 from .requests import build_command
 from .topics import Qos, Topic
@@ -48,17 +47,11 @@ def parse_trajectory(message: Any, element: MemoryElement) -> FollowTrajectory:
     rates = min(1, len(points[0].velocities)) if points else 0
     for number, point in enumerate(points, start=1):
         if len(point.positions) != 1:
-            raise Refused(
-                'every point must have one position; '
-                f'got {len(point.positions)} in point {number}',
-                code=ErrorCode.OUT_OF_RANGE, field='positions',
-            )  # fmt: skip
+            expected = f'one in every point, also in point {number}'
+            raise Refused.out_of_range('positions', len(point.positions), expected)
         if len(point.velocities) != rates:
-            raise Refused(
-                'either every point or none must have one velocity; '
-                f'got {len(point.velocities)} in point {number}',
-                code=ErrorCode.OUT_OF_RANGE, field='velocities',
-            )  # fmt: skip
+            expected = f'one in every point or in none, also in point {number}'
+            raise Refused.out_of_range('velocities', len(point.velocities), expected)
     strain = element.elongation
     return FollowTrajectory(
         tuple(

@@ -93,8 +93,7 @@ class Recording(ABC):
 @dataclass
 class _Segment:
     tick: int
-    header: Message
-    messages: list[Message] = field(default_factory=list)
+    messages: list[Message] = field(default_factory=list)  # the header first
     size: int = 0
 
 
@@ -138,8 +137,7 @@ class PreTriggerBuffer(Recording):
         """Keep a message in the newest segment, and drop the oldest ones if they take too much."""
         with self._lock:
             if self._segments:
-                self._segments[-1].messages.append(message)
-                self._add_size(message)
+                self._append_message(message)
                 while self._size > self.max_bytes:
                     self._drop_segment()
 
@@ -148,7 +146,7 @@ class PreTriggerBuffer(Recording):
         until an idle tick has come.
         """
         with self._lock:
-            return [each for part in self._segments for each in (part.header, *part.messages)]
+            return [message for part in self._segments for message in part.messages]
 
     def clear(self) -> None:
         """Discard everything; start again with the next idle tick."""
@@ -171,12 +169,13 @@ class PreTriggerBuffer(Recording):
         header = build_header(self.plan, element, self._now)
         with self._lock:
             self._tick = element.ticks
-            self._segments.append(_Segment(self._tick, header))
-            self._add_size(header)
+            self._segments.append(_Segment(self._tick))
+            self._append_message(header)
             while len(self._segments) > 1 and self._tick - self._segments[1].tick >= self._ticks:
                 self._drop_segment()
 
-    def _add_size(self, message: Message) -> None:
+    def _append_message(self, message: Message) -> None:
+        self._segments[-1].messages.append(message)
         size = len(message[1]) + 200  # memory in addition to the CDR
         self._segments[-1].size += size
         self._size += size

@@ -365,15 +365,16 @@ class MemoryNode(LifecycleNode):
         )
 
     def _start_time(self) -> None:
-        given = self._given.values()
+        given, published = self._given.values(), self._published
+        assert published is not None
         self.host.activate(
             given,
             build_session_plan(self, given),
             self._after_tick,
             self._create_pacer(),
             self.get_parameter('time.speed').value,
-            lambda: self._published is not None and self._published.active_streams.on_time,
-            lambda: 0 if self._published is None else self._published.active_streams.period,
+            published.has_subscribers,
+            published.find_period,
             self._held,
         )
         self.host.log.info('active: time is paused' if self._held else 'active: time runs')

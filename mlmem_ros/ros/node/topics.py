@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
@@ -72,24 +72,6 @@ class Subscriptions:
         return handle_message
 
 
-class ActiveStreams(NamedTuple):
-    """Which periodic streams were worth publishing a moment ago.
-
-    Attributes:
-        names: Those that are recorded, or that somebody subscribes to.
-        on_time: Whether a stream that must be on time is among them.
-        period: Ticks of which those of all streams among them are multiples; 0 without one.
-        recording: The recording of then.
-        until: When to look again, on the steady clock.
-    """
-
-    names: frozenset[str] = frozenset()
-    on_time: bool = False
-    period: int = 0
-    recording: Recording | None = None
-    until: float = -math.inf
-
-
 class Publishers:
     """Publishes what the device does, tick by tick, in the loop's thread."""
 
@@ -126,7 +108,9 @@ class Publishers:
             and (every := getattr(settings, str(stream.when).rpartition('.')[2]))
         ]
         self._made: dict[str, tuple[int, Any, Sequence[Any]]] = {}  # at rest, since which tick
-        self._last_look = ActiveStreams()
+        self._active: list[tuple[Stream, int]] = []  # when last looked, and for this recording
+        self._active_for: Recording | None = None
+        self._next_look = -math.inf
         # of a fresh simulated one there is nothing to say, a real one's is not known yet
         if element.reading or element.unknown or not element.is_simulated:
             for stream in self._on_events:
@@ -152,9 +136,8 @@ class Publishers:
         """Publish the streams due after a tick, and its events."""
         if self._contour is not None:
             self._contour.take_columns()
-        active = self.active_streams.names
-        for stream, every in self._periodic:
-            if self._element.ticks % every == 0 and stream.name in active:
+        for stream, every in self.list_active():
+            if self._element.ticks % every == 0:
                 self.publish(stream.name, self._current_message(stream))
         for event in events:
             for stream in self._on_events:
@@ -192,22 +175,29 @@ class Publishers:
                 header.stamp = stamp
         return made
 
-    @property
-    def active_streams(self) -> ActiveStreams:
-        """Who takes which stream, or did a moment ago; in the loop's thread."""
+    def has_subscribers(self) -> bool:
+        """Return whether anybody takes a stream that must be on time: views may be late."""
+        return any(stream.is_recorded for stream, _ in self.list_active())
+
+    def find_period(self) -> int:
+        """Return the ticks of which those of all streams that anybody takes are multiples; 0 if
+        nobody takes any.
+        """
+        active = self.list_active()
+        is_pictured = any(stream.kind is Image for stream, _ in active)
+        columns = COLUMN_PERIOD_TICKS if is_pictured else 0
+        return math.gcd(*(every for _, every in active), columns)
+
+    def list_active(self) -> list[tuple[Stream, int]]:
+        """Return the periodic streams that anybody takes, or took a moment ago, with the ticks
+        between two messages; in the loop's thread.
+        """
         now, recording = threads.monotonic(), self._host.recording
-        if now >= self._last_look.until or recording is not self._last_look.recording:
-            active = [each for each in self._periodic if self._is_subscribed(each[0])]
-            pictured = any(stream.kind is Image for stream, _ in active)
-            columns = COLUMN_PERIOD_TICKS if pictured else 0
-            self._last_look = ActiveStreams(
-                frozenset(stream.name for stream, _ in active),
-                any(stream.is_recorded for stream, _ in active),  # views may be late
-                math.gcd(*(every for _, every in active), columns),
-                recording,
-                now + 0.02,  # a look takes the middleware microseconds for each stream
-            )
-        return self._last_look
+        if now >= self._next_look or recording is not self._active_for:
+            self._active = [each for each in self._periodic if self._is_subscribed(each[0])]
+            self._active_for = recording
+            self._next_look = now + 0.02  # a look takes the middleware microseconds a stream
+        return self._active
 
     def _is_subscribed(self, stream: Stream) -> bool:
         if stream.qos is Qos.LATCHED or self._find_recording(stream.name) is not None:
