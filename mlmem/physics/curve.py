@@ -9,7 +9,6 @@ additions, multiplications and one division, so that it has the same bits everyw
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
 from dataclasses import MISSING, dataclass
 from functools import cached_property
 from typing import Any
@@ -57,14 +56,6 @@ class Curve:
             found.append(Problem('force', self.force, 'finite numbers'))
         if found:
             raise DesignError.of_problems(found)
-
-    @classmethod
-    def sample_formula(
-        cls, force: Callable[[Array], ArrayLike], low: float, high: float, number: int = 256
-    ) -> Curve:
-        """Return a formula's curve, of a number of forces from low to high."""
-        D = np.linspace(low, high, number)
-        return cls(low, high, tuple(np.asarray(force(D), dtype=np.float64).tolist()))
 
     def __repr__(self) -> str:
         count = len(self.force)

@@ -11,9 +11,9 @@ import sys
 import llvmlite.binding
 import numpy as np
 import pytest
+from tabulated_law import sample_force
 
 from mlmem.physics import CASE_II, INTEGRATORS, Chain, HeldCell, Specimen
-from mlmem.physics.curve import Curve
 
 BITS = {
     ('noh_bathe', 'rigid'): 'a542ed0e05ffa8a7',
@@ -34,7 +34,7 @@ def case(method, substrate):
     """Return a chain and its inputs: strain, shake, a driven end; a heavy and a stuck cell."""
     design = dataclasses.replace(CASE_II, N=67, eta=0.05)
     if substrate == 'curve':  # over a rigid one
-        law = Curve.sample_formula(lambda D: 4.0 * D * (D * D - 1.0), -2.0, 2.0, 41)
+        law = sample_force(lambda D: 4.0 * D * (D * D - 1.0), -2.0, 2.0, 41)
         design = dataclasses.replace(design, law=law, phase=0)
     else:
         design = dataclasses.replace(design, substrate=substrate)

@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 import pytest
+from tabulated_law import sample_force
 from uniform_chain import on_site_force
 
 from mlmem.parsing import DecodeError, decode_value
@@ -22,11 +23,11 @@ from mlmem.physics.curve import Curve
 from mlmem.physics.equilibrium import relax_to_equilibrium, stiffness_diagonal, wall_profile
 from mlmem.physics.held_wall import hold_walls
 
-PHI_4 = Curve.sample_formula(lambda D: 4.0 * D * (D * D - 1.0), -2.0, 2.0, 41)
-PHI_6 = Curve.sample_formula(lambda D: 2.0 * D * (1.0 - D**2) * (1.0 - 3.0 * D**2), -1.4, 1.4, 561)
+PHI_4 = sample_force(lambda D: 4.0 * D * (D * D - 1.0), -2.0, 2.0, 41)
+PHI_6 = sample_force(lambda D: 2.0 * D * (1.0 - D**2) * (1.0 - 3.0 * D**2), -1.4, 1.4, 561)
 """psi = D^2 (1 - D^2)^2."""
 
-PHI_8 = Curve.sample_formula(
+PHI_8 = sample_force(
     lambda D: 4.0 * D * (D**2 - 1.0) * (D**2 - 4.0) * (2.0 * D**2 - 5.0), -2.4, 2.4, 961
 )
 """psi = (D^2 - 1)^2 (D^2 - 4)^2."""
@@ -55,7 +56,7 @@ def test_curve_repeats_cubic():
 
 def test_max_stiffness_is_found_between_two_forces():
     """Of D (1 - D^2) the stiffness is greatest at 0, in the middle of an interval."""
-    law = Curve.sample_formula(lambda D: D * (1.0 - D * D), -0.75, 0.75, 16)
+    law = sample_force(lambda D: D * (1.0 - D * D), -0.75, 0.75, 16)
     assert max(abs(float(law.stiffness(D))) for D in (-0.75, 0.75)) < 0.7
     assert law.max_stiffness(0.0) == pytest.approx(1.0, abs=1e-12)
     assert law.max_stiffness(0.0) > float(law.stiffness(0.05)) + 1e-3

@@ -17,9 +17,9 @@ import numpy as np
 import oracle
 import pytest
 from scipy.optimize import minimize
+from tabulated_law import sample_force
 
 from mlmem.physics import CASE_I, CASE_II, NOH_BATHE, Chain, Specimen, StateError, find_walls
-from mlmem.physics.curve import Curve
 from mlmem.physics.equilibrium import (
     find_pinned_wall,
     relax_to_equilibrium,
@@ -108,7 +108,7 @@ def test_wall_rests_at_defect_of_every_level(level):
 
 def test_wall_of_a_symmetric_law_is_not_balanced_on_its_defect():
     """A guess on the defect itself leads to the top between two cells, which is unstable."""
-    law = Curve.sample_formula(lambda D: 4.0 * D * (D * D - 1.0), -1.8, 1.8, 41)
+    law = sample_force(lambda D: 4.0 * D * (D * D - 1.0), -1.8, 1.8, 41)
     design = dataclasses.replace(CASE_II, law=law, d=0.3, gamma=0.0)
     with pytest.raises(StateError):
         relax_to_equilibrium(design, wall_profile(design, 100.0), np.zeros(design.N))

@@ -7,10 +7,10 @@ from functools import cache
 
 import numpy as np
 import pytest
+from tabulated_law import sample_force
 
 from mlmem.instrument.end import End, Shot
 from mlmem.physics import CASE_II, Scatter, draw_specimen
-from mlmem.physics.curve import Curve
 from mlmem_tools.identification.forward import Forward
 from mlmem_tools.identification.unknowns import CELL_TERMS, Unknowns, stretch_law
 
@@ -22,7 +22,7 @@ SHOT = Shot(
 
 OF_A_LAW = dataclasses.replace(
     SMALL, d=0.5, phase=1,
-    law=Curve.sample_formula(lambda D: 2.0 * SMALL.potential.slope(D), -8.0, 3.0, 256),
+    law=sample_force(lambda D: 2.0 * SMALL.potential.slope(D), -8.0, 3.0, 256),
 )  # fmt: skip
 """The paper's law as a curve, of twice the energy and half the factor."""
 

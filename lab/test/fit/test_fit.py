@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tabulated_law import sample_force
 
 from mlmem.instrument.end import End
-from mlmem.physics.curve import Curve
 from mlmem_tools.identification.fit import (
     Misfitting,
     _extend_model,
@@ -70,7 +70,7 @@ def test_fit_of_an_element_with_its_own_law_succeeds():
     """The hidden element has the paper's formula, which the fit knows as a curve; seven shots
     tell the cells to a third of their scatter.
     """
-    law = Curve.sample_formula(lambda D: SMALL.potential.slope(D) / SMALL.d, -8.0, 3.0, 256)
+    law = sample_force(lambda D: SMALL.potential.slope(D) / SMALL.d, -8.0, 3.0, 256)
     element = hidden(2, a=SMALL.a)
     found = fit_element(replace(SMALL, law=law), measured(element, duration=200.0))
     alpha = found.x[found.unknowns.alpha]
