@@ -401,7 +401,7 @@ def _advance_chain(chain: Chain, steps: int, inputs: _InputFunctions) -> None:
     motion = inputs.sample_motion(times, chain.dt)
     held = np.isfinite(motion[0])
     by_step = held.reshape(steps, substeps)
-    taken = 1 + np.flatnonzero(by_step[1:].any(axis=1) & ~by_step[:-1].all(axis=1))
+    taken = 1 + np.flatnonzero(by_step[1:, 0] & ~by_step[:-1].all(axis=1))
     for first, last in itertools.pairwise([0, *taken.tolist(), steps]):
         run = slice(first * substeps, last * substeps)
         free = np.flatnonzero(~held[run])

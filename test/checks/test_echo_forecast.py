@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 
 from mlmem.instrument.end import End
-from mlmem.physics import CASE_II, Chain, HeldCell, Scatter, draw_specimen, substep_times
+from mlmem.physics import (
+    CASE_II,
+    Chain,
+    HeldCell,
+    Scatter,
+    Specimen,
+    draw_specimen,
+    substep_times,
+)
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.methods import NOH_BATHE
 from mlmem_tools.checks.echoes import echo_response
@@ -25,6 +33,20 @@ def test_scheme_error_is_of_second_order_in_the_step():
     ideal, *seen = (NOH_BATHE.squared_frequency(omega, 0.004, dt) for dt in (0.0, 0.2, 0.1))
     off = [abs(each - ideal)[0] for each in seen]
     assert off[0] / off[1] == pytest.approx(4.0, rel=0.05)
+
+
+def test_right_end_hears_what_the_left_end_of_the_mirror_image_hears():
+    made = draw_specimen(CASE_II, Scatter(alpha=0.01, k_r=0.01, offset=0.01), 3)
+    mirrored = Specimen(
+        CASE_II,
+        made.alpha[::-1] / CASE_II.alpha,
+        made.k_r[::-1],
+        offset=made.offsets[::-1],
+    )
+    v, omega = find_pinned_wall(made, 1), np.linspace(0.5, 0.75, 11)
+    heard = echo_response(made, v, omega, End.RIGHT)
+    assert np.abs(heard).max() > 0.1
+    assert heard == pytest.approx(echo_response(mirrored, v[::-1], omega, End.LEFT), rel=1e-9)
 
 
 @pytest.mark.parametrize('k_r', [0.0, 0.003])

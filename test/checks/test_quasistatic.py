@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem.physics import CASE_II
+from mlmem.physics import CASE_II, Scatter, draw_specimen
 from mlmem.physics.held_wall import hold_walls
 from mlmem_tools.checks.excerpt import cut_excerpt
 from mlmem_tools.checks.quasistatic import (
@@ -20,14 +20,19 @@ from mlmem_tools.checks.quasistatic import (
 
 @pytest.mark.parametrize(('low', 'high'), [(30, 60), (110, 140), (190, 224)])
 def test_excerpt_has_the_cells_of_the_element(low, high):
-    part = cut_excerpt(CASE_II, low, high)
+    made = draw_specimen(CASE_II, Scatter(alpha=0.01, k_r=0.01, s=0.01, mass=0.01, offset=0.01), 1)
+    part = cut_excerpt(made, low, high)
     cells = slice(part.before, part.before + part.design.N)
     assert part.before % CASE_II.J == 0  # the defects stay where they are
     assert part.before < low
     assert part.design.N < CASE_II.N
-    amplitude = CASE_II.alpha[cells] * CASE_II.d
-    assert part.design.alpha * part.design.d == pytest.approx(amplitude, rel=1e-13)
-    assert part.design.s == pytest.approx(CASE_II.s[cells][: part.design.N - 1], rel=1e-13)
+    amplitude = made.alpha[cells] * CASE_II.d
+    assert part.made.alpha * part.design.d == pytest.approx(amplitude, rel=1e-13)
+    for springs in ('k_r', 's'):  # between the cells
+        own, whole = getattr(part.made, springs), getattr(made, springs)
+        assert own == pytest.approx(whole[cells][: part.design.N - 1], rel=1e-13)
+    for values in ('masses', 'offsets'):
+        assert (getattr(part.made, values) == getattr(made, values)[cells]).all()
 
 
 def test_wall_in_an_excerpt_is_that_of_the_element():

@@ -32,3 +32,12 @@ def test_kick_search_brackets_the_speed_on_either_side(script):
         assert search.change_speed(0.0, find_side(search.speed))
         tried.append(search.speed)
     assert tried == pytest.approx(np.power(1.1, powers))
+
+
+@pytest.mark.parametrize(('side', 'power'), [(-1, 0), (1, -2)])
+def test_kick_that_was_not_heard_bounds_no_speed(side, power):
+    """Its speed may have been the right one: only the next kick tells where a wall goes."""
+    search = KickSearch(1.0, tries=20)
+    for given, expected in ((0, -1), (side, power)):
+        assert search.change_speed(0.0, given)
+        assert search.speed == pytest.approx(1.1**expected)

@@ -107,7 +107,20 @@ def test_erase_after_kink_that_stopped_short_leaves_blank():
     assert len(find_walls(short.design, short.chain.configuration)) == 2
     outcome = short.perform(Erase())
     assert outcome.success, outcome.error
+    assert outcome.attempts == 2  # in the first it was only read
     assert level(short) == BLANK
+
+
+@pytest.mark.parametrize('gain', [1.0, 0.0])
+def test_erase_kicks_until_the_element_is_blank(gain):
+    """A blank element is only read. A transducer that moves nothing is tried three times."""
+    erased = rig.pin(element('kick_2', actuator={'present': False}, write={'attempts': 3}), 2)
+    erased.apply(SetFaults(Faults(transducer_gain=gain, transducer_end='left')))
+    outcome = erased.perform(Erase())
+    assert outcome.success == bool(gain)
+    assert outcome.attempts == erased.statistics.cycles == (1 if gain else 3)
+    if gain:
+        assert erased.perform(Erase()).attempts == erased.statistics.cycles == 1
 
 
 def test_kick_by_hand_leaves_wall_unknown_until_read():

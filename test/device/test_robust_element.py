@@ -18,6 +18,7 @@ from mlmem import (
     MemoryElement,
     Read,
     Refused,
+    Reset,
     SetFaults,
     SettingsError,
     Survey,
@@ -228,6 +229,7 @@ def test_left_end_writes_reads_and_erases_every_level(element):
         assert wall.position == pytest.approx(element.design.defect_site(level), abs=1.5)
         readings = [element.perform(Read()).reading for _ in range(10)]
         assert {each.content for each in readings} == {level}
+        assert np.array_equal(element.reader.forecasts.parts, element.calibration.records)
         # records are of the same wall: a healthy read hardly differs from its record
         assert min(each.level_margin for each in readings) > 0.9
     assert element.perform(Erase()).success
@@ -269,6 +271,15 @@ def test_uncalibrated_element_asks_for_a_calibration_at_once(command):
         element.apply(command)
     assert (refused.value.code, refused.value.field) == (ErrorCode.UNSUPPORTED, 'read.method')
     assert element.ticks == 0
+
+
+def test_reset_of_an_uncalibrated_element_reads_nothing():
+    """It has no records, so no pulse is fired."""
+    element = make_scattered('robust_3_one_end', 1)
+    outcome = element.perform(Reset())
+    assert outcome.reading.content == UNDECODABLE
+    assert 'calibrate it first' in outcome.reading.reason
+    assert np.abs(element.chain.velocity).max() < 1e-6
 
 
 def test_element_that_has_changed_asks_for_a_calibration(element):

@@ -56,6 +56,8 @@ REJECTED = {
          ErrorCode.OUT_OF_RANGE, 'write.ramp'),
         (lambda: decode_value(WriteSettings, {'rump': 1.0, 'ramp': 2.0}, 'write'),
          ErrorCode.UNKNOWN_FIELD, 'write.rump'),
+        (lambda: decode_value(tuple[str, ...], 'text', 'names'),
+         ErrorCode.OUT_OF_RANGE, 'names'),
         (lambda: decode_value(Write, {}, 'command'), ErrorCode.MISSING_FIELD, 'command'),
         (lambda: decode_value(Settings, {'write': {'tension': 0.2}}),
          ErrorCode.CONFLICT, 'write.tension'),

@@ -32,6 +32,9 @@ PHI_8 = sample_force(
 )
 """psi = (D^2 - 1)^2 (D^2 - 4)^2."""
 
+FLAT = (0.0,) * 8
+"""As few forces as a curve may have; it may have 512 times as many."""
+
 
 def uniform(law, d, phase=0, N=80):
     return Design(
@@ -149,11 +152,24 @@ def test_law_that_makes_no_memory_is_rejected(changes, message):
         dataclasses.replace(uniform(PHI_4, 0.1), **changes)
 
 
-def test_curve_of_too_few_numbers_is_rejected():
-    with pytest.raises(DesignError, match='high must be above low = 1; got 0'):
-        Curve(1.0, 0.0, (0.0,) * 8)
-    with pytest.raises(DesignError, match='force must be 8 to 4096 numbers; got 3'):
-        Curve(0.0, 1.0, (0.0,) * 3)
+@pytest.mark.parametrize(
+    ('values', 'field'),
+    [
+        ((1.0, 0.0, FLAT), 'high'), ((1.0, 1.0, FLAT), 'high'), ((math.nan, 1.0, FLAT), 'low'),
+        ((0.0, 1e7, FLAT), 'high'), ((0.0, 1.0, FLAT[1:]), 'force'),
+        ((0.0, 1.0, FLAT * 512 + FLAT[:1]), 'force'), ((0.0, 1.0, (*FLAT, math.nan)), 'force'),
+        ((0.0, 1.0, FLAT, 0.0), 'd'),
+    ],
+)  # fmt: skip
+def test_curve_that_is_none_is_rejected(values, field):
+    Curve(0.0, 1.0, FLAT)
+    Curve(0.0, 1.0, FLAT * 512)
+    with pytest.raises(DesignError) as rejected:
+        Curve(*values)
+    assert rejected.value.field == field
+
+
+def test_curve_of_another_type_is_rejected():
     with pytest.raises(DecodeError, match=r'law\.force'):
         decode_value(
             Design, {**uniform(PHI_4, 0.1).as_dict(), 'law': {'low': 0, 'high': 1, 'force': 2}}
