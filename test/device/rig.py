@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Devices to experiment on, and the true wall, which only the experimenter may see."""
 
-import contextlib
 import dataclasses
 
 import hypothesis
@@ -22,7 +21,6 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II, Specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall, relax_to_equilibrium
 from mlmem.readers.register import pin_walls
-from mlmem.rejections import ErrorCode
 
 unhurried = hypothesis.settings(deadline=None, derandomize=True, max_examples=60)
 """For Hypothesis: 60 cases, the same in every run; a loaded machine is no finding."""
@@ -71,14 +69,6 @@ def shipped(name, made=None, **settings):
     given = change(given, **settings)
     driver = None if made is None else Simulation.build_blank(made, given.time)
     return MemoryElement(design, given, driver=driver)
-
-
-@contextlib.contextmanager
-def rejected(kind, code, field=''):
-    """Expect what is rejected as this kind of error, with a code and the name of a field."""
-    with pytest.raises(kind) as caught:
-        yield caught
-    assert (caught.value.code, caught.value.field) == (ErrorCode(code), field)
 
 
 def failed_checks(outcome):

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 import pytest
+from rejection import expect_rejection
 
 from mlmem import (
     BLANK,
@@ -52,18 +53,18 @@ def test_end_that_names_level_must_tell_all_apart(delays):
     Calibration(apart, alike).check(3, End.LEFT)
     Calibration(alike, alike).check(3)
     for other in (2, 4):
-        with rig.rejected(SettingsError, 'conflict', 'left') as refusal:
+        with expect_rejection(SettingsError, 'conflict', 'left') as refusal:
             Calibration(apart, apart).check(other)
         assert refusal.value.value == 3
     for tables, first in (((alike, apart), End.LEFT), ((apart, alike), End.RIGHT)):
-        with rig.rejected(SettingsError, 'conflict', 'delays'):
+        with expect_rejection(SettingsError, 'conflict', 'delays'):
             Calibration(*tables).check(3, first)
 
 
 @pytest.mark.parametrize('blank', [math.nan, math.inf, 200.0])
 def test_blank_delay_equal_to_level_is_rejected(blank):
     """But for level 0, which the phase of the left end tells from it."""
-    with rig.rejected(SettingsError, 'out_of_range', 'blank'):
+    with expect_rejection(SettingsError, 'out_of_range', 'blank'):
         DelayTable(RISING.delays, blank)
     assert DelayTable(FALLING.delays, blank=400.0).find_nearest(400.0, -1) == (0, 1.0)
     assert DelayTable(FALLING.delays, blank=400.0).find_nearest(400.0, 0) == (-1, 1.0)
@@ -208,7 +209,7 @@ def test_delays_are_those_of_linear_waves(end):
     ],
 )
 def test_element_that_cannot_be_calibrated_is_rejected(design, probe, code, field):
-    with rig.rejected(SettingsError, code, field):
+    with expect_rejection(SettingsError, code, field):
         factory_calibration(design, Settings(probe=probe))
 
 
@@ -288,7 +289,7 @@ def test_ideal_element_that_cannot_be_probed_is_rejected(monkeypatch):
         yield
 
     monkeypatch.setattr(listening, 'wait_for_decay', wait_in_vain)
-    with rig.rejected(SettingsError, 'unsupported', 'probe'):
+    with expect_rejection(SettingsError, 'unsupported', 'probe'):
         factory_calibration(CASE_II, rig.change(Settings(), read={'settle_timeout': 100.0}))
 
 

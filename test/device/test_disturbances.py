@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 import pytest
+from rejection import expect_rejection
 from sampled import sampled
 
 from mlmem import (
@@ -68,7 +69,7 @@ def test_acceleration_that_makes_all_cells_slide_is_rejected():
     hold = design.holding_force
     assert hold == pytest.approx(CASE_II.holding_force * 0.002 / 0.038)
     assert hold < Settings().disturbance.max_acceleration < CASE_II.holding_force
-    with rig.rejected(Refused, 'out_of_range', 'acceleration'):
+    with expect_rejection(Refused, 'out_of_range', 'acceleration'):
         element.apply(Disturb(1.01 * hold))
     element.apply(Disturb(0.5 * hold))  # met within a tick: the cells swing about where they rest
     rig.ticks(element, 100)

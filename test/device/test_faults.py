@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 import pytest
+from rejection import expect_rejection
 
 from mlmem import (
     UNDECODABLE,
@@ -31,7 +32,6 @@ from mlmem.instrument.faults import (
     apply_faults,
 )
 from mlmem.physics import CASE_II, Specimen, find_walls
-from mlmem.rejections import ErrorCode
 from mlmem.rng import RandomStream, draw_normal
 from mlmem.schema import find_descriptions
 
@@ -66,10 +66,8 @@ def strains(element, n):
 def test_faults_of_another_design_are_rejected_whole(wrong):
     element = with_faults(rig.device(2), sensor_noise=1e-6)
     before = rig.bits(element), element.faults, element.chain.specimen
-    with pytest.raises(Refused) as rejected:
+    with expect_rejection(Refused, 'conflict', f'faults.{next(iter(wrong))}'):
         with_faults(element, **wrong)
-    assert rejected.value.code is ErrorCode.CONFLICT
-    assert rejected.value.field == f'faults.{next(iter(wrong))}'
     assert (rig.bits(element), element.faults, element.chain.specimen) == before
 
 
@@ -97,9 +95,8 @@ def test_specimen_that_needs_shorter_step_is_rejected():
     known = factory_calibration(dataclasses.replace(CASE_II, N=75), Settings())  # of a rigid one
     design = dataclasses.replace(CASE_II, N=75, substrate='elastic')
     element = rig.device(design=design, calibration=known)
-    with pytest.raises(Refused) as rejected:
+    with expect_rejection(Refused, 'conflict', 'faults'):
         with_faults(element, disorder_s=0.3)
-    assert rejected.value.field == 'faults'
 
 
 def test_random_numbers_of_seed_and_tick_never_change():

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rejection import expect_rejection
 
 from mlmem import Abort, Disturb, Loop, SettingsError
 from mlmem.loop.mailbox import Mailbox
@@ -28,7 +29,7 @@ pytestmark = pytest.mark.timeout(60)
 def test_speed_at_which_no_tick_would_end_is_rejected(start, speed):
     """A request waits for the end of a tick, and with it an abort."""
     loop = start(rig.device(), speed=1.0)
-    with rig.rejected(SettingsError, 'out_of_range', 'time.speed'):
+    with expect_rejection(SettingsError, 'out_of_range', 'time.speed'):
         loop.set_speed(speed)
     assert loop.speed == 1.0
     with pytest.raises(SettingsError):

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from rejection import expect_rejection
 
 from mlmem import Read, Settings, SettingsError
 from mlmem.instrument.drivers import Simulation
@@ -62,7 +63,7 @@ def test_noise_is_distinguished_from_motion_in_stiff_element(method):
 def test_rest_of_too_many_samples_is_rejected():
     chain = Chain(dataclasses.replace(CASE_II, N=60), dt=1e-3, integrator=NOH_BATHE)
     probe = ProbeSettings(omega_c=1e-3)
-    with rig.rejected(SettingsError, 'conflict', 'omega_c'):
+    with expect_rejection(SettingsError, 'conflict', 'omega_c'):
         Transducer(chain.design, Settings(probe=probe, probe_right=probe), Simulation(chain))
 
 
