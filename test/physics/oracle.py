@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The paper's equations once more, literally, for SciPy: slow, plain and independent.
 
-Nothing here is imported from `mlmem_ros` but the values of a design's symbols.
+Nothing here is taken from the library but the symbols of a design and the values of a specimen.
 """
 
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.linalg import solveh_banded
+
+from mlmem.physics import as_specimen
 
 
 def psi(p, D):
@@ -48,9 +50,13 @@ def s(p):
     )
 
 
-def quasi_static(p):
-    """Return V_j for V_N = 1: the interior springs of the bare substrate in balance."""
-    spring = s(p)
+def quasi_static(p, factor=1.0):
+    """Return V_j for V_N = 1: the interior springs of the bare substrate in balance.
+
+    Args:
+        factor: On every spring.
+    """
+    spring = s(p) * factor
     bands = np.array([np.append(0.0, -spring[1:-1]), spring[:-1] + spring[1:]])
     right = np.zeros(p.N - 2)
     right[-1] = spring[-1]
@@ -68,50 +74,48 @@ def forces(p, v, V):
     return f, F
 
 
-def rigid_rhs(p, V_N, v_1=None):
-    """Return d(v, v')/dt of Eq. (1a) over V_j = V_N(t) x quasi-static shape.
+def solve(material, state, span, V_N, v_1=None, shake=lambda t: 0.0):
+    """Return v, v', V, V' at the end of a span, shape (4, N), by DOP853, a method of order 8.
 
-    With a function v_1 the first cell is moved by it (its rows are then meaningless).
+    Eqs. (1a) and (1b) with V_1 = 0 and V_N(t) prescribed, in the frame of a base that shakes; over
+    a rigid substrate V_j is V_N(t) times the quasi-static shape. A function v_1 moves the first
+    cell; its velocity is then meaningless. A stuck cell has one coordinate with that under it:
+    masses, and all that pulls at both, add up.
     """
-    shape, amplitude = quasi_static(p), alpha(p)
+    made = as_specimen(material)
+    p, held = made.design, np.array(made.stuck, dtype=int) - 1
+    spring, amplitude = s(p) * made.s_factor, alpha(p) * made.alpha_factor
+    shape, stuck_at = quasi_static(p, made.s_factor), state[0, held] - state[2, held]
+    rigid = p.substrate == 'rigid'
 
-    def rhs(t, y):
-        v, velocity = y[: p.N].copy(), y[p.N :]
+    def prescribe(t, rows):
+        v, _, V, W = rows
+        if rigid:
+            V[:] = V_N(t) * shape
+            v[held] = stuck_at + V[held]
+        V[0], V[-1], W[0], W[-1] = 0.0, V_N(t), 0.0, 0.0
         if v_1 is not None:
             v[0] = v_1(t)
-        padded = np.concatenate(([v[0]], v, [v[-1]]))  # free ends
-        pull = 2 * v - padded[2:] - padded[:-2]
-        on_site = amplitude * psi_prime(p, v - V_N(t) * shape)
-        return np.concatenate((velocity, -p.eta * velocity - pull - on_site))
+        return rows
 
-    return rhs
+    def derivative(t, y):
+        v, w, V, W = prescribe(t, y.reshape(4, p.N).copy())
+        on_site = amplitude * psi_prime(p, v - V - made.offsets) - made.depth_force
+        pull = np.diff(made.k_r * np.diff(v), prepend=0.0, append=0.0) - on_site - made.eta * w
+        below = np.diff(spring * np.diff(V), prepend=0.0, append=0.0) + on_site - made.eta * W
+        both = (pull + below)[held] / (1.0 + made.masses[held])
+        pull = pull / made.masses - shake(t)
+        below[:: 1 if rigid else p.N - 1] = 0.0
+        pull[held] = below[held] = both
+        return np.concatenate((w, pull, W, below))
 
-
-def elastic_rhs(p, V_N, v_1=None):
-    """Return d(v, v', V, V')/dt of Eqs. (1a) and (1b) with V_1 = 0 and V_N(t) prescribed."""
-    spring, amplitude = s(p), alpha(p)
-
-    def rhs(t, y):
-        v, velocity, V, speed = (part.copy() for part in np.split(y, 4))
-        V[0], V[-1] = 0.0, V_N(t)
-        if v_1 is not None:
-            v[0] = v_1(t)
-        padded = np.concatenate(([v[0]], v, [v[-1]]))
-        on_site = amplitude * psi_prime(p, v - V)
-        acceleration = -p.eta * velocity - (2 * v - padded[2:] - padded[:-2]) - on_site
-        tension = spring * np.diff(V)
-        inner = tension[1:] - tension[:-1] + on_site[1:-1] - p.eta * speed[1:-1]
-        zero = [0.0]
-        speed[0] = speed[-1] = 0.0
-        return np.concatenate((velocity, acceleration, speed, zero, inner, zero))
-
-    return rhs
+    found = solve_ivp(derivative, span, state.ravel(), method='DOP853', rtol=1e-9, atol=1e-11)
+    return prescribe(span[1], found.y[:, -1].reshape(4, p.N))
 
 
-def solve(rhs, y, span, **options):
-    """Return the state at the end of a span by DOP853, an explicit method of order 8."""
-    options = {'method': 'DOP853', 'rtol': 1e-9, 'atol': 1e-11} | options
-    return solve_ivp(rhs, span, y, **options).y[:, -1]
+def place(v):
+    """Return the state of displacements at rest over an unstrained substrate, shape (4, N)."""
+    return np.stack((v, *np.zeros((3, len(v)))))
 
 
 def smooth(x):

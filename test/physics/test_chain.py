@@ -75,17 +75,10 @@ def jerked(p):
 @functools.cache
 def by_dop853(p):
     """Return v, v', and V, V' of an elastic substrate, at END; v_1 is driven until RELEASE."""
-    elastic = p.substrate == 'elastic'
-    rhs = oracle.elastic_rhs if elastic else oracle.rigid_rhs
-    y = np.zeros((4 if elastic else 2) * p.N)
-    y[: p.N] = jerked(p)
-    y = oracle.solve(rhs(p, ramp, pulse), y, (0.0, RELEASE))
-    y[0], y[p.N] = pulse(RELEASE), pulse_rate(RELEASE)
-    y = oracle.solve(rhs(p, ramp), y, (RELEASE, END))
-    rows = y.reshape(-1, p.N)
-    if elastic:
-        rows[2, -1] = ramp(END)  # prescribed, not solved for
-    return rows
+    rows = oracle.solve(p, oracle.place(jerked(p)), (0.0, RELEASE), ramp, pulse)
+    rows[1, 0] = pulse_rate(RELEASE)
+    rows = oracle.solve(p, rows, (RELEASE, END), ramp)
+    return rows[: 4 if p.substrate == 'elastic' else 2]
 
 
 def by_chain(p, dt, method):
@@ -141,17 +134,15 @@ def let_go_in_mid_step(substrate, dt):
     def v_1(t):
         return p.D_s2 + 0.01 * t * t
 
-    rhs = oracle.elastic_rhs if substrate == 'elastic' else oracle.rigid_rhs
-    y = np.zeros((4 if substrate == 'elastic' else 2) * p.N)
-    y[: p.N] = p.D_s2
-    y = oracle.solve(rhs(p, lambda t: 0.0, v_1), y, (0.0, release))
-    y[0], y[p.N] = v_1(release), 0.02 * release
-    y = oracle.solve(rhs(p, lambda t: 0.0), y, (release, 6.0))
+    start = np.full(p.N, p.D_s2)
+    rows = oracle.solve(p, oracle.place(start), (0.0, release), lambda t: 0.0, v_1)
+    rows[1, 0] = 0.02 * release
+    rows = oracle.solve(p, rows, (release, 6.0), lambda t: 0.0)
 
     chain = Chain(p, dt, NOH_BATHE)
-    chain.place(np.full(p.N, p.D_s2))
+    chain.place(start)
     chain.advance(np.zeros(2 * steps), HeldCell(1, np.array([v_1(t), 0.02 * t])))
-    return np.abs(chain.v - y[: p.N]).max()
+    return np.abs(chain.v - rows[0]).max()
 
 
 @SUBSTRATES

@@ -7,9 +7,9 @@ import functools
 import math
 
 import numpy as np
+import oracle
 import pytest
 from rejection import expect_rejection
-from scipy.integrate import solve_ivp
 
 from mlmem.element_file import load_element
 from mlmem.parameter_sweep import sweep
@@ -124,10 +124,8 @@ MADE = {
     'stuck over an elastic substrate': stuck(SOFT),
 }
 
-
-def shake(name, t):
-    """Return the acceleration of the base: the scattered one is shaken."""
-    return (0.02 if name == 'scattered' else 0.0) * np.sin(0.4 * t)
+SHAKES = {'scattered': lambda t: 0.02 * np.sin(0.4 * t)}
+"""Accelerations of the base."""
 
 
 def start(design):
@@ -138,35 +136,10 @@ def start(design):
 
 @functools.cache
 def by_dop853(name, end):
-    """Return v by Eqs. (1a) and (1b) of a specimen in the frame of its base, on another route.
-
-    A stuck cell has one coordinate with that under it: masses, and all that pulls at both, add up.
-    """
+    """Return v of a specimen at a time."""
     made = MADE[name]
-    p, held = made.design, np.array(made.stuck, dtype=int) - 1
-    rigid, begin = p.substrate == 'rigid', start(made.design)
-
-    def derivative(t, y):
-        v, w, V, W = (part.copy() for part in np.split(y, 4))
-        V[0], V[-1], W[0], W[-1] = 0.0, strain(t), 0.0, 0.0
-        if rigid:
-            V = strain(t) * made.strain_shape
-            v[held] = begin[held] + V[held]
-        on_site = made.alpha * p.potential.slope(v - V - made.offsets) - made.depth_force
-        pull = np.diff(made.k_r * np.diff(v), prepend=0.0, append=0.0) - on_site - made.eta * w
-        below = np.diff(made.s * np.diff(V), prepend=0.0, append=0.0) + on_site - made.eta * W
-        both = (pull + below)[held] / (1.0 + made.masses[held])
-        pull = pull / made.masses - shake(name, t)
-        below[:: 1 if rigid else p.N - 1] = 0.0
-        pull[held] = below[held] = both
-        return np.concatenate((w, pull, W, below))
-
-    options = {'method': 'DOP853', 'rtol': 1e-10, 'atol': 1e-12}
-    y = np.concatenate((begin, np.zeros(3 * p.N)))
-    v = solve_ivp(derivative, (0.0, end), y, **options).y[: p.N, -1]
-    if rigid:
-        v[held] = begin[held] + strain(end) * made.strain_shape[held]
-    return v
+    state = oracle.place(start(made.design))
+    return oracle.solve(made, state, (0.0, end), strain, shake=SHAKES.get(name, lambda t: 0.0))[0]
 
 
 # Second order: 5e-5 at this step, a quarter of it at half the step. Fourth: 1e-5, and a sixteenth.
@@ -192,7 +165,7 @@ def test_specimen_moves_as_dop853_says(name, method, dt, error):
     chain = Chain(made, dt, method)
     chain.place(start(made.design))
     # the integrator starts from the acceleration at rest, where the base does not move yet
-    chain.advance(strain(t), shake=shake(name, t))
+    chain.advance(strain(t), shake=SHAKES[name](t) if name in SHAKES else None)
     np.testing.assert_allclose(chain.v, by_dop853(name, end), atol=error)
 
 
