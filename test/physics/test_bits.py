@@ -11,7 +11,7 @@ import sys
 import llvmlite.binding
 import numpy as np
 import pytest
-from tabulated_law import sample_force
+from laws import sample_force
 
 from mlmem.physics import CASE_II, INTEGRATORS, Chain, HeldCell, Specimen
 

@@ -14,9 +14,8 @@ import math
 
 import numpy as np
 import pytest
+from laws import on_site_force, sample_force
 from rejection import expect_rejection
-from tabulated_law import sample_force
-from uniform_chain import on_site_force
 
 from mlmem.parsing import DecodeError, decode_value
 from mlmem.physics import NOH_BATHE, PEFRL, Chain, Design, DesignError

@@ -16,9 +16,9 @@ import dataclasses
 import numpy as np
 import oracle
 import pytest
+from laws import sample_force
 from rejection import expect_rejection
 from scipy.optimize import minimize
-from tabulated_law import sample_force
 
 from mlmem.physics import CASE_I, CASE_II, NOH_BATHE, Chain, Specimen, StateError, find_walls
 from mlmem.physics.equilibrium import (

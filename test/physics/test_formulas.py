@@ -8,7 +8,7 @@ import mpmath
 import numpy as np
 import oracle
 import pytest
-from uniform_chain import on_site_force
+from laws import on_site_force
 
 from mlmem.physics import CASE_II
 from mlmem.physics.formulas import exponential, sine_of_turns

@@ -20,12 +20,34 @@ import math
 
 import numpy as np
 import pytest
-import uniform_chain
 
 import mlmem
-from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain
+from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, StateError, stable_step
 from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import find_pinned_wall
+
+UNIFORM = dataclasses.replace(CASE_II, N=26, gamma=0.0, beta=0.0)
+"""Shifted as a whole it stretches no spring: all cells are one oscillator of stiffness k_s."""
+
+
+def measure_oscillator_error(design, dt, method, time=24.0):
+    """Return the largest error of a damped oscillator that starts at 1, at rest."""
+    amplitude = 1e-6  # harmonic to 1e-6, and 1e10 roundings high
+    chain = Chain(design, dt, method)
+    chain.place(np.full(design.N, design.D_s1 + amplitude))
+    steps = round(time / dt)
+    v_1, v_N = (chain.advance_steps(steps) - design.D_s1) / amplitude
+    np.testing.assert_allclose(v_N, v_1, atol=1e-8)  # as a whole
+    t, eta = dt * np.arange(1, steps + 1), design.eta
+    omega = math.sqrt(design.k_s1 - 0.25 * eta * eta)
+    exact = np.cos(omega * t) + 0.5 * eta / omega * np.sin(omega * t)
+    return np.abs(v_1 - np.exp(-0.5 * eta * t) * exact).max()
+
+
+def measure_order(design, steps, method):
+    """Return the order of a method, and its error at the last of some steps."""
+    errors = [measure_oscillator_error(design, dt, method) for dt in steps]
+    return np.polyfit(np.log(steps), np.log(errors), 1)[0], errors[-1]
 
 
 def phase_error(design, dt, time=24.0):
@@ -91,11 +113,26 @@ def test_friction_takes_same_amplitude_from_every_swing():
     ],
 )
 def test_oscillator_follows_closed_form_to_order(method, phase, steps, order, tolerance, eta):
-    design = dataclasses.replace(uniform_chain.UNIFORM, phase=phase, eta=eta)
-    found, error = uniform_chain.order(design, steps, method)
+    design = dataclasses.replace(UNIFORM, phase=phase, eta=eta)
+    found, error = measure_order(design, steps, method)
     assert found == pytest.approx(order, abs=tolerance)
     # The paper's method: 1e-2 at 0.3, for as many forces as PEFRL at 0.6.
     assert error < (1e-3 if method is PEFRL else 1.1 * phase_error(design, steps[-1]))
+
+
+def measure_growth(monkeypatch, omega_dt, method, eta=0.0, steps=400):
+    """Return by how much the fastest wave of a uniform chain has grown at its highest."""
+    monkeypatch.setattr(type(method), 'stable_turn', 100.0)
+    p = dataclasses.replace(UNIFORM, eta=eta)
+    kappa = np.pi * (p.N - 1) / p.N
+    omega = math.sqrt(p.k_s1 + 2.0 - 2.0 * math.cos(kappa))
+    chain = Chain(p, omega_dt / omega, method)
+    wave = np.cos(kappa * (p.sites - 0.5))
+    chain.place(p.D_s1 + 1e-9 * wave / wave[0])
+    try:
+        return np.abs(chain.advance_steps(steps) - p.D_s1).max() / 1e-9
+    except StateError:  # beyond all numbers
+        return math.inf
 
 
 @pytest.mark.parametrize(
@@ -109,15 +146,25 @@ def test_oscillator_follows_closed_form_to_order(method, phase, steps, order, to
     ],
 )
 def test_step_is_stable_up_to_published_limit(monkeypatch, method, omega_dt, most):
-    grown = uniform_chain.growth(monkeypatch, omega_dt, method)
+    grown = measure_growth(monkeypatch, omega_dt, method)
     assert grown < most if most < math.inf else grown > 1e3
+
+
+def advance_at_stable_step(substrate, eta, method):
+    """Return a chain after a rough start at the largest step allowed."""
+    design = dataclasses.replace(CASE_II, N=60, substrate=substrate, eta=eta)
+    chain = Chain(design, stable_step(design, method), method)
+    chain.place(design.D_s1 + 1e-3 * np.random.default_rng(1).standard_normal(design.N))
+    chain.advance_steps(4000)
+    assert np.abs(chain.v - design.D_s1).max() < 5e-3
+    return chain
 
 
 @pytest.mark.parametrize('method', [NOH_BATHE, PEFRL])
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 @pytest.mark.parametrize('eta', [0.0, 1 / 250, 1.0, 10.0])
 def test_stable_step_is_stable_and_not_too_small(substrate, eta, method):
-    chain = uniform_chain.at_the_stable_step(substrate, eta, method)
+    chain = advance_at_stable_step(substrate, eta, method)
     fastest = 2.0 * math.sqrt(chain.design.s.max()) if substrate == 'elastic' else 2.14
     damped = (math.hypot(fastest, eta) - eta) / fastest
     if method is NOH_BATHE:

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from tabulated_law import sample_force
+from laws import sample_force
 
 from mlmem.instrument.end import End, Shot
 from mlmem.physics import CASE_II, Scatter, draw_specimen

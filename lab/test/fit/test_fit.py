@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tabulated_law import sample_force
+from laws import sample_force
 
 from mlmem.instrument.end import End
 from mlmem_tools.identification.fit import (
