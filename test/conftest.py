@@ -9,14 +9,12 @@ import gc
 import importlib.util
 import os
 import signal
-import subprocess
 import sys
 import time
 from contextlib import suppress
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -55,7 +53,6 @@ def remove_stale_memory():
 if HAVE_ROS:
     from nodes import starting
 
-    from mlmem_ros.ros import node_process
     from mlmem_ros.testing import isolate
 
     isolate()
@@ -102,19 +99,6 @@ def quick_disk():
     """Skip every fsync of this process: what a sync is worth is tested in `seeded_runs`."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, 'fsync', lambda descriptor: None)
-        yield
-
-
-@pytest.fixture(scope='session', autouse=True)
-def preloaded_processes():
-    """Fork nodes and commands, see `preloaded`; coverage needs processes of their own."""
-    with pytest.MonkeyPatch.context() as patch:
-        measuring = sys.modules.get('coverage')  # numba imports it, too
-        if HAVE_ROS and not (measuring and measuring.Coverage.current()):
-            from preloaded import Process
-
-            ours = SimpleNamespace(**vars(subprocess) | {'Popen': Process})
-            patch.setattr(node_process, 'subprocess', ours)
         yield
 
 

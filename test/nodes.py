@@ -19,7 +19,6 @@ from mlmem.physics import CASE_II
 from mlmem.schema import find_descriptions
 from mlmem_ros import RequestRefused
 from mlmem_ros.host.settings import declare_parameters
-from mlmem_ros.ros import node_process
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.node_process import run_child_process
 from mlmem_ros.testing import memory_node
@@ -101,8 +100,8 @@ def run_in_executor(node, executor, action):
 
 
 def program(*command, **streams):
-    """Start `python COMMAND ...`, forked like nodes from a process that has loaded all."""
-    return node_process.subprocess.Popen([sys.executable, *map(str, command)], **streams)
+    """Start `python COMMAND ...`."""
+    return subprocess.Popen([sys.executable, *map(str, command)], **streams)
 
 
 @contextlib.contextmanager

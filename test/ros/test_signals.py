@@ -15,16 +15,6 @@ from robot import Robot
 
 from mlmem_ros.ros.node_process import build_node_arguments
 
-COMPILES = """
-import sys
-from numba.core import config
-config.reload_config()  # with another folder of machine code
-for name in [each for each in sys.modules if each.startswith('mlmem')]:
-    del sys.modules[name]
-from mlmem_ros.ros.main import main
-sys.exit(main())
-"""
-
 
 @pytest.fixture
 def recording(start, tmp_path):
@@ -57,10 +47,10 @@ def test_ctrl_c_answers_all_requests_and_closes_the_session(recording):
 
 
 @contextmanager
-def started(code, parameters, line, **environment):
+def started(line, *command, **environment):
     """Run a program that starts a node until a line of its log; yield it."""
     process = program(
-        '-c', code, *build_node_arguments('/mlmem', parameters), stderr=subprocess.PIPE,
+        *command, *build_node_arguments('/mlmem', QUICK), stderr=subprocess.PIPE,
         text=True, env=os.environ | environment,
     )  # fmt: skip
     try:
@@ -74,7 +64,7 @@ def started(code, parameters, line, **environment):
 def test_signal_ends_a_compilation(tmp_path):
     """Launch kills what goes on 15 s after SIGINT, as a compilation next to other work does."""
     folder = {'NUMBA_CACHE_DIR': str(tmp_path)}
-    with started(COMPILES, QUICK, 'compiling the kernels', **folder) as process:
+    with started('compiling the kernels', '-m', 'mlmem_ros.ros.main', **folder) as process:
         process.send_signal(signal.SIGINT)
         process.send_signal(signal.SIGINT)
         output = process.stderr.read()
@@ -98,7 +88,7 @@ sys.exit(main.main())
 
 def test_middleware_that_hangs_at_the_end_is_cut_off():
     """With a traceback, and another status than one of a node that did not save: all is saved."""
-    with started(HANGS, QUICK, 'ready') as process:
+    with started('ready', '-c', HANGS) as process:
         process.send_signal(signal.SIGTERM)
         output = process.stderr.read()
         assert process.wait(30.0) == 1  # it hangs for 60 s
