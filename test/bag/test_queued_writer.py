@@ -7,6 +7,7 @@ import time
 from types import SimpleNamespace
 
 import pytest
+from timeouts import TIMEOUT_S
 
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
@@ -47,17 +48,17 @@ def hold(recorder, monkeypatch):
 
     def slow(*args):
         stalled.set()
-        released.wait(5)
+        released.wait(TIMEOUT_S)
         write(*args)
 
     monkeypatch.setattr(BagWriter, 'write', slow)
     recorder.put('/level', level(0), 0)
-    assert stalled.wait(5)
+    assert stalled.wait(TIMEOUT_S)
     return released
 
 
 def wait_for(condition):
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + TIMEOUT_S
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.005)

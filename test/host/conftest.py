@@ -8,6 +8,7 @@ import threading
 import time
 
 import pytest
+from timeouts import TIMEOUT_S
 
 from mlmem import Faults, MemoryElement, factory, load_element
 from mlmem.element_file import use_kicks
@@ -88,8 +89,8 @@ class Service:
     def poison(self):
         """Put NaN into the material, and wait until the loop has failed."""
         host = self.host
-        host.loop.call(lambda: host.element.chain.v.__setitem__(100, math.nan)).result(30.0)
-        assert self.failed.wait(30.0)
+        host.loop.call(lambda: host.element.chain.v.__setitem__(100, math.nan)).result(TIMEOUT_S)
+        assert self.failed.wait(TIMEOUT_S)
 
     @staticmethod
     def plan(settings):

@@ -3,6 +3,7 @@
 """A driver of a user's own: what it raises reaches the log with its traceback."""
 
 import pytest
+from timeouts import TIMEOUT_S
 
 from mlmem import DriverError, Refused, SettingsError, Write
 from mlmem_ros.host.settings import DeviceSettings
@@ -26,7 +27,7 @@ def test_exception_of_a_driver_is_logged(serve, log, where):
         host = service.activate()
     if where == 'playing':
         with pytest.raises(Refused, match=r'the device has stopped: .*turned sour'):
-            host.submit(Write(0)).answer.result(30.0)
+            host.submit(Write(0)).answer.result(TIMEOUT_S)
         host.release_failed()
     elif where == 'closing':
         host.close()

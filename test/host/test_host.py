@@ -12,6 +12,7 @@ import threading
 import time
 
 import pytest
+from timeouts import TIMEOUT_S
 
 from mlmem import Faults, Read, Refused, SetStrain, SettingsError, Write
 from mlmem.loop.timetable import SteadyPacer
@@ -26,8 +27,6 @@ from mlmem_ros.host.settings import (
 )
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
-
-SOON = 30.0
 
 
 @pytest.fixture
@@ -63,13 +62,13 @@ def until(host, over):
 def test_write_is_saved_before_the_next_command(serve, file, kept):
     """Though five have arrived meanwhile."""
     host = serve(**kept).activate()
-    host.pause(True).result(SOON)
+    host.pause(True).result(TIMEOUT_S)
     write = host.submit(Write(0))
-    host.step().answer.result(SOON)
+    host.step().answer.result(TIMEOUT_S)
     for _ in range(5):
         host.submit(SetStrain(0.0))
     host.pause(False)
-    outcome = write.answer.result(SOON)
+    outcome = write.answer.result(TIMEOUT_S)
     assert outcome.success
     assert store.load_snapshot(file)['ticks'] == outcome.end_tick + 1
 
@@ -81,12 +80,12 @@ def fill_disk(path, taken):
 def test_write_that_cannot_be_saved_fails(serve, kept, monkeypatch):
     host = serve(**kept).activate()
     monkeypatch.setattr(store, 'save_snapshot', fill_disk)
-    outcome = host.submit(Write(0)).answer.result(SOON)
+    outcome = host.submit(Write(0)).answer.result(TIMEOUT_S)
     assert not outcome.success
     assert outcome.reading.level == 0
     assert outcome.error.startswith('write succeeded, but is not saved: the state cannot be saved')
     assert outcome.code == 'failed'
-    assert host.submit(Read()).answer.result(SOON).success  # a read saves nothing
+    assert host.submit(Read()).answer.result(TIMEOUT_S).success  # a read saves nothing
 
 
 def test_hanging_disk_delays_no_answer_and_is_a_loss_at_the_end(
@@ -97,7 +96,7 @@ def test_hanging_disk_delays_no_answer_and_is_a_loss_at_the_end(
     answer = host.submit(Write(0)).answer
     until(host, answer.done)
     assert 'the disk does not answer' in answer.result().error
-    assert host.submit(Read()).answer.result(SOON).success
+    assert host.submit(Read()).answer.result(TIMEOUT_S).success
     host.close()
     assert host.lost
     assert any('the disk does not answer' in text for text in log.of('ERROR'))
@@ -107,7 +106,7 @@ def test_later_save_clears_an_earlier_failure(serve, file, kept, monkeypatch):
     """The exit status tells of the content as it is."""
     service = serve(**kept)
     host = service.activate()
-    assert host.submit(Write(0)).answer.result(SOON).success
+    assert host.submit(Write(0)).answer.result(TIMEOUT_S).success
     with monkeypatch.context() as patch:
         patch.setattr(store, 'save_snapshot', fill_disk)
         host.deactivate()
@@ -124,9 +123,9 @@ def test_second_element_on_a_state_file_is_rejected(serve, kept):
     host = first.activate()
     with pytest.raises(StateError, match=r'element\.json is in use by /mlmem \(process \d+\)'):
         second.activate()
-    assert host.submit(Write(0)).answer.result(SOON).success
+    assert host.submit(Write(0)).answer.result(TIMEOUT_S).success
     host.close()
-    assert second.activate().submit(Read()).answer.result(SOON).reading.level == 0
+    assert second.activate().submit(Read()).answer.result(TIMEOUT_S).reading.level == 0
 
 
 # --- a device that fails ----------------------------------------------------------------------
@@ -135,19 +134,19 @@ def test_second_element_on_a_state_file_is_rejected(serve, kept):
 def test_failed_device_is_released_and_its_file_kept(serve, kept, file, log):
     service = serve(**kept)
     host = service.activate()
-    assert host.submit(Write(0)).answer.result(SOON).success
+    assert host.submit(Write(0)).answer.result(TIMEOUT_S).success
     before = store.load_snapshot(file)
     service.poison()
     with pytest.raises(Refused, match='the device has stopped'):
-        host.submit(Read()).answer.result(SOON)
+        host.submit(Read()).answer.result(TIMEOUT_S)
     host.release_failed()
     assert host.element is None
     assert host.loop is None
     with pytest.raises(Refused, match=r'^inactive: the device has stopped: .*; conf'):
-        host.submit(Read()).answer.result(SOON)
+        host.submit(Read()).answer.result(TIMEOUT_S)
     assert store.load_snapshot(file)['reading'] == before['reading']
     assert any('configure and activate to go on' in text for text in log.of('ERROR'))
-    assert service.activate().submit(Read()).answer.result(SOON).reading.level == 0
+    assert service.activate().submit(Read()).answer.result(TIMEOUT_S).reading.level == 0
 
 
 @pytest.fixture
@@ -155,10 +154,10 @@ def failed(serve, log):
     """An element in service whose loop has failed after a write; it has no state file."""
     service, pacer = serve(), SteadyPacer()
     host = service.activate(pacer)
-    assert host.submit(Write(0)).answer.result(SOON).success
-    assert host.submit(SetStrain(0.01)).answer.result(SOON) is None
+    assert host.submit(Write(0)).answer.result(TIMEOUT_S).success
+    assert host.submit(SetStrain(0.01)).answer.result(TIMEOUT_S) is None
     pacer.now = lambda: 1 / 0
-    assert service.failed.wait(SOON)
+    assert service.failed.wait(TIMEOUT_S)
     element = host.element
     host.release_failed()
     assert element.actuator.strain == 0.0
@@ -167,7 +166,7 @@ def failed(serve, log):
 
 
 def test_failed_loop_keeps_the_content(failed):
-    assert failed.activate().submit(Read()).answer.result(SOON).reading.level == 0
+    assert failed.activate().submit(Read()).answer.result(TIMEOUT_S).reading.level == 0
 
 
 def test_content_of_a_failed_device_stays_with_its_design(failed, log):
@@ -182,7 +181,7 @@ def test_listener_that_fails_stops_nothing(serve, log):
     service = serve()
     service.events = type('Full', (list,), {'extend': lambda *_: 1 / 0})()
     host = service.activate()
-    assert host.submit(Write(0)).answer.result(SOON).success
+    assert host.submit(Write(0)).answer.result(TIMEOUT_S).success
     assert host.log.caught > 0
     assert 'publishing failed; this is a fault in the software' in log.of('ERROR')[0]
 
@@ -202,8 +201,8 @@ def test_time_is_added_to_a_path_that_exists(serve, record, tmp_path, active):
     service = serve(record=RecordSettings() if active else record)
     host = service.activate()
     if active:
-        host.record(service.plan(record)).result(SOON)
-    path = host.record(None).result(SOON)
+        host.record(service.plan(record)).result(TIMEOUT_S)
+    path = host.record(None).result(TIMEOUT_S)
     assert path.parent == tmp_path
     assert re.fullmatch(r'session-\d{8}-\d{6}', path.name)
     assert run_replay(load_session(path)).exact
@@ -222,43 +221,45 @@ def test_recording_that_cannot_be_opened_prevents_activation(serve, record, tmp_
 def test_session_does_not_begin_while_a_procedure_runs(serve, record):
     service = serve()
     host = service.activate()
-    host.pause(True).result(SOON)
+    host.pause(True).result(TIMEOUT_S)
     host.submit(Write(0))
-    host.step().answer.result(SOON)
+    host.step().answer.result(TIMEOUT_S)
     with pytest.raises(Refused, match='write is running'):
-        host.record(service.plan(record)).result(SOON)
+        host.record(service.plan(record)).result(TIMEOUT_S)
 
 
 def test_session_that_a_procedure_prevents_leaves_no_bag(serve, record, monkeypatch, tmp_path):
     """The procedure begins while the bag opens."""
     service = serve()
     host = service.activate()
-    host.pause(True).result(SOON)
+    host.pause(True).result(TIMEOUT_S)
     made = recording_module.open_bag
 
     def open_late(plan):
         host.submit(Write(0))
-        host.step().answer.result(SOON)
+        host.step().answer.result(TIMEOUT_S)
         return made(plan)
 
     monkeypatch.setattr(recording_module, 'open_bag', open_late)
     with pytest.raises(Refused, match='write is running'):
-        host.record(service.plan(record)).result(SOON)
+        host.record(service.plan(record)).result(TIMEOUT_S)
+    assert host.sessions.current is None
     assert not list(tmp_path.iterdir())
 
 
 def test_stop_of_a_failed_recording_reports_the_failure(serve, record):
     service = serve()
     host = service.activate()
-    path = host.record(service.plan(dataclasses.replace(record, sync_interval=0.0))).result(SOON)
+    plan = service.plan(dataclasses.replace(record, sync_interval=0.0))
+    path = host.record(plan).result(TIMEOUT_S)
     while path.exists():  # it is written to at the same time
         shutil.rmtree(path, ignore_errors=True)
     while host.sessions.current.bag.error is None:
-        assert host.submit(SetStrain(0.0)).answer.result(SOON) is None
+        assert host.submit(SetStrain(0.0)).answer.result(TIMEOUT_S) is None
     with pytest.raises(BagError, match=r'was deleted while being written|No such file'):
-        host.record(None).result(SOON)
+        host.record(None).result(TIMEOUT_S)
     assert host.sessions.current is None
-    assert host.submit(Read()).answer.result(SOON).success
+    assert host.submit(Read()).answer.result(TIMEOUT_S).success
 
 
 # --- its life ---------------------------------------------------------------------------------
@@ -288,18 +289,18 @@ def test_initial_content_of_a_simulated_element_is_read(serve):
     service = serve(initial_content=5)
     service.activate()
     assert service.host.element.reading is None
-    assert service.host.submit(Read()).answer.result(60.0).reading.level == 5
+    assert service.host.submit(Read()).answer.result(TIMEOUT_S).reading.level == 5
 
 
 def test_one_of_many_record_requests_succeeds(serve, record):
     service = serve()
     host = service.activate()
     started = [host.record(service.plan(record)) for _ in range(20)]
-    paths = [future.result(SOON) for future in started if future.exception(SOON) is None]
+    paths = [future.result(TIMEOUT_S) for future in started if future.exception(TIMEOUT_S) is None]
     assert [str(path) for path in paths] == [record.path]
-    assert host.submit(Read()).answer.result(SOON).success
+    assert host.submit(Read()).answer.result(TIMEOUT_S).success
     stopped = [host.record(None) for _ in range(20)]
-    assert sum(future.exception(SOON) is None for future in stopped) == 1
+    assert sum(future.exception(TIMEOUT_S) is None for future in stopped) == 1
     assert host.refused == 38
     assert run_replay(load_session(record.path)).exact
     assert host.sessions.current is None

@@ -3,15 +3,15 @@
 """The last seconds before a request or a failure are in the session and replay to the bit."""
 
 import pytest
+from timeouts import TIMEOUT_S
 
-from mlmem import Read, Refused, SetStrain, Write
+from mlmem import Read, SetStrain, Write
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import recording
 from mlmem_ros.host.settings import RecordSettings
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 
-SOON = 30.0
 LONG = RecordSettings(last_seconds=3600.0)
 SHORT = RecordSettings(last_seconds=0.2, hash_every=10)
 """A write takes longer: 0.2 s are 200 ticks."""
@@ -20,8 +20,8 @@ SHORT = RecordSettings(last_seconds=0.2, hash_every=10)
 def recorded(service, path):
     """Record for a moment; return the session."""
     host = service.host
-    bag = host.record(service.plan(RecordSettings(path=str(path)))).result(SOON)
-    host.record(None).result(SOON)
+    bag = host.record(service.plan(RecordSettings(path=str(path)))).result(TIMEOUT_S)
+    host.record(None).result(TIMEOUT_S)
     return load_session(bag)
 
 
@@ -38,14 +38,15 @@ def test_session_begins_with_the_last_seconds(serve, tmp_path):
     """Also after one that could not be written."""
     service = serve(record=LONG)
     host = service.activate()
-    assert host.submit(Write(5)).answer.result(SOON).success
+    assert host.submit(Write(5)).answer.result(TIMEOUT_S).success
     (tmp_path / 'file').touch()
     with pytest.raises(BagError):
         recorded(service, tmp_path / 'file' / 'session')
     reading = host.submit(Read()).answer  # a session may begin while a procedure runs
-    path = host.record(service.plan(RecordSettings(path=str(tmp_path / 'session')))).result(SOON)
-    assert reading.result(SOON).reading.level == 5
-    assert host.record(None).result(SOON) == path
+    plan = service.plan(RecordSettings(path=str(tmp_path / 'session')))
+    path = host.record(plan).result(TIMEOUT_S)
+    assert reading.result(TIMEOUT_S).reading.level == 5
+    assert host.record(None).result(TIMEOUT_S) == path
     session = load_session(path)
     assert begun(session) == 0
     assert commands(session) == [Write(5), Read()]
@@ -54,29 +55,12 @@ def test_session_begins_with_the_last_seconds(serve, tmp_path):
     assert [outcome.reading.level for outcome in report.outcomes] == [5, 5]
 
 
-def test_session_is_refused_if_a_procedure_begins_meanwhile(serve, tmp_path, monkeypatch):
-    """Between the request and the state with which the bag would begin."""
-    service = serve()
-    host, open_bag = service.activate(), recording.open_bag
-
-    def open_late(plan):
-        host.pause(True).result(SOON)
-        host.submit(Write(3))
-        host.step().answer.result(SOON)
-        return open_bag(plan)
-
-    monkeypatch.setattr(recording, 'open_bag', open_late)
-    with pytest.raises(Refused, match='write is running'):
-        host.record(service.plan(RecordSettings(path=str(tmp_path / 'session')))).result(SOON)
-    assert host.sessions.current is None
-
-
 def test_last_seconds_before_a_failure_are_saved(serve, tmp_path, monkeypatch, log):
     monkeypatch.chdir(tmp_path)
     service = serve(record=LONG)
     host = service.activate()
-    assert host.submit(Write(2)).answer.result(SOON).success
-    assert host.submit(SetStrain(0.01)).answer.result(SOON) is None
+    assert host.submit(Write(2)).answer.result(TIMEOUT_S).success
+    assert host.submit(SetStrain(0.01)).answer.result(TIMEOUT_S) is None
     service.poison()
     host.release_failed()
     (bag,) = tmp_path.glob('session-*')
@@ -93,14 +77,14 @@ def test_old_seconds_are_dropped_and_a_write_kept_whole(serve, tmp_path):
     service = serve(record=SHORT)
     host = service.activate()
     for level in (1, 6):
-        assert host.submit(Write(level)).answer.result(SOON).success
+        assert host.submit(Write(level)).answer.result(TIMEOUT_S).success
     session = recorded(service, tmp_path / 'written')
     (outcome,) = run_replay(session).outcomes
     assert outcome.reading.level == 6
     assert 0 <= outcome.start_tick - begun(session) <= 250 + 50
     idle = max(each.tick for each in session.hashes) + 600
     while host.element.ticks < idle:
-        host.loop.call(lambda: None).result(SOON)
+        host.loop.call(lambda: None).result(TIMEOUT_S)
     assert 0.2 <= host.sessions.buffer.kept['last_seconds'] <= 0.32
     session = recorded(service, tmp_path / 'idle')
     assert session.stamped == []
@@ -113,9 +97,9 @@ def test_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch):
     monkeypatch.setattr(recording.PreTriggerBuffer, 'max_bytes', 20_000)
     service = serve(record=RecordSettings(last_seconds=3600.0, hash_every=50))
     host = service.activate()
-    ended = host.submit(Write(1)).answer.result(SOON).end_tick
-    assert host.submit(Read()).answer.result(SOON).success
-    host.pause(True).result(SOON)
+    ended = host.submit(Write(1)).answer.result(TIMEOUT_S).end_tick
+    assert host.submit(Read()).answer.result(TIMEOUT_S).success
+    host.pause(True).result(TIMEOUT_S)
     assert host.sessions.buffer.kept['last_bytes'] <= 20_000
     session = recorded(service, tmp_path / 'session')
     assert begun(session) >= ended

@@ -3,6 +3,7 @@
 """Every file of a split recording begins with the state of an idle device, and replays alone."""
 
 import pytest
+from timeouts import TIMEOUT_S
 
 from mlmem import Read, Write
 from mlmem_ros.bag.queued_writer import QueuedWriter
@@ -11,7 +12,6 @@ from mlmem_ros.host.settings import RecordSettings
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 
-TIMEOUT_S = 30.0
 HEADER = '/mlmem/session'
 
 

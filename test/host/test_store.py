@@ -1,19 +1,27 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Content and calibration: nothing old replaces newer, nothing is calibrated twice."""
+"""A state file holds one exact snapshot, with a calibration; errors say what is wrong with it.
+Nothing old replaces newer, nothing is calibrated twice.
+"""
 
 import dataclasses
+import json
+import tracemalloc
+from contextlib import closing
 
 import pytest
+from timeouts import TIMEOUT_S
 
-from mlmem import MemoryElement, factory
-from mlmem.physics import CASE_II, StateError
-from mlmem.settings import ProbeSettings
-from mlmem_ros.host import ThrottledLog
+from mlmem import MemoryElement, Settings, factory, snapshot
+from mlmem.moves.strain_cycle import WriteSettings
+from mlmem.physics import CASE_I, CASE_II, StateError
+from mlmem.readers.calibration import calibration_key
+from mlmem.settings import ProbeSettings, ReadSettings, TimeSettings
+from mlmem_ros.host import ThrottledLog, store
 from mlmem_ros.host.building import build_device
 from mlmem_ros.host.settings import FileSettings, StateSettings
-from mlmem_ros.host.store import Store, load_snapshot
 from mlmem_ros.host.worker import Worker
+from test.device import rig
 
 
 @pytest.fixture
@@ -21,48 +29,101 @@ def file(tmp_path):
     return tmp_path / 'element.json'
 
 
-@pytest.fixture
-def kept():
-    """Make a store: kept(file); the one before is closed, since a file has one owner."""
-    stores = []
-
-    def kept(file):
-        for store in stores:
-            assert store.close()
-        stores.append(_store(file))
-        return stores[-1]
-
-    yield kept
-    for store in stores:
-        store.close()
-
-
-def _store(file):
+def open_store(file):
+    """Open the store of a file; a file has one owner at a time."""
     settings = StateSettings(path=str(file), interval=0.0)
     throttled = ThrottledLog(lambda *_: None)
-    return Store(settings, FileSettings(), throttled, Worker('test-store', throttled))
+    return store.Store(settings, FileSettings(), throttled, Worker('test-store', throttled))
 
 
-def test_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
+def test_link_leads_to_the_file_that_is_kept(file, tmp_path):
     link, element = tmp_path / 'link.json', MemoryElement(CASE_II)
     link.symlink_to(file)
     element.advance()
-    kept(link).save_state(element).result(20.0)
+    with closing(open_store(link)) as kept:
+        kept.save_state(element).result(TIMEOUT_S)
     assert link.is_symlink()
-    assert load_snapshot(file)['ticks'] == 1
+    assert store.load_snapshot(file)['ticks'] == 1
     loop = tmp_path / 'loop.json'
     loop.symlink_to(loop)
-    with pytest.raises(StateError, match=r'loop\.json'):
-        kept(loop).load_state()
+    with closing(open_store(loop)) as kept, pytest.raises(StateError, match=r'loop\.json'):
+        kept.load_state()
+
+
+def test_state_below_a_file_is_rejected(file):
+    file.touch()
+    store_below = open_store(file / 'element.json')
+    with closing(store_below), pytest.raises(StateError, match='cannot be kept'):
+        store_below.load_state()
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        '', '\xff', '[' * 100_000, '{"format": 1, "snap', '[]', '{"format": 1}',
+        '{"format": 2, "snapshot": {}}', '{"format": 1, "snapshot": []}',
+    ],
+)  # fmt: skip
+def test_damaged_file_is_rejected_and_kept(tmp_path, text):
+    path = tmp_path / 'element.json'
+    path.write_bytes(text.encode('latin-1'))
+    with pytest.raises(StateError, match=r'element\.json is damaged: '):
+        store.load_snapshot(path)
+    assert path.read_bytes() == text.encode('latin-1')
+
+
+def test_huge_file_is_rejected_in_little_memory(tmp_path):
+    """50 GB of zeros, which take no room on the disk."""
+    path = tmp_path / 'element.json'
+    with path.open('wb') as file:
+        file.truncate(50 * 10**9)
+    tracemalloc.start()
+    try:
+        with pytest.raises(StateError, match='is damaged: it is larger than 33554432 bytes'):
+            store.load_snapshot(path)
+        assert tracemalloc.get_traced_memory()[1] < 80e6  # twice what is read
+    finally:
+        tracemalloc.stop()
+
+
+def test_file_that_cannot_be_read_or_written_is_reported(tmp_path):
+    with pytest.raises(StateError, match=r'the state cannot be read from .*directory'):
+        store.load_snapshot(tmp_path)
+    (tmp_path / 'file').write_text('')
+    with pytest.raises(StateError, match='the state cannot be saved'):
+        store.save_snapshot(tmp_path / 'file' / 'x.json', {})
 
 
 # --- calibrations -----------------------------------------------------------------------------
 
 
-def test_state_below_a_file_is_rejected(file, kept):
-    file.touch()
-    with pytest.raises(StateError, match='cannot be kept'):
-        kept(file / 'element.json').load_state()
+def test_calibration_is_found_by_its_key():
+    element = MemoryElement(CASE_II)
+    taken = json.loads(json.dumps(snapshot.take_snapshot(element)))
+    key = taken['calibration_key']
+    assert store.find_calibration(taken, key, CASE_II.levels) == element.calibration
+    for given, wanted, levels in ((None, key, 8), (taken, 'other', 8), (taken, key, 3)):
+        assert store.find_calibration(given, wanted, levels) is None
+    taken['calibration'] = {'left': 1}
+    assert store.find_calibration(taken, key, CASE_II.levels) is None
+
+
+def test_calibration_key_depends_on_what_delays_depend_on():
+    plain = calibration_key(CASE_II, Settings())
+    assert plain == calibration_key(dataclasses.replace(CASE_II), Settings())
+    others = {
+        calibration_key(design, settings)
+        for design, settings in (
+            (CASE_I, Settings()),
+            (dataclasses.replace(CASE_II, gamma=-1.3e-4), Settings()),
+            (CASE_II, rig.change(Settings(), probe={'v_th': 1.7e-4})),
+            (CASE_II, rig.change(Settings(), probe_right={'window': 5.0})),
+            (CASE_II, Settings(time=TimeSettings(tick=10.0))),
+        )
+    }
+    assert len(others | {plain}) == 6
+    same = Settings(write=WriteSettings(attempts=7), read=ReadSettings(end='both'))
+    assert calibration_key(CASE_II, same) == plain
 
 
 @pytest.fixture
@@ -86,7 +147,7 @@ def test_design_is_calibrated_once(file, counted, parameters):
             parameters, settings=settings, state=StateSettings(path=str(file), interval=0.0)
         )
         device = build_device(given, throttled, Worker('test', throttled), '/mlmem', blank=False)
-        device.store.save_state(device.element).result(20.0)
+        device.store.save_state(device.element).result(TIMEOUT_S)
         assert device.store.close()
         return device.element.calibration
 

@@ -5,14 +5,12 @@
 import threading
 
 import pytest
+from timeouts import TIMEOUT_S
 
 from mlmem import threads
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import Overdue
 from mlmem_ros.host.worker import WORK_TIMEOUT_S, Worker
-
-SOON = 60.0
-"""Longest wait in seconds, on a loaded machine."""
 
 
 @pytest.fixture
@@ -44,12 +42,12 @@ def test_worker_does_jobs_in_order(worker, disk):
     worker.do('work', disk.wait)
     answers = [worker.do('work', lambda n=n: done.append(n) or n) for n in range(50)]
     disk.set()
-    assert [answer.result(SOON) for answer in answers] == list(range(50)) == done
-    assert worker.wait(SOON)
+    assert [answer.result(TIMEOUT_S) for answer in answers] == list(range(50)) == done
+    assert worker.wait(TIMEOUT_S)
     for thread in alive():
-        thread.join(SOON)
+        thread.join(TIMEOUT_S)
     assert not alive()
-    assert worker.do('more', lambda: 'again').result(SOON) == 'again'
+    assert worker.do('more', lambda: 'again').result(TIMEOUT_S) == 'again'
 
 
 def test_defects_of_a_job_are_logged_and_errors_returned(worker, throttled, log):
@@ -57,11 +55,11 @@ def test_defects_of_a_job_are_logged_and_errors_returned(worker, throttled, log)
         raise error
 
     refused = worker.do('work', lambda: fail(BagError('the disk is full')))
-    assert str(refused.exception(SOON)) == 'the disk is full'
+    assert str(refused.exception(TIMEOUT_S)) == 'the disk is full'
     assert throttled.caught == 0
     defect = worker.do('work', lambda: fail(KeyError('views')))
-    assert isinstance(defect.exception(SOON), KeyError)
-    assert worker.wait(SOON)
+    assert isinstance(defect.exception(TIMEOUT_S), KeyError)
+    assert worker.wait(TIMEOUT_S)
     assert throttled.caught == 1
     assert 'work failed; this is a fault in the software' in log.of('ERROR')[0]
 
@@ -77,5 +75,5 @@ def test_job_on_a_hanging_disk_times_out(worker, disk, later):
         with pytest.raises(Overdue, match=f'{what} takes longer than 10 s: the disk does not'):
             answer.result(0.0)
     disk.set()
-    assert worker.wait(SOON)
-    assert worker.do('more', lambda: 'again').result(SOON) == 'again'
+    assert worker.wait(TIMEOUT_S)
+    assert worker.do('more', lambda: 'again').result(TIMEOUT_S) == 'again'
