@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 import pytest
 import yaml
 from rclpy.task import Future
+from timeouts import TIMEOUT_S
 
 from mlmem import Settings
 from mlmem.element_file import ELEMENT_NAMES
@@ -22,9 +23,6 @@ from mlmem_ros.host.settings import declare_parameters
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.node_process import run_child_process
 from mlmem_ros.testing import memory_node
-
-SOON = 30.0
-"""Seconds to wait for what comes at once: a machine may be busy."""
 
 STREAMS = ('field', 'wall', 'joint_states', 'views')
 FOLDER = TemporaryDirectory(prefix='mlmem-elements-')
@@ -93,9 +91,9 @@ def run_in_executor(node, executor, action):
 
     timer = node.create_timer(0.001, callback)
     executor.add_node(node)
-    executor.spin_until_future_complete(done, SOON)
+    executor.spin_until_future_complete(done, TIMEOUT_S)
     node.destroy_timer(timer)
-    assert done.done(), f'no answer within {SOON} s: a deadlock'
+    assert done.done(), f'no answer within {TIMEOUT_S} s: a deadlock'
     return done.result()
 
 
@@ -159,4 +157,4 @@ def refused(memory, reply, code):
 
 def stepped(memory, condition, what):
     """Step, while time is paused, until a condition holds."""
-    wait_until(lambda: memory.memory.step().wait() and condition(), what, SOON)
+    wait_until(lambda: memory.memory.step().wait() and condition(), what, TIMEOUT_S)

@@ -9,7 +9,8 @@ import sys
 import threading
 
 import pytest
-from nodes import SOON, node_parameters
+from nodes import node_parameters
+from timeouts import TIMEOUT_S
 
 
 @pytest.fixture(scope='module', autouse=True)
@@ -82,7 +83,7 @@ def refused(capfd):
     def refused(parameters=None, *, name='mlmem', file=None, options=(), warned=False):
         given, stop = build_node_arguments(name, node_parameters(parameters or {}), file), []
         capfd.readouterr()
-        ends = threading.Timer(SOON, stop.append, [signal.SIGTERM])  # if it starts after all
+        ends = threading.Timer(TIMEOUT_S, stop.append, [signal.SIGTERM])  # if it starts after all
         ends.start()
         try:
             assert run_nodes(['memory_node', *given, *options], stop) == NOT_STARTED

@@ -8,35 +8,19 @@ import json
 import time
 from collections import defaultdict
 from contextlib import contextmanager
-from functools import cache, cached_property
+from functools import cache
 
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from diagnostic_msgs.srv import SelfTest
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState, GetState
-from rcl_interfaces.srv import (
-    GetParameters,
-    ListParameters,
-    SetParameters,
-    SetParametersAtomically,
-)
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.qos import (
-    DurabilityPolicy,
-    HistoryPolicy,
-    QoSProfile,
-    ReliabilityPolicy,
-)
-from sensor_msgs.msg import Image, Imu, JointState, Range
-from std_msgs.msg import Empty, Float32MultiArray, Float64, Float64MultiArray, Int16, Int64, UInt8
-from std_srvs.srv import SetBool, Trigger
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from timeouts import TIMEOUT_S
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
-from visualization_msgs.msg import MarkerArray
 
-from mlmem import element_file
+from mlmem_ros.contract.requests import load_action_types
+from mlmem_ros.contract.topics import load_interface
 
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 LATCHED = QoSProfile(
@@ -44,57 +28,57 @@ LATCHED = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-EVERY_ONE = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
+KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 """For a client with many requests under way: rclpy's default keeps the last ten answers."""
 
 IN = {
-    'strain': Float64,
-    'strain_trajectory': JointTrajectory,
-    'joint_commands': JointState,
-    'probe': Empty,
-    'write_level': UInt8,
-    'disturbance': Imu,
+    'strain': 'std_msgs/msg/Float64',
+    'strain_trajectory': 'trajectory_msgs/msg/JointTrajectory',
+    'joint_commands': 'sensor_msgs/msg/JointState',
+    'probe': 'std_msgs/msg/Empty',
+    'write_level': 'std_msgs/msg/UInt8',
+    'disturbance': 'sensor_msgs/msg/Imu',
 }
-REGISTER_OUT = {'word': (Int64, LATCHED)}
+REGISTER_OUT = {'word': ('std_msgs/msg/Int64', LATCHED)}
 OUT = {
-    'level': (Int16, LATCHED),
-    'content': (DiagnosticStatus, LATCHED),
-    'outcome': (DiagnosticStatus, LATCHED),
-    'echo': (Float32MultiArray, RELIABLE),
-    'range': (Range, RELIABLE),
-    'joint_states': (JointState, RELIABLE),
-    'field': (Float32MultiArray, RELIABLE),
-    'wall': (Float64MultiArray, RELIABLE),
-    'image': (Image, RELIABLE),
-    'markers': (MarkerArray, RELIABLE),
-    '/diagnostics': (DiagnosticArray, RELIABLE),
+    'level': ('std_msgs/msg/Int16', LATCHED),
+    'content': ('diagnostic_msgs/msg/DiagnosticStatus', LATCHED),
+    'outcome': ('diagnostic_msgs/msg/DiagnosticStatus', LATCHED),
+    'echo': ('std_msgs/msg/Float32MultiArray', RELIABLE),
+    'range': ('sensor_msgs/msg/Range', RELIABLE),
+    'joint_states': ('sensor_msgs/msg/JointState', RELIABLE),
+    'field': ('std_msgs/msg/Float32MultiArray', RELIABLE),
+    'wall': ('std_msgs/msg/Float64MultiArray', RELIABLE),
+    'image': ('sensor_msgs/msg/Image', RELIABLE),
+    'markers': ('visualization_msgs/msg/MarkerArray', RELIABLE),
+    '/diagnostics': ('diagnostic_msgs/msg/DiagnosticArray', RELIABLE),
 }
 SERVICES = {
-    **dict.fromkeys(('write', 'read', 'erase', 'calibrate', 'locate', 'survey'), Trigger),
-    **dict.fromkeys(('reset', 'abort', 'step'), Trigger),
-    **dict.fromkeys(('pause', 'record'), SetBool),
-    'self_test': SelfTest,
-    'request': SetParametersAtomically,
+    **dict.fromkeys(
+        ('write', 'read', 'erase', 'calibrate', 'locate', 'survey', 'reset', 'abort', 'step'),
+        'std_srvs/srv/Trigger',
+    ),
+    **dict.fromkeys(('pause', 'record'), 'std_srvs/srv/SetBool'),
+    'self_test': 'diagnostic_msgs/srv/SelfTest',
+    'request': 'rcl_interfaces/srv/SetParametersAtomically',
+    'get_state': 'lifecycle_msgs/srv/GetState',
+    'change_state': 'lifecycle_msgs/srv/ChangeState',
+    'get_parameters': 'rcl_interfaces/srv/GetParameters',
+    'list_parameters': 'rcl_interfaces/srv/ListParameters',
+    'set_parameters': 'rcl_interfaces/srv/SetParameters',
+    'set_parameters_atomically': 'rcl_interfaces/srv/SetParametersAtomically',
 }
-PATIENCE = 90.0
-"""Seconds to wait for anything: on a busy machine a node takes long to start."""
 
 BLANK = -1
-CELL = 0.01
-"""Metres from cell to cell."""
-
-
-def type_name(kind):
-    """Return the name of a type of message or service, such as std_msgs/msg/Int16."""
-    package, folder, _ = kind.__module__.split('.')
-    return f'{package}/{folder}/{kind.__name__}'
+LENGTH = 2.25
+"""Metres of an element of 225 cells."""
 
 
 class JsonAnswer(dict):
     """The JSON object of a service's answer, and whether it succeeded."""
 
     def __init__(self, response):
-        if isinstance(response, SetParametersAtomically.Response):
+        if hasattr(response, 'result'):  # of `request`
             self.success, message = response.result.successful, response.result.reason
         else:
             self.success, message = response.success, response.message
@@ -126,30 +110,22 @@ class Robot:
         self._clients, self._publishers, self._subscriptions = {}, {}, {}
         self._received = defaultdict(list)
 
-    def close(self):
-        self._executor.shutdown()
-        self.node.destroy_node()
-
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        self.close()
+        self._executor.shutdown()
+        self.node.destroy_node()
 
     def name(self, name):
         return name if name.startswith('/') else f'{self.element}/{name}'
 
-    # Waiting
-
     def wait(self, condition, what):
         """Spin until a condition holds; return what it returned."""
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + TIMEOUT_S
         while not (value := condition()):
-            remaining = deadline - time.monotonic()
-            assert remaining > 0.0, f'{what}: not within {PATIENCE:g} s'
-            self._executor.spin_once(
-                timeout_sec=min(remaining, 0.02)
-            )  # news of the graph wakes no one
+            assert time.monotonic() < deadline, f'{what}: not within {TIMEOUT_S:g} s'
+            self._executor.spin_once(timeout_sec=0.02)  # news of the graph wakes no one
         return value
 
     # Topics
@@ -160,8 +136,8 @@ class Robot:
         It holds everything that has arrived. The node publishes what happened before it answers,
         so nothing older arrives after an answer.
         """
-        kind, qos = (OUT | REGISTER_OUT)[topic]
-        messages = self._received[topic]
+        type_, qos = (OUT | REGISTER_OUT)[topic]
+        kind, messages = load_interface(type_), self._received[topic]
         if topic not in self._subscriptions:
             self._subscriptions[topic] = self.node.create_subscription(
                 kind, self.name(topic), messages.append, qos
@@ -202,21 +178,22 @@ class Robot:
         (status,) = find(self.next('/diagnostics', find))
         return status
 
+    def count_refused(self):
+        """Return the number of refused requests from a report made after this call."""
+        self.next('/diagnostics')  # made before the call, perhaps
+        return int(values(self.next_status('loop'))['refused'])
+
     def send_message(self, topic, message):
         if topic not in self._publishers:
-            publisher = self.node.create_publisher(IN[topic], self.name(topic), RELIABLE)
+            publisher = self.node.create_publisher(
+                load_interface(IN[topic]), self.name(topic), RELIABLE
+            )
             self._publishers[topic] = publisher
             self.wait(publisher.get_subscription_count, f'a subscriber of {topic}')
         self._publishers[topic].publish(message)
 
-    def publish(self, topic, *value):
-        message = IN[topic](data=value[0]) if value else IN[topic]()
-        self.send_message(topic, message)
-
-    @cached_property
-    def length(self):
-        """Displacement of the end in metres at a strain of 1."""
-        return CELL * element_file.parse(self.get('element_description'), 'it').design.N
+    def publish(self, topic, **fields):
+        self.send_message(topic, load_interface(IN[topic])(**fields))
 
     def follow(self, *points):
         """Publish a trajectory of points (milliseconds, strain) or (milliseconds, strain, 1/s).
@@ -226,7 +203,7 @@ class Robot:
         message = JointTrajectory(joint_names=['substrate'])
         for milliseconds, strain, *rate in points:
             point = JointTrajectoryPoint(
-                positions=[strain * self.length], velocities=[each * self.length for each in rate]
+                positions=[strain * LENGTH], velocities=[each * LENGTH for each in rate]
             )
             point.time_from_start.sec, remaining = divmod(milliseconds, 1000)
             point.time_from_start.nanosec = 10**6 * remaining
@@ -235,32 +212,32 @@ class Robot:
 
     # Services
 
-    def send(self, service, request=None, kind=None):
-        """Send a request; return the future of its answer."""
-        kind = kind or SERVICES[service]
-        return self._client(service, kind).call_async(request or kind.Request())
-
-    def _client(self, service, kind=None):
+    def send(self, service, kind=None, **fields):
+        """Send a request with these fields; return the future of its response."""
+        kind = kind or load_interface(SERVICES[service])
         if service not in self._clients:
             self._clients[service] = self.node.create_client(
-                kind or SERVICES[service], self.name(service), qos_profile=EVERY_ONE
+                kind, self.name(service), qos_profile=KEEP_ALL
             )
         client = self._clients[service]
         self.wait(client.service_is_ready, f'service {service}')
-        return client
+        return client.call_async(kind.Request(**fields))
 
     def response(self, future):
         self.wait(future.done, 'an answer')
         return future.result()
 
+    def call(self, service, kind=None, **fields):
+        return self.response(self.send(service, kind, **fields))
+
     def answer(self, future):
         return JsonAnswer(self.response(future))
 
-    def trigger(self, service):
-        return self.answer(self.send(service))
+    def trigger(self, service, **fields):
+        return JsonAnswer(self.call(service, **fields))
 
     def pause(self, hold):
-        return self.answer(self.send('pause', SetBool.Request(data=hold)))
+        return self.trigger('pause', data=hold)
 
     @contextmanager
     def paused(self):
@@ -271,16 +248,9 @@ class Robot:
         finally:
             self.pause(False)
 
-    def record(self, on):
-        return self.answer(self.send('record', SetBool.Request(data=on)))
-
-    def ask(self, request, **arguments):
+    def request(self, name, **arguments):
         """Send a request that carries its arguments; return the future of its answer."""
-        parameters = [
-            Parameter(name, value=value).to_parameter_msg()
-            for name, value in {'request': request, **arguments}.items()
-        ]
-        return self.send('request', SetParametersAtomically.Request(parameters=parameters))
+        return self.send('request', parameters=build_parameters(request=name, **arguments))
 
     def write(self, level):
         self.set(target_level=level)
@@ -303,14 +273,12 @@ class Robot:
     @property
     def state(self):
         """Label of the node's present state."""
-        answer = self.response(self.send('get_state', GetState.Request(), GetState))
-        return answer.current_state.label
+        return self.call('get_state').current_state.label
 
     def request_transition(self, name):
         """Request a transition such as `configure`; return the future of its answer."""
         number = getattr(Transition, f'TRANSITION_{name.upper()}')
-        request = ChangeState.Request(transition=Transition(id=number))
-        return self.send('change_state', request, ChangeState)
+        return self.send('change_state', transition=Transition(id=number))
 
     def change_state(self, *names):
         """Pass transitions in turn; all must succeed."""
@@ -319,30 +287,23 @@ class Robot:
 
     # Parameters
 
-    def set(self, **values):
+    def set(self, **given):
         """Set parameters, a dot written as two underscores; all must be accepted."""
-        for name, value in values.items():
+        for name, value in given.items():
             result = self.try_set(name.replace('__', '.'), value)
             assert result.successful, result.reason
 
     def try_set(self, name, value):
-        parameter = Parameter(name, value=value).to_parameter_msg()
-        request = SetParameters.Request(parameters=[parameter])
-        return self.response(self.send('set_parameters', request, SetParameters)).results[0]
+        return self.call('set_parameters', parameters=build_parameters(**{name: value})).results[0]
 
     def get(self, name):
-        return self._values([name])[0]
+        return self.get_all([name])[name]
 
-    def parameters(self):
-        """Return every parameter and its value."""
-        request = ListParameters.Request()
-        names = self.response(self.send('list_parameters', request, ListParameters)).result.names
-        return dict(zip(names, self._values(names), strict=True))
-
-    def _values(self, names):
-        request = GetParameters.Request(names=names)
-        answer = self.response(self.send('get_parameters', request, GetParameters))
-        return list(map(parameter_value_to_python, answer.values))
+    def get_all(self, names=()):
+        """Return the values of parameters by name, by default of all."""
+        names = names or self.call('list_parameters').result.names
+        found = self.call('get_parameters', names=names).values
+        return dict(zip(names, map(parameter_value_to_python, found), strict=True))
 
 
 class ActionTool:
@@ -352,14 +313,15 @@ class ActionTool:
         messages: All feedback: the client itself drops what comes after the end.
     """
 
-    def __init__(self, robot, name, kind):
-        self.robot, self.kind, self.messages = robot, kind, []
+    def __init__(self, robot, name):
+        self.robot, self.kind, self.messages = robot, load_action_types()[name], []
         path = robot.name(name)
-        self._client = ActionClient(robot.node, kind, path)
+        self._client = ActionClient(robot.node, self.kind, path)
         robot.wait(self._client.server_is_ready, f'the action {name}')
         self._subscription = robot.node.create_subscription(
-            kind.Impl.FeedbackMessage, f'{path}/_action/feedback', self.messages.append, EVERY_ONE
-        )
+            self.kind.Impl.FeedbackMessage, f'{path}/_action/feedback', self.messages.append,
+            KEEP_ALL,
+        )  # fmt: skip
 
     def close(self):
         self._client.destroy()
@@ -380,6 +342,11 @@ class ActionTool:
     def feedback(self, handle):
         """Return the feedback of a goal so far."""
         return [each.feedback for each in self.messages if each.goal_id == handle.goal_id]
+
+
+def build_parameters(**given):
+    """Return the messages of parameters."""
+    return [Parameter(name, value=value).to_parameter_msg() for name, value in given.items()]
 
 
 def values(status):

@@ -35,7 +35,7 @@ def unchanged(robot):
 
     def look():
         return {
-            'parameters': robot.parameters(),
+            'parameters': robot.get_all(),
             'field': robot.next('field').data,
             'wall': robot.next('wall').data,
             'strain': robot.next('joint_states').position[0],
@@ -56,9 +56,9 @@ def unchanged(robot):
 @pytest.mark.parametrize(
     ('topic', 'send', 'word'),
     [
-        ('strain', lambda robot: robot.publish('strain', math.nan), 'nan'),
-        ('strain', lambda robot: robot.publish('strain', 0.1501), '0.1501'),
-        ('write_level', lambda robot: robot.publish('write_level', 8), 'level'),
+        ('strain', lambda robot: robot.publish('strain', data=math.nan), 'nan'),
+        ('strain', lambda robot: robot.publish('strain', data=0.1501), '0.1501'),
+        ('write_level', lambda robot: robot.publish('write_level', data=8), 'level'),
         ('strain_trajectory', lambda robot: robot.follow(), 'points'),
         ('strain_trajectory', lambda robot: robot.follow((10, 0.01), (10, 0.02)), 'rising'),
         ('strain_trajectory', lambda robot: robot.follow((10, 0.1), (20, math.nan)), 'finite'),
@@ -77,16 +77,10 @@ def test_bad_message_is_rejected_in_one_line(memory, written, topic, send, word)
     assert word in line
 
 
-def refused_until_now(robot):
-    """Return the count of refused requests from a report made after this call."""
-    robot.next('/diagnostics')  # made before the call, perhaps
-    return int(values(robot.next_status('loop'))['refused'])
-
-
 def test_bad_requests_are_counted_in_diagnostics(written):
-    before = refused_until_now(written)
-    written.publish('strain', math.nan)
-    written.publish('strain', 1.0)
-    written.publish('write_level', 9)
+    before = written.count_refused()
+    written.publish('strain', data=math.nan)
+    written.publish('strain', data=1.0)
+    written.publish('write_level', data=9)
     assert not written.trigger('step').success  # time runs
-    assert refused_until_now(written) == before + 4
+    assert written.count_refused() == before + 4

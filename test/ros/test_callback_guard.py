@@ -12,13 +12,12 @@ from types import SimpleNamespace
 
 import pytest
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
-from nodes import SOON
 from rcl_interfaces.msg import Parameter, ParameterValue
-from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.serialization import serialize_message
 from robot import Robot
 from std_srvs.srv import Trigger
+from timeouts import TIMEOUT_S
 from trajectory_msgs.msg import JointTrajectory
 
 from mlmem_ros.host import ThrottledLog
@@ -101,8 +100,7 @@ def test_dropped_answer_is_sent_again_to_its_own_client(monkeypatch, drops):
 
 def test_transition_that_is_not_available_is_rejected(robot, node):
     def change(**transition):
-        request = ChangeState.Request(transition=Transition(**transition))
-        return robot.response(robot.send('change_state', request, ChangeState)).success
+        return robot.call('change_state', transition=Transition(**transition)).success
 
     available = {Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVE_SHUTDOWN}
     for number in sorted({*range(20), *range(60, 70), 127, 128, 254, 255} - available):
@@ -117,13 +115,11 @@ def test_transition_that_is_not_available_is_rejected(robot, node):
 def test_parameter_of_unknown_type_is_rejected(robot, kind):
     odd = Parameter(name='target_level', value=ParameterValue(type=kind))
     good = Parameter(name='target_level', value=ParameterValue(type=2, integer_value=1))
-    request = SetParameters.Request(parameters=[odd, good])
-    answer = robot.response(robot.send('set_parameters', request, SetParameters))
+    answer = robot.call('set_parameters', parameters=[odd, good])
     assert [result.successful for result in answer.results] == [False, False]
     assert str(kind) in answer.results[0].reason
-    request = SetParametersAtomically.Request(parameters=[good, odd])
-    sent = robot.send('set_parameters_atomically', request, SetParametersAtomically)
-    assert not robot.response(sent).result.successful
+    at_once = robot.call('set_parameters_atomically', parameters=[good, odd])
+    assert not at_once.result.successful
     assert robot.get('target_level') == -1
 
 
@@ -171,10 +167,10 @@ def test_requests_next_to_an_undecodable_one_are_served(context, create_node):
     client = create_node('client').create_client(Trigger, '/ask')
     executor = GuardedExecutor(context)
     executor.add_node(node, ThrottledLog(lambda *_: None))
-    assert client.wait_for_service(SOON)
+    assert client.wait_for_service(TIMEOUT_S)
     service.srv_type = Odd()
     sent = [client.call_async(Trigger.Request()) for _ in range(3)]
-    deadline = time.monotonic() + SOON
+    deadline = time.monotonic() + TIMEOUT_S
     while not all(future.done() for future in sent):
         assert time.monotonic() < deadline, 'no answer'
         executor.turn(0.01)

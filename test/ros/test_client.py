@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
-from nodes import SOON, run_in_executor
+from nodes import run_in_executor
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
+from timeouts import TIMEOUT_S
 
 from mlmem_ros import (
     MemoryClient,
@@ -56,8 +57,8 @@ def test_client_without_actions_gets_the_same_answer(client, memory):
 
 
 def test_number_is_converted_to_the_type_of_its_field(client):
-    assert client.write(np.int64(2), timeout=int(SOON)).wait().level == 2
-    assert client.procedure('write', int(SOON), level=np.int64(3)).wait().level == 3
+    assert client.write(np.int64(2), timeout=int(TIMEOUT_S)).wait().level == 2
+    assert client.procedure('write', int(TIMEOUT_S), level=np.int64(3)).wait().level == 3
     for speed, seed in ((2, 3), (np.float32(2.0), np.int64(3))):
         client.set_parameters({'time.speed': speed, 'faults.seed': seed}).wait()
         expected = {'time.speed': 2.0, 'faults.seed': 3}
@@ -84,11 +85,11 @@ def test_unknown_parameter_is_rejected(client):
 
 def test_wait_works_though_nobody_spins_its_node(node, context):
     client, idle = MemoryClient(node, '/mlmem'), SingleThreadedExecutor(context=context)
-    assert client.write(4, timeout=SOON).wait().level == 4
+    assert client.write(4, timeout=TIMEOUT_S).wait().level == 4
     assert node.executor is None  # left as it was: rclpy.spin(node) may follow
     rclpy.spin_once(node, executor=idle, timeout_sec=0.0)
     assert node.executor is idle
-    assert client.read(timeout=SOON).wait().level == 4
+    assert client.read(timeout=TIMEOUT_S).wait().level == 4
 
 
 @pytest.mark.parametrize('blocks', [True, False])
@@ -106,7 +107,7 @@ def test_callback_gets_its_answer_and_is_called_with_it(node, context, blocks):
         return reply.wait() if blocks else await reply
 
     assert run_in_executor(node, executor, read).attempts == 1
-    executor.spin_until_future_complete(called, SOON)
+    executor.spin_until_future_complete(called, TIMEOUT_S)
     assert called.done()
     assert called.result() == (1, threading.current_thread())
 
@@ -141,14 +142,14 @@ def test_asyncio_awaits_without_a_spinning_node(node, client, own, monkeypatch):
 
     async def write_and_read():
         beating = asyncio.create_task(beat())
-        await memory.write(4, timeout=SOON)
+        await memory.write(4, timeout=TIMEOUT_S)
         content, values = await asyncio.gather(memory.read(), memory.parameters('write.method'))
         beating.cancel()
         with pytest.raises(asyncio.TimeoutError):
             await asyncio.wait_for(asyncio.ensure_future(memory.calibrate()), 0.05)
         return content.level, values
 
-    found = asyncio.run(asyncio.wait_for(write_and_read(), SOON))
+    found = asyncio.run(asyncio.wait_for(write_and_read(), TIMEOUT_S))
     assert found == (4, {'write.method': 'kick'})
     assert len(beats) > 10  # others run meanwhile
     assert not timers
@@ -174,11 +175,11 @@ def test_thread_of_a_lost_node_ends_with_its_last_request(node, context):
         with pytest.raises(NoAnswer):
             reply.wait()
     for thread in threads[1:-1]:
-        thread.join(SOON)
+        thread.join(TIMEOUT_S)
     assert [thread.is_alive() for thread in threads] == [True, False, False, True]
     rclpy.shutdown(context=context)
     for thread in threads:
-        thread.join(SOON)
+        thread.join(TIMEOUT_S)
     assert not any(thread.is_alive() for thread in threads)
 
 
@@ -190,7 +191,7 @@ def test_wait_ends_with_its_context(node, context):
         reply.wait()
     for request in (client.ready, client.read, client.pause):
         with pytest.raises(NoAnswer, match='/nobody: '):
-            request().result(SOON)
+            request().result(TIMEOUT_S)
 
 
 # Rejections and failures
@@ -228,7 +229,7 @@ def test_client_without_a_node_times_out(client):
 def test_reply_may_be_cancelled_twice(client):
     reply = MemoryClient(client.node, '/nobody').read()
     assert [reply.cancel(), reply.cancel()] == [True, True]
-    assert not futures.wait([reply], SOON).not_done
+    assert not futures.wait([reply], TIMEOUT_S).not_done
     with pytest.raises(futures.CancelledError):
         reply.wait()
     ended = client.read()
@@ -242,7 +243,7 @@ def test_request_ends_though_the_node_died_while_it_prepared(client):
     reply.link.status = DiagnosticStatus(level=DiagnosticStatus.STALE)
     reply.link._last_sign = time.monotonic() - 5.0
     with pytest.raises(NoAnswer, match='no memory node answers'):
-        reply.result(SOON)
+        reply.result(TIMEOUT_S)
 
 
 def test_client_names_are_relative_to_its_namespace(create_node):

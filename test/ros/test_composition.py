@@ -9,8 +9,9 @@ import time
 from pathlib import Path
 
 import pytest
-from nodes import QUICK, SOON, node_parameters, program, run_in_executor
+from nodes import QUICK, node_parameters, program, run_in_executor
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from timeouts import TIMEOUT_S
 
 from mlmem import SettingsError
 from mlmem_ros import MemoryClient, MemoryNode, RequestRefused
@@ -39,7 +40,7 @@ def test_element_and_robot_share_an_executor(context, robot, kind, tmp_path):
 
         host = memory.host
         host.open_loop().call(lambda: setattr(host.element, 'advance', None))
-        deadline = time.monotonic() + SOON
+        deadline = time.monotonic() + TIMEOUT_S
         while host.element is not None:  # which the executor looks after
             assert time.monotonic() < deadline
             executor.spin_once(timeout_sec=0.1)

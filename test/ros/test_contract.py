@@ -11,7 +11,7 @@ import itertools
 import math
 
 import pytest
-from robot import BLANK, IN, OUT, SERVICES, Robot, type_name, values
+from robot import BLANK, IN, LENGTH, OUT, SERVICES, Robot, values
 from sampled import sampled
 
 CELLS, PERIOD, LEVELS = 225, 25, 8
@@ -35,7 +35,7 @@ def test_topics_in_have_their_types(robot):
     for topic, kind in IN.items():
         find = functools.partial(robot.node.get_subscriptions_info_by_topic, robot.name(topic))
         (info,) = robot.wait(find, f'a subscriber of {topic}')
-        assert info.topic_type == type_name(kind)
+        assert info.topic_type == kind
 
 
 def test_topics_out_have_their_types_and_qualities(robot, driver):
@@ -47,13 +47,13 @@ def test_topics_out_have_their_types_and_qualities(robot, driver):
         # that of the node before may still be known
         robot.wait(lambda find=find: len(find()) == 1, f'one publisher of {topic}')
         (info,) = find()
-        assert info.topic_type == type_name(kind)
+        assert info.topic_type == kind
         assert info.qos_profile.reliability == qos.reliability
         assert info.qos_profile.durability == qos.durability
 
 
 def test_services_of_the_table_are_offered(robot):
-    expected = {robot.name(service): [type_name(kind)] for service, kind in SERVICES.items()}
+    expected = {robot.name(service): [kind] for service, kind in SERVICES.items()}
 
     def offered():  # they are discovered one by one
         return expected.items() <= dict(robot.node.get_service_names_and_types()).items()
@@ -83,7 +83,7 @@ def test_write_level_topic_writes_and_reports(robot):
     outcomes = robot.received('outcome')
     robot.wait(lambda: outcomes, 'the latched outcome')
     before = len(outcomes)
-    robot.publish('write_level', 3)
+    robot.publish('write_level', data=3)
     robot.wait(lambda: len(outcomes) > before, 'an outcome')
     found = values(outcomes[-1])
     assert (found['level'], found['code']) == ('3', '011')
@@ -95,7 +95,7 @@ def test_write_level_topic_writes_and_reports(robot):
 
 def test_self_test_checks_all_levels_and_restores_content(robot, driver):
     assert robot.write(2).success
-    response = robot.response(robot.send('self_test'))
+    response = robot.call('self_test')
     assert response.id == robot.element
     assert response.passed == b'\1'
     assert {status.level for status in response.status} == {b'\0'}
@@ -180,7 +180,7 @@ def test_field_and_wall_are_the_simulated_truth(robot, driver):
 def strain_of(robot):
     """Return the strain from the last joint state: displacement of the end over length."""
     state = robot.latest('joint_states')
-    return state.position[state.name.index('substrate')] / (CELLS * SCALE)
+    return state.position[state.name.index('substrate')] / LENGTH
 
 
 def strain_is(robot, strain):
@@ -190,7 +190,7 @@ def strain_is(robot, strain):
 def test_strain_follows_set_points_and_trajectories(robot):
     """At 10 us per time unit the limit is 10/s."""
     for strain in (0.01, -0.01, 0.0):
-        robot.publish('strain', strain)
+        robot.publish('strain', data=strain)
         reached = functools.partial(strain_is, robot, strain)
         robot.wait(reached, f'a strain of {strain}')
     state = robot.latest('joint_states')
@@ -209,7 +209,7 @@ def test_pause_holds_time_and_step_makes_one_tick(robot):
     held = robot.pause(True)
     assert held.success, held
     try:
-        robot.publish('strain', 0.06)  # takes 600 time units, 30 ticks
+        robot.publish('strain', data=0.06)  # takes 600 time units, 30 ticks
         ticks = []
 
         def moved():  # joint states come every few ticks
@@ -223,7 +223,7 @@ def test_pause_holds_time_and_step_makes_one_tick(robot):
     finally:
         assert robot.pause(False).success
     robot.wait(lambda: strain_is(robot, 0.06), 'the strain after the pause')
-    robot.publish('strain', 0.0)
+    robot.publish('strain', data=0.0)
     robot.wait(lambda: strain_is(robot, 0.0), 'no strain')
 
 
@@ -235,9 +235,9 @@ def test_driving_during_a_write_is_rejected_until_abort(start_shared):
     given = {'write.method': 'strain', 'scale.time': 4e-4, 'publish.joint_states_every': 10}
     with Robot(start_shared(given, name='real_time').element) as robot:
         answer, states = robot.begin_strained_write(1), robot.received('joint_states')
-        robot.publish('strain', 0.07)
+        robot.publish('strain', data=0.07)
         robot.publish('probe')
-        robot.publish('write_level', 5)
+        robot.publish('write_level', data=5)
         robot.get('target_level')  # when it is answered, the topics have been received
         assert not answer.done()
         assert robot.trigger('abort').success
@@ -245,6 +245,6 @@ def test_driving_during_a_write_is_rejected_until_abort(start_shared):
         assert not written.success
         assert 'abort' in written['error']
         robot.wait(lambda: strain_is(robot, 0.0), 'no strain after the abort')
-        assert max(state.position[0] for state in states) < 0.06 * CELLS * SCALE
+        assert max(state.position[0] for state in states) < 0.06 * LENGTH
         robot.set(time__speed=40.0)
         assert robot.write(1)['level'] == 1  # it still works, whatever state the abort left

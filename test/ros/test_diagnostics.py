@@ -165,7 +165,7 @@ def test_every_component_reports(robot):
         assert float(found[component][name]) > low, name
     assert found['memory']['level'] == '2'
     assert float(found['actuator']['strain']) == pytest.approx(0.0, abs=1e-9)
-    robot.publish('strain', 1e-4)  # moves no wall, but nobody knows that
+    robot.publish('strain', data=1e-4)  # moves no wall, but nobody knows that
 
     def unknown(array):
         memory = reported(array)['memory']

@@ -50,16 +50,16 @@ def test_path_that_cannot_be_a_file_is_rejected(path):
 def test_node_writes_only_below_its_root(start, root, tmp_path):
     node = start({'files.root': str(root), 'state.path': 'element.json'})
     with Robot() as robot:
-        begun = robot.record(True)  # without a path: named session
+        begun = robot.trigger('record', data=True)  # without a path: named session
         assert begun['path'].startswith(str(root / 'session'))
-        assert robot.record(False).success
+        assert robot.trigger('record', data=False).success
         for name, value in (('record.path', str(tmp_path / 'x')), ('files.root', '')):
             refused = robot.try_set(name, value)
             assert not refused.successful
             assert 'files.root' in refused.reason
         robot.set(record__path='later')
         (root / 'later').symlink_to(tmp_path / 'x')  # after the path was accepted
-        refused = robot.record(True)
+        refused = robot.trigger('record', data=True)
         assert not refused.success
         assert str(tmp_path / 'x') in refused['error']
         end_node(node)

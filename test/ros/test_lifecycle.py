@@ -7,8 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import TimeoutError as FuturesTimeout
 
 import pytest
-from nodes import QUICK, SOON, element_file, end_node
+from nodes import QUICK, element_file, end_node
 from robot import Robot
+from timeouts import TIMEOUT_S
 
 from mlmem_ros import standalone
 from mlmem_ros.host import host, store
@@ -23,7 +24,7 @@ def test_managed_node_passes_through_its_states(start):
         robot.set(target_level=1)
         for service in ('write', 'read', 'erase', 'calibrate', 'abort', 'step'):
             assert 'inactive' in robot.trigger(service)['error']
-        tested = robot.response(robot.send('self_test'))
+        tested = robot.call('self_test')
         assert (tested.passed, len(tested.status)) == (b'\0', 1)
         assert 'inactive' in tested.status[0].message
         robot.change_state('configure')
@@ -118,7 +119,7 @@ def slow_build(monkeypatch):
     built, go_on = host.build_device, threading.Event()
 
     def build(*arguments):
-        assert go_on.wait(SOON)
+        assert go_on.wait(TIMEOUT_S)
         return built(*arguments)
 
     monkeypatch.setattr(host, 'build_device', build)
@@ -140,7 +141,7 @@ def test_preparing_node_answers_get_state_at_once(start, slow_build):
 
 def test_request_to_a_preparing_node_waits(start, slow_build, capfd):
     """Longer than its time-out, and says what it waits for."""
-    with standalone(patience=SOON) as memory, ThreadPoolExecutor() as threads:
+    with standalone(patience=TIMEOUT_S) as memory, ThreadPoolExecutor() as threads:
         starting = threads.submit(start)
         read = memory.read(timeout=4.0)
         with pytest.raises(FuturesTimeout):

@@ -6,8 +6,8 @@ import asyncio
 from contextlib import ExitStack
 
 import pytest
-from nodes import SOON, arrived, refused
-from robot import PATIENCE
+from nodes import arrived, refused
+from timeouts import TIMEOUT_S
 
 from mlmem_ros import RequestFailed, RequestRefused, standalone
 from mlmem_ros.contract.requests import load_action_types
@@ -39,21 +39,21 @@ def under_way(memory, others, *levels):
     memory.memory.pause().wait()
     replies = []
     for waiting, (client, level) in enumerate(zip(others, levels, strict=False)):
-        replies.append(client.request('write', SOON, level=level))
+        replies.append(client.request('write', TIMEOUT_S, level=level))
         arrived(memory, waiting)
     return replies
 
 
 def test_requests_of_one_client_wait_for_one_another(client):
     """Two at a time is what asyncio's `gather` sends."""
-    replies = [client.write(level, timeout=SOON) for level in (2, 3, 1)]
+    replies = [client.write(level, timeout=TIMEOUT_S) for level in (2, 3, 1)]
     assert [reply.wait().level for reply in replies] == [2, 3, 1]
 
 
 def test_full_queue_rejects_the_next_request(memory, others):
     replies = under_way(memory, others, *range(MOST + 1))
-    refused(memory, others[-1].request('read', SOON), 'busy')
-    refused(memory, others[-1].request('write', SOON, level=8), 'out_of_range')  # said at once
+    refused(memory, others[-1].request('read', TIMEOUT_S), 'busy')
+    refused(memory, others[-1].request('write', TIMEOUT_S, level=8), 'out_of_range')
     memory.memory.pause(False).wait()
     assert [reply.wait().details['level'] for reply in replies] == [*range(MOST + 1)]
 
@@ -125,8 +125,8 @@ def test_feedback_of_a_waiting_goal_says_its_place(memory, others):
 def test_node_without_a_queue_rejects_at_once(start):
     node = start({'queue.most': 0}, name='alone')
     with standalone(node.element) as other:
-        other.ready(PATIENCE).wait()
+        other.ready(TIMEOUT_S).wait()
         (write,) = under_way(node, [other], 1)
-        refused(node, node.memory.request('read', SOON), 'busy')
+        refused(node, node.memory.request('read', TIMEOUT_S), 'busy')
         other.pause(False).wait()
         write.wait()

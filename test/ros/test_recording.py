@@ -12,7 +12,7 @@ from collections import defaultdict
 import pytest
 from nodes import end_node
 from rclpy.serialization import serialize_message
-from robot import OUT, Robot, type_name
+from robot import OUT, Robot
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
@@ -55,7 +55,7 @@ def read_recorded(bag):
 
 def encode_received(topic, messages):
     """Return messages of rclpy as rosbags encodes them."""
-    kind = type_name(OUT[topic][0])
+    kind, _ = OUT[topic]
     return [encode(serialize_message(message), kind) for message in messages]
 
 
@@ -72,7 +72,7 @@ def session(start, tmp_path):
         assert robot.trigger('read').success
         robot.wait(lambda: len(heard['outcome']) >= 2, 'both outcomes')
         robot.wait(lambda: len(heard['echo']) >= ECHOES, 'the echoes: long, they take longer')
-        robot.publish('strain', 0.001)
+        robot.publish('strain', data=0.001)
         robot.latest('content', lambda status: status.message.endswith('strained by hand'))
         robot.latest('level', lambda level: level.data == UNDECODABLE)
         with Robot() as late:

@@ -104,7 +104,7 @@ def test_control_loop_during_a_write_keeps_the_content(memory, robot, level, pos
     """
     before = len(memory.output)
     with robot.paused():
-        written = robot.ask('write', level=level)
+        written = robot.request('write', level=level)
         arrived(memory)
         for _ in range(6):
             robot.send_message('joint_commands', joint_command(position))

@@ -29,7 +29,7 @@ class Tool:
         self.robot = robot
 
     def call(self, kind, name, **request):
-        return self.robot.response(self.robot.send(name, kind.Request(**request), kind))
+        return self.robot.call(name, kind, **request)
 
     @property
     def state(self):
@@ -128,7 +128,7 @@ def test_write_in_lockstep_is_the_same_after_a_reset(tool):
     tool.set(PAUSED)
     for _ in range(2):
         assert tool.reset() == OK
-        writing = robot.ask('write', level=1)
+        writing = robot.request('write', level=1)
         while not writing.done():
             assert tool.step(20) == OK
         outcomes.append(dict(robot.answer(writing)))
