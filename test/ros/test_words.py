@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A register holds words: small integers in every request, answer, topic and page."""
 
+import contextlib
 import json
 
 import pytest
-from robot import values
+from robot import ActionTool, values
 
-from mlmem_ros import RequestRefused
+from mlmem_ros import MemoryClient, RequestRefused
+from mlmem_ros.contract.requests import load_action_types
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 from mlmem_tools.cli.main import main
@@ -23,17 +25,47 @@ def root(tmp_path_factory):
 
 @pytest.fixture(scope='module')
 def memory(start_shared, root):
-    return start_shared({'element': 'byte', 'files.root': str(root)})
+    return start_shared({'element': 'byte', 'files.root': str(root), 'actions': True})
 
 
 def test_client_reads_the_word_it_wrote(client):
-    for name in ('word', 'content'):
-        assert client.request('write', **{name: OTHER}).wait().details['word'] == OTHER
+    plain = MemoryClient(client.node, client.name, actions=False)
+    for writing in (
+        client.request('write', word=OTHER),
+        client.request('write', content=OTHER),
+        client.procedure('write', word=OTHER),
+        plain.write(OTHER),
+    ):
+        details = writing.wait().details
+        assert (details['word'], details['asked']) == (OTHER, OTHER)
     client.write(WORD).wait()
     read = client.read().wait()
     assert (read.level, read.word, read.content, int(read.code, 2)) == (None, WORD, WORD, WORD)
     assert read.details['word'] == WORD
     assert 'level' not in read.details
+
+
+def test_level_is_rejected_by_a_register(robot, client, memory):
+    """By request, by topic and as a goal; each rejection is counted."""
+    client.write(WORD).wait()
+    counted, seen = robot.count_refused(), len(memory.output)
+    wrong = ({'level': OTHER}, {'level': OTHER, 'word': OTHER})
+    for given in wrong:
+        with pytest.raises(RequestRefused) as refused:
+            client.request('write', **given).wait()
+        answer = refused.value.answer
+        assert (answer['error_code'], answer['field']) == ('unsupported', 'level')
+    robot.publish('write_level', data=OTHER)
+    robot.wait(lambda: '/write_level refused' in memory.output[seen:], 'the rejection')
+    if load_action_types():
+        with contextlib.closing(ActionTool(robot, 'write')) as write:
+            for given in wrong:
+                result = write.do(**given).result
+                assert result.error_code == result.REFUSED
+                assert result.error.startswith('level must be')
+                counted += 1
+    assert robot.count_refused() == counted + 3
+    assert client.read().wait().word == WORD
 
 
 def test_service_takes_the_word_from_target_word(robot, client):
