@@ -5,6 +5,8 @@
 import ast
 from pathlib import Path
 
+import pytest
+
 import mlmem
 
 ROOT = Path(__file__).parent.parent
@@ -26,60 +28,49 @@ PUBLIC_MODULES = (*BASE_MODULES, 'element_file', 'procedure_table', 'snapshot')
 """Modules of mlmem whose names `mlmem_ros` uses besides those that mlmem exports."""
 
 
-def list_imports(file):
-    """Return the dotted names that a file imports, late imports included."""
-    here = file.relative_to(ROOT).parts[:-1]
-    found = set()
-    for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
-        if isinstance(node, ast.ImportFrom):
-            parts = here[: len(here) - node.level + 1] if node.level else ()
-            origin = '.'.join((*parts, *filter(None, (node.module or '').split('.'))))
-            found |= {f'{origin}.{alias.name}' for alias in node.names}
-        elif isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-    return found
-
-
-def find_layer(name):
-    """Return the number of a module's layer; None for files that stand beside the layers."""
-    numbers = [n for n, layer in enumerate(LAYERS) if f'{name}.'.startswith(f'{layer}.')]
-    return max(numbers, key=lambda number: len(LAYERS[number])) if numbers else None
-
-
-def test_imports_run_one_way_and_library_imports_no_ros():
-    upward = []
+def list_imports():
+    """Yield every module of the packages, and the dotted names it imports, late ones included."""
     for package in ('mlmem', 'mlmem_ros', 'mlmem_tools'):
         for file in sorted((ROOT / package).rglob('*.py')):
-            layer = find_layer('.'.join(file.relative_to(ROOT).with_suffix('').parts))
-            for imported in list_imports(file):
-                base = imported.removeprefix('mlmem.').split('.')[0] in BASE_MODULES
-                target = find_layer(imported)
-                ros = imported.split('.')[0] in ('rclpy', 'std_msgs', 'mlmem_ros', 'mlmem_lab')
-                above = None not in (layer, target) and target > layer and not base
-                if above or (ros and package == 'mlmem'):
-                    upward.append(f'{file} imports {imported}')
-    assert upward == []
+            module = '.'.join(file.relative_to(ROOT).with_suffix('').parts)
+            for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
+                if isinstance(node, ast.ImportFrom):
+                    parts = module.split('.')[: -node.level] if node.level else []
+                    origin = '.'.join((*parts, *filter(None, (node.module or '').split('.'))))
+                    yield from ((module, f'{origin}.{alias.name}') for alias in node.names)
+                elif isinstance(node, ast.Import):
+                    yield from ((module, alias.name) for alias in node.names)
 
 
-def test_library_parts_import_none_above_them():
+def is_within(name, package):
+    return f'{name}.'.startswith(f'{package}.')
+
+
+def find_layer(name, layers):
+    """Return the number of a module's layer; None for files that stand beside the layers."""
+    numbers = [n for n, layer in enumerate(layers) if is_within(name, layer)]
+    return max(numbers, key=lambda number: len(layers[number])) if numbers else None
+
+
+@pytest.mark.parametrize('layers', [LAYERS, PARTS])
+def test_imports_run_one_way(layers):
     upward = []
-    for number, part in enumerate(PARTS):
-        for file in sorted((ROOT / part.replace('.', '/')).rglob('*.py')):
-            above = tuple(f'{part}.' for part in PARTS[number + 1 :])
-            upward += [
-                f'{file} imports {imported}'
-                for imported in list_imports(file)
-                if above and f'{imported}.'.startswith(above)
-            ]
+    for module, imported in list_imports():
+        layer, target = (find_layer(name, layers) for name in (module, imported))
+        is_base = any(is_within(imported, f'mlmem.{base}') for base in BASE_MODULES)
+        if None not in (layer, target) and target > layer and not is_base:
+            upward.append(f'{module} imports {imported}')
     assert upward == []
 
 
-def test_device_imports_only_public_names_of_the_library():
+def test_library_imports_no_ros_and_device_public_names_only():
     public = {f'mlmem.{name}' for name in (*mlmem.__all__, *PUBLIC_MODULES)}
-    private = [
-        f'{file} imports {imported}'
-        for file in sorted((ROOT / 'mlmem_ros').rglob('*.py'))
-        for imported in list_imports(file)
-        if imported.startswith('mlmem.') and '.'.join(imported.split('.')[:2]) not in public
-    ]
-    assert private == []
+    wrong = []
+    for module, imported in list_imports():
+        package, origin = (name.partition('.')[0] for name in (module, imported))
+        is_ros = origin in ('rclpy', 'std_msgs', 'mlmem_ros', 'mlmem_lab')
+        is_public = origin != imported and '.'.join(imported.split('.')[:2]) in public
+        is_private = origin == 'mlmem' and imported != 'mlmem' and not is_public
+        if (package == 'mlmem' and is_ros) or (package == 'mlmem_ros' and is_private):
+            wrong.append(f'{module} imports {imported}')
+    assert wrong == []
