@@ -164,11 +164,7 @@ class MemoryElement(Memory):
         return None
 
     def _set_method(self, method: str) -> None:
-        """Write by another method, and read by its pulses.
-
-        Raises:
-            Refused: There is no such method, or it needs an actuator and there is none.
-        """
+        """Write by another method, and read by its pulses."""
         try:
             write = replace(self.settings.write, method=method)
         except SettingsError as error:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, dataclass
+from dataclasses import MISSING, dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +25,7 @@ from .physics import Design, Specimen, find_walls, stable_step
 from .physics.energy import energy
 from .physics.potential import Array
 from .procedure_table import CONTENT_NAMES, describe_content
-from .readers.calibration import Calibration
+from .readers.calibration import Calibration, PulseCorrection, make_corrections
 from .readers.decoding import make_undecodable, primary_end
 from .readers.reader import choose_reader
 from .readers.reading import BLANK, UNDECODABLE, Reading, Unknown
@@ -122,6 +122,16 @@ class Memory(Instrument):
         never = [0] * self.reader.content_count
         self.statistics = MemoryStatistics(never.copy(), never.copy())
         self._events: list[Event] = []
+
+    @property
+    def pulse_corrections(self) -> list[PulseCorrection]:
+        """Corrections by the level to which a pulse takes the wall."""
+        return self.calibration.corrections_by_level(self.settings)
+
+    def correct_pulses(self, corrections: Iterable[PulseCorrection]) -> None:
+        """Correct the pulses of the settings from now on, by the level to which they lead."""
+        known = make_corrections(corrections, self.settings)
+        self.calibration = replace(self.calibration, pulse_corrections=known)
 
     def adopt_twin(self, twin: Specimen) -> None:
         """Let the reader forecast by a twin; raises as `choose_reader`."""

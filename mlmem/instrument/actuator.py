@@ -213,19 +213,13 @@ def plan_profile(
         tuple(rate * time_unit for rate in rates),
     )
     strongest, fastest = profile.find_extremes()
+    rate_name = 'hand_rate' if settings.hand_rate else 'max_rate'
     for name, reached, limit, setting in (
         ('strain', strongest, settings.max_strain, 'max_strain'),
-        (
-            'rate',
-            fastest,
-            settings.hand_rate_limit,
-            'hand_rate' if settings.hand_rate else 'max_rate',
-        ),
+        ('rate', fastest, settings.hand_rate_limit, rate_name),
     ):
-        beyond = np.flatnonzero(
-            ~(reached <= limit * (1.0 + ROUNDING_TOLERANCE))
-        )  # true for NaN, too
-        if len(beyond):
+        # true for NaN, too
+        if len(beyond := np.flatnonzero(~(reached <= limit * (1.0 + ROUNDING_TOLERANCE)))):
             where = int(beyond[0])
             raise Refused(
                 f'the {name} must stay within {limit:g} (actuator.{setting}); it reaches '
@@ -342,15 +336,10 @@ class Transmission:
 def _follow_course(
     start: float, wanted: Array, limits: Array, share: Array | None = None
 ) -> Array:
-    """Return a path that follows a course, limited in each sub-step.
-
-    Args:
-        wanted: The course, shape (m,).
-        limits: Largest changes down and up in each sub-step, shape (2, m).
-        share: Fraction of the remaining way made in each sub-step, shape (m,); all by default.
+    """Return a path that follows a course, shape (m,), within the largest changes down and up of
+    each sub-step, shape (2, m), and by a share of the remaining way, shape (m,); all by default.
     """
-    followed = np.empty_like(wanted)
-    at = start
+    followed, at = np.empty_like(wanted), start
     shares = np.ones_like(wanted) if share is None else share
     columns = (wanted.tolist(), *limits.tolist(), shares.tolist())
     for k, (goal, down, up, part) in enumerate(zip(*columns, strict=True)):

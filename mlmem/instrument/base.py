@@ -52,7 +52,7 @@ class Base:
         self.state = BaseState()
         self._settings = settings
         self._limit = min(settings.max_acceleration, most)
-        self._patience = math.ceil(settings.timeout / tick)
+        self._timeout_ticks = math.ceil(settings.timeout / tick)
 
     def check(self, acceleration: float) -> None:
         """Raise `Refused` for an acceleration that is not finite or beyond the limit."""
@@ -109,7 +109,7 @@ class Base:
 
     def _advance_tick(self, progress: Array) -> Array:
         begin, target, silence = self.state.acceleration, self.state.target, self.state.silence
-        if silence >= self._patience:
+        if silence >= self._timeout_ticks:
             target = 0.0
         self.state = BaseState(target, target, silence + 1 if target else 0)
         return np.asarray(begin + (target - begin) * progress)

@@ -83,14 +83,14 @@ def ramp_strain(
     yield from wait_for_strain(element)
     # the actuator may be off by a tenth of its largest strain
     allowed = 0.1 * element.settings.actuator.max_strain
-    patience = math.ceil(duration / element.tick)
+    ticks_left = math.ceil(duration / element.tick)
     while abs((encoder := element.transmission.encoder_strain) - strain) > allowed:
-        if patience == 0:
+        if ticks_left == 0:
             raise NotFollowed(
                 f'the actuator does not follow: it is at a strain of {encoder:.4f} instead of '
                 f'{strain:.4f}'
             )
-        patience -= 1
+        ticks_left -= 1
         yield 1
 
 

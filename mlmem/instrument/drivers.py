@@ -310,17 +310,17 @@ class Watchdog(Driver):
         name: str,
         make: Callable[[], Driver],
         seconds: float,
-        patience: float = 10.0,
+        timeout: float = 10.0,
     ) -> None:
         """Open a driver by calling `make`; its name is for messages.
 
-        A time unit takes `seconds`. A call may take `patience` seconds longer than it plays.
+        A time unit takes `seconds`. A call may take `timeout` seconds longer than it plays.
 
         Raises:
             DriverError: It hangs, or raises something unexpected.
             SettingsError, DesignError, StateError: As `make` raises.
         """
-        self._name, self._seconds, self._patience = name, seconds, patience
+        self._name, self._seconds, self._timeout = name, seconds, timeout
         self._work: SimpleQueue[tuple[Future[Any], Callable[[], Any]] | None] = SimpleQueue()
         self._hangs = self._closed = False
         threads.Thread(target=self._run_calls, name='mlmem-driver', daemon=True).start()
@@ -384,12 +384,12 @@ class Watchdog(Driver):
         self._work.put((answer, work))
         parts = 10  # a host that is held up loses one of them, not the whole time-out
         for _ in range(parts):
-            if wait([answer], (self._patience + more) / parts).done:
+            if wait([answer], (self._timeout + more) / parts).done:
                 break
         else:
             self._hangs = True
             raise DriverHangs(
-                f'the driver {self._name} hangs: {what} takes longer than {self._patience:g} s'
+                f'the driver {self._name} hangs: {what} takes longer than {self._timeout:g} s'
             )
         with self._translate_errors(what):
             return answer.result()

@@ -173,18 +173,18 @@ def apply_faults(made: Specimen, faults: Faults) -> Specimen:
     )  # fmt: skip
 
 
-def apply_transducer_faults(asked: HeldCell, start: Array, faults: Faults) -> HeldCell | None:
+def apply_transducer_faults(held: HeldCell, start: Array, faults: Faults) -> HeldCell | None:
     """Return how a transducer moves its end for a motion; None if it leaves the end free.
 
     `start` is displacement and velocity at which the motion began, shape (2, 1).
     """
-    end = 'left' if asked.site == 1 else 'right'
+    end = 'left' if held.site == 1 else 'right'
     if faults.has_only_material_faults or faults.transducer_end not in ('both', end):
-        return asked
+        return held
     if faults.transducer_off:
         return None
     began = start * ((1.0,), (0.0,))
-    return HeldCell(asked.site, began + faults.transducer_gain * (asked.motion - began))
+    return HeldCell(held.site, began + faults.transducer_gain * (held.motion - began))
 
 
 @dataclass(frozen=True)

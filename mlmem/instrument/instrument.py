@@ -305,8 +305,8 @@ class Instrument:
         if moved := max(_find_last_motion(V_N, strained, self._excites), shaken):
             self.last_moved = self.ticks + math.ceil(moved / len(self._times))
         last = transducer.recent[:, -1]
-        heard = self.sensors.apply_sensor_faults(ends, last, self.faults, random_tick)
-        transducer.record(heard, ticks, self.driver.interrupted)
+        samples = self.sensors.apply_sensor_faults(ends, last, self.faults, random_tick)
+        transducer.record(samples, ticks, self.driver.interrupted)
         self.ticks += ticks
         self.computed = self.ticks
 

@@ -377,8 +377,8 @@ class Transducer:
             late = min(self._late[end], ticks)
             self._late[end] -= late
             if late < ticks:
-                heard = ends[end.row, late * ends.shape[1] // ticks :]
-                detector.feed_displacements(heard - self._rest[end])
+                samples = ends[end.row, late * ends.shape[1] // ticks :]
+                detector.feed_displacements(samples - self._rest[end])
 
 
 def _compute_noise_gain(order: int) -> float:

@@ -154,11 +154,8 @@ class Timetable:
         has_subscribers: Callable[[], bool],
         stream_period: Callable[[], int],
     ) -> None:
-        self._element = element
-        self._pacer = pacer
-        self._statistics = statistics
-        self._batch = batch
-        self._has_subscribers = has_subscribers
+        self._element, self._pacer, self._statistics = element, pacer, statistics
+        self._batch, self._has_subscribers = batch, has_subscribers
         self._stream_period = stream_period
         self.slept = self.resting = False
         self._computing = 0.0

@@ -14,10 +14,6 @@ from ..readers.reading import UNDECODABLE
 def read(element: Memory, end: str = '') -> Procedure[Outcome]:
     """Read the content (see `Reader.read_settled`), and answer with the delay at one end.
 
-    Args:
-        element: The element to read.
-        end: 'left', 'right' or 'both'; empty means the one in the settings.
-
     Raises:
         ProcedureFailed: The content cannot be decoded, or the element does not come to rest.
     """

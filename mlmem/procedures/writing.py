@@ -69,10 +69,10 @@ def write(element: Memory, level: int) -> Procedure[Outcome]:
         if present == level:
             return Outcome(reading, attempt)
         nudge *= correct_speed(element, reading, level, attempt)
-        said = reading.reason or element.describe_content(reading.level)
+        result = reading.reason or element.describe_content(reading.level)
         if present != reading.level:
-            said = f'{said} with a margin of {reading.level_margin:.2f}'
-        seen.append(said)
+            result = f'{result} with a margin of {reading.level_margin:.2f}'
+        seen.append(result)
     raise ProcedureFailed(
         f'{element.describe_content(level)} was not reached in {attempts} attempts; read instead: '
         f'{", ".join(seen)}',
@@ -99,7 +99,7 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Outcome]:
     """
     yield from return_to_zero(element)
     settings = disable_kicks(element.settings) if plainly else element.settings
-    how = Drive(element.calibration.corrections_by_level(element.settings))
+    how = Drive(element.pulse_corrections)
     reading: Reading | None = None
     for move in erasing_moves(element.design, settings):
         if move.listens:
@@ -130,9 +130,7 @@ def seems_blank(element: Memory) -> Procedure[bool]:
 def kick_by_hand(element: Memory, speed: float) -> Procedure[Outcome]:
     """Kick a wall off from the left end, or a kink if that end is active; nothing is read.
 
-    Args:
-        element: The element to kick.
-        speed: Mean speed of the end in cells per time unit, within the transducer's limit.
+    `speed` is the mean one of the end in cells per time unit, within the transducer's limit.
 
     Raises:
         NotFollowed: The strain was not zero, and the actuator does not bring it there.
@@ -181,8 +179,7 @@ def go_to_level(
             actuator does not follow.
     """
     design, settings = element.design, element.settings
-    if corrections is None:
-        corrections = element.calibration.corrections_by_level(settings)
+    corrections = corrections or element.pulse_corrections
     settings = (
         disable_kicks(settings) if plainly else element.calibration.remove_missed_kicks(settings)
     )

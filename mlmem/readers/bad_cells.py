@@ -112,8 +112,8 @@ class BadCells(Forecasts):
     @property
     def least_distance(self) -> float:
         """The least distance between a level that is used, or blank, and any other."""
-        told = [each.number in (BLANK, *self.usable) for each in self.contents]
-        return float(self.nearest_distances[told].min())
+        used = [each.number in (BLANK, *self.usable) for each in self.contents]
+        return float(self.nearest_distances[used].min())
 
     def decode(
         self, shot: Shot, noise: float, phases: Sequence[int | None], least: float

@@ -60,7 +60,7 @@ class DelayTable:
             raise SettingsError.out_of_range('shapes', len(self.shapes), expected)
         if not all(known is None or np.isfinite(known) for each in self.shapes for known in each):
             raise SettingsError.out_of_range('shapes', self.shapes, 'finite, or None')
-        if not all(loud > 0.0 for *_, loud in self.shapes):
+        if not all(amplitude > 0.0 for *_, amplitude in self.shapes):
             raise SettingsError.out_of_range('shapes', self.shapes, 'of echoes louder than 0')
 
     def check(self) -> None:
@@ -117,7 +117,7 @@ class DelayTable:
         return low, self.delays[level], high
 
     def compare_levels(
-        self, level: int, heard: Crossings, probe: ProbeSettings
+        self, level: int, crossings: Crossings, probe: ProbeSettings
     ) -> tuple[float, int]:
         """Return how much nearer an echo is to a level than to any other, and the worst other.
 
@@ -129,7 +129,7 @@ class DelayTable:
         """
         if len(self.delays) == 1:
             return 1.0, level
-        known, times = self._find_common_crossings(heard, probe)
+        known, times = self._find_common_crossings(crossings, probe)
         far = np.abs(known - times).sum(axis=1)
         between = np.abs(known - known[level]).sum(axis=1)
         nearer = np.full(len(known), -1.0)
@@ -148,11 +148,11 @@ class DelayTable:
         return float(between.min(initial=np.inf)), level
 
     def _find_common_crossings(
-        self, heard: Crossings, probe: ProbeSettings
+        self, crossings: Crossings, probe: ProbeSettings
     ) -> tuple[Array, Array]:
         """Return the crossings that all levels and an echo have: of the levels, and its own."""
         known = np.array([self.find_crossings(n) for n in range(len(self.delays))], dtype=float)
-        times = np.array(heard, dtype=float)
+        times = np.array(crossings, dtype=float)
         used = np.isfinite(known).all(axis=0) & np.isfinite(times)
         earliest = earliest_delay(probe)
         return np.maximum(known[:, used], earliest), np.maximum(times[used], earliest)
@@ -281,13 +281,6 @@ class Calibration:
     def corrections_by_level(self, settings: Settings) -> list[PulseCorrection]:
         """Return the corrections by the level to which a pulse takes the wall."""
         return corrections_by_level(self.pulse_corrections, settings, len(self.right.delays))
-
-    def with_corrections(
-        self, corrections: Iterable[PulseCorrection], settings: Settings
-    ) -> Calibration:
-        """Return the calibration with corrections by the level to which a pulse takes the wall."""
-        known = make_corrections(corrections, settings)
-        return dataclasses.replace(self, pulse_corrections=known)
 
     def remove_missed_kicks(self, settings: Settings) -> Settings:
         """Return settings without the kicks that do not arrive."""

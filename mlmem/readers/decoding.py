@@ -175,7 +175,7 @@ class Decoder:
             )
         return ''
 
-    def _confirm_reading(self, said: Reading, other: Echo, phases: Phases) -> Reading:
+    def _confirm_reading(self, reading: Reading, other: Echo, phases: Phases) -> Reading:
         """Return a reading from one end that the echo at the other end confirms, or an undecodable
         one.
 
@@ -184,69 +184,71 @@ class Decoder:
         wall, and on one side: then the other end does not hear the wall where this one does. What
         makes both ends hear late or early, like weak sensors, moves the two places apart.
         """
-        said = replace(
-            said,
-            threshold_margin=min(said.threshold_margin, other.threshold_margin),
-            shapes={**said.shapes, other.end: other.shape},
+        reading = replace(
+            reading,
+            threshold_margin=min(reading.threshold_margin, other.threshold_margin),
+            shapes={**reading.shapes, other.end: other.shape},
             **_delay_field(other),
         )
-        if said.level == UNDECODABLE:
-            return said
-        unconfirmed = f'{describe_level(said.level)} is not confirmed'
+        if reading.level == UNDECODABLE:
+            return reading
+        unconfirmed = f'{describe_level(reading.level)} is not confirmed'
         if reason := self._explain_unclear(other, phases):
-            return make_undecodable(said, f'{unconfirmed}: {reason}')
+            return make_undecodable(reading, f'{unconfirmed}: {reason}')
         assert other.delay is not None
         low, high, _ = other.shape
         margin, like = self.measure_agreement(
-            other.probe, other.end, said.level, (low, other.delay, high)
+            other.probe, other.end, reading.level, (low, other.delay, high)
         )
         if margin >= self._min_level_margin(other):
             if like is None:
-                return replace(said, level_margin=min(said.level_margin, margin), walls=1)
+                return replace(reading, level_margin=min(reading.level_margin, margin), walls=1)
             return make_undecodable(
-                said,
+                reading,
                 f'{unconfirmed}: the {other.end} end does not tell it from {describe_level(like)}',
             )
         level, _ = self.calibration.table(other.end).find_nearest(other.delay, BLANK)
-        here, there = (self.design.defect_site(n) for n in (said.level, level))
+        here, there = (self.design.defect_site(n) for n in (reading.level, level))
         text = (
-            f'the {said.end} end hears a wall at level {said.level}, near cell {here}, and the '
-            f'{other.end} end one near cell {there}'
+            f'the {reading.end} end hears a wall at level {reading.level}, near cell {here}, and '
+            f'the {other.end} end one near cell {there}'
         )
-        if (here < there) == (other.end is End.RIGHT) and level != said.level:
+        if (here < there) == (other.end is End.RIGHT) and level != reading.level:
             text += ': something else answers at one of them, or there are three walls, or more'
-            return make_undecodable(said, text, walls=3)
-        return make_undecodable(said, text)
+            return make_undecodable(reading, text, walls=3)
+        return make_undecodable(reading, text)
 
-    def _check_amplitude(self, said: Reading, echoes: Mapping[End, Echo]) -> Reading:
+    def _check_amplitude(self, reading: Reading, echoes: Mapping[End, Echo]) -> Reading:
         """Return a reading if no echo is much louder than that of its level; noise adds to both.
 
         Both are heard up to the same time, `ECHO_TAIL_TIME` after the later echo of that level: a
         faint one may cross late, and grows as one listens on.
         """
-        if said.level < 0:
-            return said
+        if reading.level < 0:
+            return reading
         tables = {end: self.calibration.table(end) for end in echoes}
         longest = max(echo.t[-1] for echo in echoes.values())
         later = {end: longest - echo.t[-1] for end, echo in echoes.items()}  # its pulse was fired
-        until = max(tables[end].delays[said.level] + later[end] for end in echoes) + ECHO_TAIL_TIME
+        until = (
+            max(tables[end].delays[reading.level] + later[end] for end in echoes) + ECHO_TAIL_TIME
+        )
         for end, echo in echoes.items():
             if not tables[end].shapes or echo.floor:
                 continue
-            *_, loud = tables[end].shapes[said.level]
+            *_, known = tables[end].shapes[reading.level]
             # Echoes of healthy elements, with disorder too, are within 3 % of the calibrated
             # amplitude. A light cell behind a wall echoes with it, and both ends then report the
             # level before.
-            if (ratio := echo.measure_amplitude(until - later[end]) / loud) > 1.25:
+            if (ratio := echo.measure_amplitude(until - later[end]) / known) > 1.25:
                 return make_undecodable(
-                    said,
+                    reading,
                     f'the {end} end hears an echo {ratio:.2f} times as loud as that of level '
-                    f'{said.level}: something else answers with the wall',
+                    f'{reading.level}: something else answers with the wall',
                 )
-        return said
+        return reading
 
     def measure_agreement(
-        self, probe: ProbeSettings, end: End, level: int, heard: Crossings
+        self, probe: ProbeSettings, end: End, level: int, crossings: Crossings
     ) -> tuple[float, int | None]:
         """Return the level margin with which an end hears a wall at a level that the other one
         names, and another level that its echo may as well be of, or None.
@@ -256,8 +258,8 @@ class Decoder:
         does comes from near this end: it agrees with a level whose own echo does so, and with no
         other. Two levels near this end may both agree; then all crossings say which is nearer.
         """
-        table, (_, delay, _) = self.calibration.table(end), heard
-        nearer, other = table.compare_levels(level, heard, probe)
+        table, (_, delay, _) = self.calibration.table(end), crossings
+        nearer, other = table.compare_levels(level, crossings, probe)
         # 0 is half-way between two levels: the echo is off by less than 0.45 of their distance,
         # and one taken for the other by at least 0.55
         like = other if nearer < 0.1 else None
@@ -265,7 +267,7 @@ class Decoder:
             return (1.0 if is_hidden(probe, table.delays[level]) else 0.0), like
         fastest = 2.0 * self.design.J / fastest_speed(end.k_s(self.design))
         pairs = [(delay, table.delays[level])]
-        for time, known in zip(heard[::2], table.find_crossings(level)[::2], strict=True):
+        for time, known in zip(crossings[::2], table.find_crossings(level)[::2], strict=True):
             if time and known and not (is_hidden(probe, time) or is_hidden(probe, known)):
                 pairs.append((time, known))
         margins = [table.margin(level, time - known, fastest) for time, known in pairs]
@@ -298,15 +300,15 @@ def find_exchanged_levels(
     for honest in End:
         table, probe = calibration.table(honest), honest.select_probe(settings)
         for true in levels:
-            heard = table.find_crossings(true)
-            said = set()
+            crossings = table.find_crossings(true)
+            accepted = set()
             for level in levels:
-                margin, like = decoder.measure_agreement(probe, honest, level, heard)
+                margin, like = decoder.measure_agreement(probe, honest, level, crossings)
                 if margin >= least and like is None:
-                    said.add(level)
+                    accepted.add(level)
             named, _ = table.find_nearest(table.delays[true], BLANK)
-            said |= {named} if true in said else {named, UNDECODABLE}
-            found += [(honest.opposite, level, true) for level in sorted(said - {true})]
+            accepted |= {named} if true in accepted else {named, UNDECODABLE}
+            found += [(honest.opposite, level, true) for level in sorted(accepted - {true})]
     return found
 
 

@@ -30,8 +30,7 @@ def measure_delays(element: Memory, writer: Writer) -> Procedure[Calibration]:
     element.calibration = element.forecast or element.calibration
     empty = (yield from writer.erase(element)).reading
     blank = empty.delay if empty else None
-    corrections = element.calibration.corrections_by_level(element.settings)
-    element.calibration = element.calibration.with_corrections(corrections, element.settings)
+    element.correct_pulses(element.pulse_corrections)
     levels: list[Reading] = []
     try:
         for level in range(element.design.levels):
@@ -53,22 +52,18 @@ def measure_delays(element: Memory, writer: Writer) -> Procedure[Calibration]:
 
 def _correct_kick(element: Memory, level: int, speed: float) -> None:
     """Set the factor on the speed of the kick to a level; 0: no kick."""
-    corrections = element.calibration.corrections_by_level(element.settings)
+    corrections = element.pulse_corrections
     corrections[level] = PulseCorrection(speed=speed)
-    element.calibration = element.calibration.with_corrections(corrections, element.settings)
+    element.correct_pulses(corrections)
 
 
 def _reach_level(element: Memory, writer: Writer, level: int) -> Procedure[Reading]:
     """Take the wall up to a level from the one below, and listen.
 
     A level that no kick reaches is reached by a step, if there is an actuator.
-
-    Raises:
-        ProcedureFailed: The wall is not at the level.
     """
     below = level - 1 if level else BLANK
-    kick = element.calibration.corrections_by_level(element.settings)[level].speed
-    if kick and is_kicked(element.settings, level):
+    if element.pulse_corrections[level].speed and is_kicked(element.settings, level):
         reading = yield from _bisect_kick(element, writer, level)
         if reading is not None:
             return reading
@@ -90,13 +85,9 @@ def _bisect_kick(element: Memory, writer: Writer, level: int) -> Procedure[Readi
     """Kick the wall to a level, at other speeds if it misses; return None if a step must do.
 
     After a miss the wall continues from where it is, or from a blank element.
-
-    Raises:
-        ProcedureFailed: No speed takes the wall to the level, and no step can.
     """
     settings, place = element.settings, level - 1 if level else BLANK
-    speed = element.calibration.corrections_by_level(settings)[level].speed
-    search = KickSearch(speed, settings.write.kick_tries)
+    search = KickSearch(element.pulse_corrections[level].speed, settings.write.kick_tries)
     while True:
         if not BLANK <= place < level:
             yield from writer.erase(element)
@@ -211,6 +202,6 @@ def _level_margin(element: Memory, level: int, reading: Reading) -> tuple[float,
             # element that is not yet calibrated differ most
             right = agreed >= 0.2
         if not right:
-            said = f'{describe_level(nearest)}, at {delay:.2f}'
-            return -math.inf, f'on the way to level {level} the {end} end hears {said}'
+            found = f'{describe_level(nearest)}, at {delay:.2f}'
+            return -math.inf, f'on the way to level {level} the {end} end hears {found}'
     return margin, ''

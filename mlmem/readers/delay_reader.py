@@ -193,9 +193,7 @@ def locate_reflector(element: Memory, echo: Echo) -> tuple[float, float]:
     table = element.calibration.table(end)
     order = np.argsort(table.delays)
     delays = np.asarray(table.delays)[order]
-    sites = np.array([design.defect_site(level) for level in range(design.levels)], dtype=float)[
-        order
-    ]
+    sites = np.array([float(design.defect_site(level)) for level in order])
     assert echo.delay is not None
     away = 1.0 if end is End.LEFT else -1.0
     if len(delays) == 1:
@@ -229,17 +227,14 @@ def _combine_places(
     """Return position and deviation of the wall that the ends hear.
 
     An echo that begins before listening does comes from near its end, but does not say how near.
-
-    Raises:
-        ProcedureFailed: The ends hear different places, or one alone is not confirmed by a read.
     """
     # standard deviations within which both ends detect the same wall, and within which it is
     most = 3.0
-    heard = {
+    places = {
         end: locate_reflector(element, echo) for end, echo in echoes.items() if not echo.is_early
     }
-    if len(heard) == 2:
-        (left, left_std), (right, right_std) = heard[End.LEFT], heard[End.RIGHT]
+    if len(places) == 2:
+        (left, left_std), (right, right_std) = places[End.LEFT], places[End.RIGHT]
         if abs(left - right) > most * math.hypot(left_std, right_std):
             raise ProcedureFailed(
                 f'the left end hears something near cell {left:.1f}, and the right end near cell '
@@ -251,8 +246,8 @@ def _combine_places(
         return position, math.hypot(float(weights.sum() ** -0.5), either)
     if reading.level == UNDECODABLE:
         raise ProcedureFailed(reading.reason)
-    if not heard:
+    if not places:
         raise ProcedureFailed('something is heard at both ends when listening begins')
-    ((position, deviation),) = heard.values()
+    ((position, deviation),) = places.values()
     allowed = 0.5 * element.design.J * (1.0 - element.settings.read.min_margin)
     return position, math.hypot(deviation, allowed / most)

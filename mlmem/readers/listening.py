@@ -40,13 +40,13 @@ def wait_for_decay(element: Instrument) -> Procedure[None]:
     yield from wait_for_strain(element)  # set by hand: the wall may be moving
     yield from catch_up(element)
     element.progress.phase = 'quieting'
-    patience = math.ceil(element.settings.read.settle_timeout / element.tick)
+    ticks_left = math.ceil(element.settings.read.settle_timeout / element.tick)
     while (decay := _estimate_decay(element))[0]:
         ticks, excited = decay
-        if patience <= 0:
+        if ticks_left <= 0:
             raise ProcedureFailed(f'the element does not come to rest: {excited}')
-        ticks = min(ticks, patience)
-        patience -= ticks
+        ticks = min(ticks, ticks_left)
+        ticks_left -= ticks
         yield from pass_ticks(element, ticks)
 
 
@@ -134,21 +134,21 @@ def measure_vibration(element: Instrument, wanted: Iterable[End]) -> Procedure[d
     detectors = {end: element.transducer.listen_only(end) for end in wanted}
     while True:
         yield 1
-        loudest, done = {}, True
+        amplitudes, done = {}, True
         for end, detector in detectors.items():
             longest = element.passage_time(end)
             # a third of waves with lifetime 2 / eta remains after 500 time units
             span = max(500.0, longest)
-            loud, before = (factor * detector.find_loudest(span, ago) for ago in (0.0, span))
+            amplitude, before = (factor * detector.find_loudest(span, ago) for ago in (0.0, span))
             # a vibration of 0.3 of the threshold at the last echo raises it by 4 %
             faint = 0.3 * float(detection_threshold(detector.probe, np.array(longest)))
-            passed = detector.time >= span and loud <= faint
+            passed = detector.time >= span and amplitude <= faint
             # decaying waves explain a ratio of up to 0.7 to the previous vibration
-            done &= passed or (detector.time >= 2.0 * span and loud > 0.7 * before)
-            loudest[end] = loud
+            done &= passed or (detector.time >= 2.0 * span and amplitude > 0.7 * before)
+            amplitudes[end] = amplitude
         if done:
             element.transducer.release_ends()
-            return loudest
+            return amplitudes
 
 
 def probe_ends(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[End, Echo]]:
@@ -253,26 +253,26 @@ def record_waveforms(
     yield from wait_for_strain(element)
     yield from catch_up(element)
     element.progress.phase = 'quieting'
-    patience = element.ticks + math.ceil(element.settings.read.settle_timeout / element.tick)
+    deadline = element.ticks + math.ceil(element.settings.read.settle_timeout / element.tick)
     passage = math.ceil(element.passage_time(End.LEFT) / element.tick)
-    loud = noise = listener.noise(transducer.recent, element.driver.dt)
+    loudest = noise = listener.noise(transducer.recent, element.driver.dt)
     since = passage if noise < forecasts.max_noise and is_undisturbed(element) else 0
     while since < passage:  # what is inside comes to an end within that time
         before, begin, n = transducer.recent, element.ticks, element.steps_per_tick
         width = before.shape[1]
-        yield max(1, min(passage - since, patience - begin, width // n))
+        yield max(1, min(passage - since, deadline - begin, width // n))
         passed = element.ticks - begin
-        heard = np.concatenate((before, transducer.recent[:, max(0, width - passed * n) :]), 1)
+        samples = np.concatenate((before, transducer.recent[:, max(0, width - passed * n) :]), 1)
         for later in reversed(range(passed)):  # as if every tick had been looked at by itself
-            end_of_tick = heard.shape[1] - later * n
-            recent = heard[:, end_of_tick - width : end_of_tick]
+            end_of_tick = samples.shape[1] - later * n
+            recent = samples[:, end_of_tick - width : end_of_tick]
             noise = listener.noise(recent, element.driver.dt)
             since = since + 1 if noise < forecasts.max_noise else 0
-            loud = loud if since else noise
-        if since < passage and element.ticks >= patience:
+            loudest = loudest if since else noise
+        if since < passage and element.ticks >= deadline:
             raise ProcedureFailed(
                 'the element does not come to rest: what both ends hear in the band of the pulse '
-                f'was {math.sqrt(loud / forecasts.max_noise):.3g} times as loud as it may be '
+                f'was {math.sqrt(loudest / forecasts.max_noise):.3g} times as loud as it may be '
                 f'{since} ticks ago; they must be quiet for {passage}'
             )
     element.require_phase(end)

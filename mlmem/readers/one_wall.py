@@ -135,7 +135,7 @@ def make_forecast(
     made: Specimen, settings: Settings, listener: Listener, end: End
 ) -> Callable[..., Array]:
     """Return the function that forecasts the answers of an element to a pulse of an end; its
-    arguments are the displacements in which the element rests, and delays (`Ends.heard`).
+    arguments are the displacements in which it rests, and delays (`Ends.compute_answers`).
     """
     if made.design.friction:
         return partial(simulate_answers, made, settings=settings, listener=listener, end=end)

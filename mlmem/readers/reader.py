@@ -78,10 +78,7 @@ class Reader(ABC):
     def read(self, element: Memory, end: str = '') -> Procedure[Reading]:
         """Fire its pulses, decode what the ends do, store the reading and return it.
 
-        Args:
-            element: The element to read.
-            end: The end whose delay is answered: 'left', 'right' or 'both'; empty for the one in
-                the settings.
+        `end` is the one whose delay is answered; see `Read`.
 
         Raises:
             ProcedureFailed: The element does not come to rest.
@@ -152,13 +149,8 @@ def choose_reader(
     twin: Specimen | None = None,
     bad_cells: BadCells | None = None,
 ) -> Reader:
-    """Return the reader of an element, which forecasts by a twin of it, or by the ideal one.
-
-    Args:
-        design: The element.
-        settings: How it is read, and which cells are known to be bad.
-        twin: What it is, if that is known.
-        bad_cells: Its rehearsed forecasts, if cells are known to be bad.
+    """Return the reader of an element, which forecasts by a twin of it, or by the ideal one; if
+    cells are known to be bad, by the rehearsed forecasts `bad_cells`.
 
     Raises:
         SettingsError: Its contents cannot be forecast, or not be told; see `forecast_words`,

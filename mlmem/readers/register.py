@@ -284,12 +284,10 @@ class Forecasts:
         )  # fmt: skip
 
 
-def explain_unreadable(shot: Shot, loud: bool, phases: Sequence[int | None]) -> str:
+def explain_unreadable(shot: Shot, noisy: bool, phases: Sequence[int | None]) -> str:
     """Return why what the ends did tells nothing, whatever it was; '' if it may.
 
-    Args:
-        loud: Whether there was too much noise before.
-        phases: Of the left and the right end.
+    `noisy` says that there was too much noise before.
     """
     if reason := explain_no_phase(phases):
         return reason
@@ -297,7 +295,7 @@ def explain_unreadable(shot: Shot, loud: bool, phases: Sequence[int | None]) -> 
         return 'the right end is active: a wall has left the element'
     if not np.isfinite(shot.samples).all():
         return 'listening was interrupted'
-    return 'the ends move too much to hear every wall' if loud else ''
+    return 'the ends move too much to hear every wall' if noisy else ''
 
 
 class Register(Forecasts):
@@ -386,9 +384,6 @@ def _build_word_parts(
 
     A word whose every level has been seen with the same surroundings needs no equilibrium of its
     own.
-
-    Raises:
-        SettingsError: Walls of a word do not rest at their levels.
     """
     design = made.design
     around, chosen = np.unique(_number_surroundings(design, code), return_inverse=True)

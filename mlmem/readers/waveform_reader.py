@@ -165,11 +165,7 @@ class WaveformReader(Reader):
         return {'found': found}
 
     def _find_factors(self, element: Memory, writer: Writer) -> Procedure[dict[str, float]]:
-        """Find the factors on losses and on the speeds of kicks; return them by name.
-
-        Raises:
-            ProcedureFailed: As `_find_loss_factor` and `_find_kick_factors`.
-        """
+        """Find the factors on losses and on the speeds of kicks; return them by name."""
         found = {}
         if self.made is not None:
             loss_factor = yield from self._find_loss_factor(self.made, element, writer)
@@ -183,10 +179,6 @@ class WaveformReader(Reader):
         """Find the factor on damping and friction by the answer of the blank element.
 
         No reading tells that it is blank, because a reader needs this factor; the ends do.
-
-        Raises:
-            ProcedureFailed: The ends are not those of a blank element after `write.attempts`
-                kicks, or do not become quiet.
         """
         attempt = 0
         while True:
@@ -207,9 +199,6 @@ class WaveformReader(Reader):
 
         A level that is not reached has the mean factor. The last level is only tried if the right
         end can kick back a wall that left the element.
-
-        Raises:
-            ProcedureFailed: No factor reaches any level, or the element cannot be made blank.
         """
         levels, found = element.design.levels, {}
         # slow kicks need less than the factor on the losses, fast ones more
@@ -227,7 +216,7 @@ class WaveformReader(Reader):
             )
         mean = round(math.exp(math.fsum(map(math.log, found.values())) / len(found)), 6)
         corrections = [PulseCorrection(speed=found.get(level, mean)) for level in range(levels)]
-        element.calibration = element.calibration.with_corrections(corrections, element.settings)
+        element.correct_pulses(corrections)
         return mean
 
     def _try_kicks(
@@ -240,10 +229,7 @@ class WaveformReader(Reader):
         """
         good, least = [], element.settings.write.min_margin
         for factor in factors:
-            corrections = [PulseCorrection(speed=factor)] * element.design.levels
-            element.calibration = element.calibration.with_corrections(
-                corrections, element.settings
-            )
+            element.correct_pulses([PulseCorrection(speed=factor)] * element.design.levels)
             yield from writer.go_to_level(element, UNDECODABLE, level)
             reading = yield from self.read(element)
             if went_too_far(element, reading, content):
@@ -305,11 +291,7 @@ class RecordReader(WaveformReader):
         )  # fmt: skip
 
     def read(self, element: Memory, end: str = '') -> Procedure[Reading]:
-        """Read as `WaveformReader.read`; without records, fire no pulse and decode nothing.
-
-        Raises:
-            ProcedureFailed: The left end does not become quiet within `read.settle_timeout`.
-        """
+        """Read as `WaveformReader.read`; without records, fire no pulse and decode nothing."""
         if self.needs_calibration(element):
             return element.store_unreadable(
                 'the element has no records of its contents: calibrate it first'
@@ -317,8 +299,7 @@ class RecordReader(WaveformReader):
         records = element.calibration.records
         if records is not self._records:
             self._records, self.forecasts = records, self._build_forecasts(records)
-        reading = yield from super().read(element, end)
-        return reading
+        return (yield from super().read(element, end))
 
     def needs_calibration(self, element: Memory) -> bool:
         """Return whether the element has no records of its contents yet."""
@@ -348,11 +329,7 @@ class RecordReader(WaveformReader):
     def _record_content(
         self, element: Memory, writer: Writer, content: int
     ) -> Procedure[tuple[float, ...]]:
-        """Write a content from blank, and record it once its wall has settled.
-
-        Raises:
-            ProcedureFailed: The content is not heard after `write.attempts`.
-        """
+        """Write a content from blank, and record it once its wall has settled."""
         forecasts = self.by_forecast.forecasts
         attempts, nudge, seen = element.settings.write.attempts, 1.0, []
         for attempt in range(1, attempts + 1):

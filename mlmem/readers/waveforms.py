@@ -146,7 +146,9 @@ class Ends:
         t = dt * np.arange(1.0, n + 1.0)
         wave = 2.0 / period * np.exp(1j * np.outer(omega, t))
         self._compared_ends = listener.compared_ends
-        self._heard = np.concatenate((wave.real, -wave.imag)) @ listener.build_band_basis(n, dt)
+        self._projection = np.concatenate((wave.real, -wave.imag)) @ listener.build_band_basis(
+            n, dt
+        )
 
     def force(self, ratio: Complex) -> Complex:
         """Return the force on the driven end: that of the pulse until it ends, and none later.
@@ -167,8 +169,8 @@ class Ends:
         late = np.exp(-1j * np.outer(delays, self.tones.omega))
         ends = np.stack((force * q / p, force / p), axis=1) * late
         ends = ends.reshape(2 * len(lower), -1)
-        heard = np.concatenate((ends.real, ends.imag), axis=1) @ self._heard
-        by_end = heard.reshape(len(lower), 2, -1)[:, : self._compared_ends]
+        projected = np.concatenate((ends.real, ends.imag), axis=1) @ self._projection
+        by_end = projected.reshape(len(lower), 2, -1)[:, : self._compared_ends]
         return np.asarray(by_end.reshape(len(lower), -1))
 
     def compute_answers(

@@ -113,7 +113,7 @@ def test_driver_that_hangs_times_out(where):
     over = threading.Event()
     try:
         with pytest.raises(DriverError, match=f'hangs: {where} takes longer than 0.05'):
-            use(where, over.wait, patience=0.05)
+            use(where, over.wait, timeout=0.05)
     finally:
         over.set()
 
