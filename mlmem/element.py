@@ -16,7 +16,6 @@ from .instrument.base import NO_SHAKES, Shakes
 from .instrument.blocks import MAX_RUN_TICKS
 from .instrument.drivers import Driver, Simulation
 from .instrument.end import End
-from .instrument.faults import Faults
 from .instrument.instrument import Progress
 from .memory import Memory
 from .physics import Material, as_design
@@ -133,7 +132,10 @@ class MemoryElement(Memory):
                 self.base.accept_acceleration(acceleration)
                 return None
             case commands.SetFaults(faults):
-                self._apply_faults(faults)
+                before = self.faults
+                self.set_faults(faults)
+                if not faults.has_same_material(before):
+                    self.forget_content('faults were set')
                 return None
             case commands.SetMethod(method):
                 self._set_method(method)
@@ -175,13 +177,6 @@ class MemoryElement(Memory):
         except SettingsError as error:
             raise Refused(str(error), code=error.code, field=error.field) from error
         self.settings = settings
-
-    def _apply_faults(self, faults: Faults) -> None:
-        """Replace all faults by these; raises as `specimen` does."""
-        before = self.faults
-        self.set_faults(faults)
-        if not faults.has_same_material(before):
-            self.forget_content('faults were set')
 
     def forget_content(self, reason: str, after: int = 0) -> None:
         """Treat the content as unknown, and say so at once; of what a procedure does, its outcome
@@ -248,7 +243,7 @@ class MemoryElement(Memory):
         except ProcedureFailed as error:  # there is no way, as without an actuator
             raise Refused(str(error), code=ErrorCode.UNSUPPORTED) from error
         self.progress = Progress(name, self.ticks)
-        procedures.estimates.expect_duration(self, duration)
+        self.expect_duration(duration)
         self._running = ProcedureRun(command, begin(self, **wanted), self.ticks)
         return self._running
 

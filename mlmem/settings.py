@@ -341,6 +341,10 @@ class Settings:
         """Whether pulses are `read.kicked_gain` times as strong: where kicks move one wall."""
         return self.write.uses_kicks and not self.holds_words
 
+    def is_kicked(self, level: int) -> bool:
+        """Return whether a calibration takes the wall to a level by a kick."""
+        return self.write.avoids_strain and self.kick.wall_speed(level) > 0.0
+
     @property
     def tick_seconds(self) -> float:
         """Real time of a tick at speed 1, in seconds."""

@@ -154,6 +154,10 @@ class Instrument:
         """Whether the strain and the samples are free of faults."""
         return self.transmission.state.is_exact and self.faults.has_only_material_faults
 
+    def expect_duration(self, duration: float) -> None:
+        """Expect the running procedure to end after at least this time."""
+        self.progress.expect_end(self.ticks + duration / self.tick)
+
     def passage_time(self, end: End) -> float:
         """Return in which time a pulse of an end comes back from the far end, at the most."""
         return listening_time(self.design, self.transducer.probes[end], end)

@@ -10,23 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 from .. import threads
 from ..commands import Command, Disturb, Event
 from ..element import MemoryElement
 from ..errors import Refused
 from ..procedure_table import Abort
-from .mailbox import (
-    Asked,
-    Cancel,
-    Mailbox,
-    OpenRequests,
-    Request,
-    Resolve,
-    Stamped,
-    TickRequest,
-)
+from .mailbox import Asked, Cancel, Mailbox, OpenRequests, Request, Resolve, Stamped, TickRequest
 from .timetable import LoopStatistics, Pacer, SteadyPacer, Timetable, check_speed
 
 T = TypeVar('T')
@@ -298,7 +289,12 @@ class Loop:
             if not made_up and (overdue := self._count_overdue(due)):
                 return _Turn(due, overdue)
             while (call := box.take_request(box.calls)) is not None:
-                _call_function(call)
+                try:
+                    result = call.asked()
+                except Exception as failure:
+                    call.refuse(failure)
+                else:
+                    call.resolve(result)
             with box.changed:
                 if box.ending:
                     return None
@@ -340,13 +336,3 @@ class Loop:
             if none or box.ending or box.speed != self._times.speed:
                 return 0
             return self._times.count_deferred(self.pacer.now() - due, box)
-
-
-def _call_function(call: Request[Any]) -> None:
-    """Call a function, and answer with its result or its exception."""
-    try:
-        result = call.asked()
-    except Exception as failure:
-        call.refuse(failure)
-    else:
-        call.resolve(result)

@@ -21,6 +21,7 @@ from ..instrument.blocks import Procedure, catch_up, wait, wait_for_ends
 from ..instrument.end import End
 from ..physics import Design
 from ..physics.potential import Array
+from ..readers.calibration import PulseCorrection
 from ..readers.reading import BLANK, UNDECODABLE, Reading
 from ..readers.words import Code
 from ..schema import describe_field, describe_time
@@ -100,6 +101,10 @@ class KickSettings(Checked):
     def kink_speeds(self) -> tuple[float, ...]:
         """Mean speeds of kinks by level."""
         return _parse_numbers(self.kinks)
+
+    def wall_speed(self, level: int) -> float:
+        """Mean speed of the kick of a wall to a level; 0 if there is none."""
+        return self.wall_speeds[level] if level < len(self.wall_speeds) else 0.0
 
     @property
     def erases(self) -> bool:
@@ -294,9 +299,20 @@ def _word_kicks(design: Design, settings: Settings, start: int, target: int) -> 
 
 def kick_speed(design: Design, settings: Settings, level: int) -> float:
     """Return the mean speed of the kick from blank to a level; 0 if there is none."""
-    speeds = settings.kick.wall_speeds
-    speed = speeds[level] if level < len(speeds) else 0.0
+    speed = settings.kick.wall_speed(level)
     return speed if _can_kick(design, settings, speed) else 0.0
+
+
+def remove_missed_kicks(settings: Settings, corrections: Sequence[PulseCorrection]) -> Settings:
+    """Return settings without the kicks that do not arrive: those corrected to a speed of 0."""
+    if all(correction.speed for correction in corrections):
+        return settings
+    speeds = [
+        speed if level >= len(corrections) or corrections[level].speed else 0.0
+        for level, speed in enumerate(settings.kick.wall_speeds)
+    ]
+    kick = replace(settings.kick, speeds=' '.join(map(str, speeds)))
+    return replace(settings, kick=kick)
 
 
 def _can_kick(design: Design, settings: Settings, speed: float) -> bool:

@@ -142,8 +142,7 @@ class StepUp(Move):
         """Strain the element once, gently if it is read after it; raises `NotFollowed`."""
         design = element.design
         element.begin_cycle()
-        settings = soften_steps(self.settings) if how.is_last else self.settings
-        settings = apply_correction(settings, how.corrections[self.target])
+        settings = apply_correction(self.settings, how.corrections[self.target], how.is_last)
         delay = half_period(design) if settings.write.shaped else 0.0
         cycle = step_cycle(design, settings, self.start, how.strain_factor)
         try:
@@ -234,13 +233,6 @@ def step_cycle(design: Design, settings: Settings, start: int, factor: float = 1
     )
 
 
-def soften_steps(settings: Settings) -> Settings:
-    """Return settings whose steps up end as gently as the last one of a write."""
-    write = settings.write
-    release = max(write.release, write.last_release)
-    return replace(settings, write=replace(write, release=release))
-
-
 def half_period(design: Design) -> float:
     """Return half a period of the inactive cells swinging in phase, as after a ramp.
 
@@ -299,10 +291,16 @@ def _cycles_until_meeting(element: Memory) -> int:
     return reading.level - 1 + element.design.is_freed_by_compression(reading.level)
 
 
-def apply_correction(settings: Settings, correction: PulseCorrection) -> Settings:
-    """Return settings that make every step with the corrected pulse."""
-    write = correct_write(settings.write, correction, settings.actuator.max_strain)
-    return replace(settings, write=write)
+def apply_correction(
+    settings: Settings, correction: PulseCorrection, is_last: bool = False
+) -> Settings:
+    """Return settings that make every step with the corrected pulse; `is_last` says whether it
+    ends as gently as the last one of a write.
+    """
+    write = settings.write
+    if is_last:
+        write = replace(write, release=max(write.release, write.last_release))
+    return replace(settings, write=correct_write(write, correction, settings.actuator.max_strain))
 
 
 def correct_write(

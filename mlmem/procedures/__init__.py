@@ -13,24 +13,30 @@ from collections.abc import Callable, Mapping
 from ..commands import Outcome
 from ..instrument.blocks import Procedure, run
 from ..readers.listening import expected_wait
-from . import estimates, maintenance, reading, surveying, writing
+from . import maintenance, surveying, writing
 
 __all__ = ['STEPS', 'Procedure', 'run']
 
 STEPS: Mapping[str, tuple[Callable[..., Procedure[Outcome]], Callable[..., float]]] = {
-    'write': (writing.write, estimates.estimate_write),
+    'write': (writing.write, writing.estimate_write),
     'read': (
-        reading.read,
-        lambda element, end: expected_wait(element) + estimates.estimate_read(element),
+        lambda element, end: element.reader.report_content(element, end),
+        lambda element, end: expected_wait(element) + element.reader.read_duration(element),
     ),
-    'erase': (writing.erase, estimates.estimate_erase),
-    'calibrate': (maintenance.calibrate, estimates.estimate_all_levels),
-    'self_test': (maintenance.self_test, estimates.estimate_all_levels),
-    'locate': (lambda element: element.reader.locate(element), estimates.estimate_read),
-    'reset': (maintenance.reset, lambda element, content, seed: estimates.estimate_read(element)),
-    'survey': (surveying.survey, estimates.estimate_survey),
-    'kick': (writing.kick_by_hand, estimates.estimate_kick),
-    'abort': (writing.abort, estimates.estimate_abort),
+    'erase': (writing.erase, writing.estimate_erase),
+    'calibrate': (maintenance.calibrate, maintenance.estimate_all_levels),
+    'self_test': (maintenance.self_test, maintenance.estimate_all_levels),
+    'locate': (
+        lambda element: element.reader.locate(element),
+        lambda element: element.reader.read_duration(element),
+    ),
+    'reset': (
+        maintenance.reset,
+        lambda element, content, seed: element.reader.read_duration(element),
+    ),
+    'survey': (surveying.survey, surveying.estimate_survey),
+    'kick': (writing.kick_by_hand, writing.estimate_kick),
+    'abort': (writing.abort, writing.estimate_abort),
 }
 """How a procedure of the table is done: what begins its generator, and what estimates how long it
 will take, in time units. Both take the element and the arguments of its command."""

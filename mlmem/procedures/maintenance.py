@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from ..readers.listening import noise_floor, wait_for_decay
 from ..readers.reader import Writer
 from ..readers.reading import BLANK, UNDECODABLE, Reading, find_failure_code
 from ..rejections import OutcomeCode
-from .writing import erase, go_to_level, restore_content, write
+from . import writing
 
 
 def calibrate(element: Memory) -> Procedure[Outcome]:
@@ -39,17 +40,17 @@ def calibrate(element: Memory) -> Procedure[Outcome]:
     """
     yield from return_to_zero(element)
     content = yield from element.reader.read_settled(element)
-    writer = Writer(write, erase, go_to_level, kick_out)
+    writer = Writer(writing.write, writing.erase, writing.go_to_level, kick_out)
     try:
         found = yield from element.reader.calibrate(element, writer)
     except ProcedureFailed as failure:
         try:
-            yield from restore_content(element, content)
+            yield from writing.restore_content(element, content)
         except ProcedureFailed as lost:
             text = f'{failure}; nor was the content restored: {lost}'
             raise ProcedureFailed(text) from failure
         raise
-    return replace((yield from restore_content(element, content)), **found)
+    return replace((yield from writing.restore_content(element, content)), **found)
 
 
 Tested = tuple[bool, str, dict[str, float]]
@@ -91,6 +92,16 @@ def self_test(element: Memory) -> Procedure[Outcome]:
     return Outcome(element.reading, checks=tuple(checks), code=code, error=error)
 
 
+def estimate_all_levels(element: Memory) -> float:
+    """Return the time to erase, write and read every level, and to restore the content."""
+    levels = (BLANK, *element.reader.single_walls.values())
+    content, top = max(BLANK, writing.find_content(element)), levels[-1]
+    erasing = writing.writing_time(element, top, BLANK)
+    steps = sum(writing.driving_time(element, *pair) for pair in pairwise(levels))
+    reads = (len(levels) - 1) * element.reader.read_duration(element)
+    return erasing + steps + reads + writing.writing_time(element, top, content)
+
+
 def _run_test(name: str, test: Procedure[Tested]) -> Procedure[Check]:
     """Return the check of a test, which fails if a procedure does."""
     try:
@@ -126,7 +137,7 @@ def _test_transducer(element: Memory, end: End) -> Procedure[Tested]:
 
 
 def _test_erase(element: Memory) -> Procedure[Tested]:
-    yield from erase(element)
+    yield from writing.erase(element)
     return True, 'blank', {}
 
 
@@ -160,7 +171,7 @@ def _measure_strain(element: Memory) -> Procedure[float]:
 
 
 def _test_level(element: Memory, level: int) -> Procedure[Tested]:
-    written = yield from write(element, level)
+    written = yield from writing.write(element, level)
     reading = yield from element.reader.read(element)
     delays = {'left_delay': reading.left_delay, 'right_delay': reading.right_delay}
     values = {
@@ -178,7 +189,7 @@ def _test_level(element: Memory, level: int) -> Procedure[Tested]:
 
 
 def _test_restore(element: Memory, content: Reading) -> Procedure[Tested]:
-    yield from restore_content(element, content)
+    yield from writing.restore_content(element, content)
     return True, element.describe_content(content.level), {}
 
 

@@ -23,8 +23,14 @@ from ..readers.calibration import PulseCorrection
 from ..readers.listening import fire_pulse, wait_for_decay
 from ..readers.reading import BLANK
 from ..settings import ProbeSettings
-from .estimates import QUIET_DAMPING_TIMES, RECORD_TIME
-from .writing import erase, go_to_level, restore_content
+from . import writing
+
+RECORD_TIME = 900.0
+"""Time for which both ends are recorded after a pulse."""
+
+QUIET_DAMPING_TIMES = 10.0
+"""Damping times 1 / eta for which the element rests before a pulse: what is left of waves is then
+fainter than the noise of a good transducer."""
 
 
 class Aim(NamedTuple):
@@ -43,12 +49,31 @@ class Aim(NamedTuple):
     strain: float = 0.0
 
 
+AIMS = (
+    (  # no wall is there that a strain could free
+        Aim(End.RIGHT, 0.30, 4.0),
+        Aim(End.LEFT, 0.46, 3.0),
+        Aim(End.LEFT, 0.115, 4.0, strain=-0.009),
+        Aim(End.RIGHT, 0.40, 3.0, strain=0.009),
+    ),
+    (Aim(End.LEFT, 0.31, 5.0), Aim(End.RIGHT, 0.30, 4.0)),
+    (Aim(End.LEFT, 0.31, 5.0), Aim(End.RIGHT, 0.115, 5.0), Aim(End.RIGHT, 0.30, 4.0)),
+    (
+        Aim(End.RIGHT, 0.46, 3.0),
+        Aim(End.LEFT, 0.53, 5.0),
+        Aim(End.RIGHT, 0.30, 5.0),
+        Aim(End.LEFT, 0.31, 5.0),
+    ),
+)
+"""The pulses into a blank element, and with the wall at the first level, half-way and at the last,
+which were chosen for what they tell of the cells."""
+
+
 def survey(element: Memory) -> Procedure[Outcome]:
     """Pulse the element in several states, record both ends, and restore the content.
 
-    The pulses were chosen for what they tell of the cells. The wall is driven to a level without a
-    look where it arrives: a fit finds that out. Without an actuator kicks do that, and no shot is
-    strained.
+    The wall is driven to a level without a look where it arrives: a fit finds that out. Without an
+    actuator kicks do that, and no shot is strained.
 
     Raises:
         ProcedureFailed: Nothing damps the waves, the element holds words, cells are known to be
@@ -67,40 +92,36 @@ def survey(element: Memory) -> Procedure[Outcome]:
         raise ProcedureFailed('a survey needs the whole element: element.bad_cells must be empty')
     yield from return_to_zero(element)
     content = yield from element.reader.read_settled(element)
-    yield from erase(element)
-    blank_shots = (  # no wall is there that a strain could free
-        Aim(End.RIGHT, 0.30, 4.0),
-        Aim(End.LEFT, 0.46, 3.0),
-        Aim(End.LEFT, 0.115, 4.0, strain=-0.009),
-        Aim(End.RIGHT, 0.40, 3.0, strain=0.009),
-    )
-    yield from _record_shots(element, 0, blank_shots)
+    yield from writing.erase(element)
+    blank_aims, first_aims, middle_aims, last_aims = AIMS
+    yield from _record_shots(element, 0, blank_aims)
     place = yield from _launch_wall(element)
-    first_shots = Aim(End.LEFT, 0.31, 5.0), Aim(End.RIGHT, 0.30, 4.0)
-    yield from _record_shots(element, design.defect_site(place), first_shots)
-    shots = len(blank_shots) + len(first_shots)
-    middle_shots = Aim(End.LEFT, 0.31, 5.0), Aim(End.RIGHT, 0.115, 5.0), Aim(End.RIGHT, 0.30, 4.0)
-    last_shots = (
-        Aim(End.RIGHT, 0.46, 3.0),
-        Aim(End.LEFT, 0.53, 5.0),
-        Aim(End.RIGHT, 0.30, 5.0),
-        Aim(End.LEFT, 0.31, 5.0),
-    )
-    goals = [(design.levels // 2, middle_shots), (design.levels - 1, last_shots)]
+    yield from _record_shots(element, design.defect_site(place), first_aims)
+    shots = len(blank_aims) + len(first_aims)
+    goals = [(design.levels // 2, middle_aims), (design.levels - 1, last_aims)]
     while goals:
         level, aims = goals.pop(0)
         if level <= place:
             continue
-        yield from go_to_level(element, place, level)
+        yield from writing.go_to_level(element, place, level)
         yield from wait_for_decay(element)
         if element.phases == (1, 0):  # the wall is between the ends
             yield from _record_shots(element, design.defect_site(level), aims)
             shots, place = shots + len(aims), level
         elif level > 1:  # try half of the way
-            yield from erase(element)
+            yield from writing.erase(element)
             place, goals = (yield from _launch_wall(element)), [(level // 2, aims)]
-    restored = yield from restore_content(element, content)
+    restored = yield from writing.restore_content(element, content)
     return replace(restored, found={'shots': shots})
+
+
+def estimate_survey(element: Memory) -> float:
+    """Return the time of a survey."""
+    content = max(BLANK, writing.find_content(element))
+    top = max(element.reader.single_walls.values(), default=BLANK)
+    each = RECORD_TIME + (QUIET_DAMPING_TIMES / element.design.eta if element.design.eta else 0.0)
+    way = writing.driving_time(element, content, BLANK) + writing.driving_time(element, BLANK, top)
+    return way + writing.writing_time(element, top, content) + sum(map(len, AIMS)) * each
 
 
 def _launch_wall(element: Memory) -> Procedure[int]:
@@ -108,12 +129,12 @@ def _launch_wall(element: Memory) -> Procedure[int]:
     as_set = element.pulse_corrections[0]
     # the wall of one element in 16 with 1 % of scatter turns back after the launch as set
     for correction in (as_set, PulseCorrection(peak=1.25, times=0.3, speed=2.0)):
-        yield from go_to_level(element, BLANK, 0, corrections=[correction])
+        yield from writing.go_to_level(element, BLANK, 0, corrections=[correction])
         yield from wait_for_decay(element)
         if element.phases == (1, 0):  # the wall is between the ends
             return 0
         if element.phase(End.LEFT) != 0:
-            yield from erase(element)
+            yield from writing.erase(element)
     raise ProcedureFailed('no pulse launches a wall into the element')
 
 

@@ -10,17 +10,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..commands import Outcome
-from ..errors import NotFollowed, ProcedureFailed
+from ..errors import NotFollowed, ProcedureFailed, Refused
 from ..instrument.blocks import Procedure, catch_up, ramp_strain
 from ..memory import Memory
-from ..moves.kick import kick_to_other_phase
+from ..moves.kick import kick_duration, kick_to_other_phase, remove_missed_kicks
 from ..moves.move import Drive, Move, blank_content
 from ..moves.planner import disable_kicks, erasing_moves, find_route
 from ..moves.strain_cycle import return_to_zero
 from ..readers.calibration import PulseCorrection
-from ..readers.listening import try_wait_for_decay
-from ..readers.reading import UNDECODABLE, Reading, correct_speed
-from . import estimates
+from ..readers.listening import expected_wait, try_wait_for_decay
+from ..readers.reading import BLANK, UNDECODABLE, Reading, correct_speed
+from ..rejections import ErrorCode
 
 
 def write(element: Memory, level: int) -> Procedure[Outcome]:
@@ -46,7 +46,7 @@ def write(element: Memory, level: int) -> Procedure[Outcome]:
     strained = element.settings.actuator.present
     for attempt in range(1, attempts + 1):
         element.progress.record_attempts('write', attempt)
-        estimates.expect_duration(element, estimates.writing_time(element, present, level))
+        element.expect_duration(writing_time(element, present, level))
         try:
             plainly = strained and not settings.avoids_strain and 1 < attempt == attempts
             force = min(settings.escalation ** (attempt - 1), settings.escalation_limit)
@@ -180,9 +180,10 @@ def go_to_level(
     """
     design, settings = element.design, element.settings
     corrections = corrections or element.pulse_corrections
-    settings = (
-        disable_kicks(settings) if plainly else element.calibration.remove_missed_kicks(settings)
-    )
+    if plainly:
+        settings = disable_kicks(settings)
+    else:
+        settings = remove_missed_kicks(settings, element.pulse_corrections)
     if not strained:
         settings = replace(settings, actuator=replace(settings.actuator, present=False))
     if present == UNDECODABLE and not settings.holds_words:
@@ -193,3 +194,67 @@ def go_to_level(
     for move in moves:
         yield from move.drive(element, replace(how, is_last=move is moves[-1]))
     yield from try_wait_for_decay(element, settings.write.final_settle)
+
+
+# --- how long it takes, in time units, for display only: what is unexpected is added as it occurs
+
+
+def find_content(element: Memory) -> int:
+    """Return the content, as far as known: a level, `BLANK` or `UNDECODABLE`."""
+    return UNDECODABLE if element.reading is None else element.reading.level
+
+
+def driving_time(element: Memory, present: int, target: int) -> float:
+    """Return the time from a level, `BLANK` or `UNDECODABLE` to another, until it is at rest."""
+    settings = remove_missed_kicks(element.settings, element.pulse_corrections)
+    if settings.holds_words:
+        blank = blank_content(settings)
+        present, target = (blank if content == BLANK else content for content in (present, target))
+    elif present == UNDECODABLE:
+        present = element.design.levels - 1
+        if target != BLANK:
+            return driving_time(element, present, BLANK) + driving_time(element, BLANK, target)
+    moves = find_route(element.design, settings, present, target)
+    ringing = moves[-1].ringing if moves else 0.0
+    return sum(move.duration for move in moves) + settings.write.final_settle + ringing
+
+
+def writing_time(element: Memory, present: int, target: int) -> float:
+    """Return the time to drive the wall to a level, and to verify it."""
+    driving = max(driving_time(element, present, target), expected_wait(element))
+    return driving + element.reader.read_duration(element)
+
+
+def estimate_write(element: Memory, level: int) -> float:
+    """Return the time of a write; what is not known is read first."""
+    if (present := find_content(element)) == UNDECODABLE:
+        return 2.0 * element.reader.read_duration(element) + driving_time(element, BLANK, level)
+    return writing_time(element, present, level)
+
+
+def estimate_erase(element: Memory) -> float:
+    """Return the time of an erase."""
+    return writing_time(element, find_content(element), BLANK)
+
+
+def estimate_kick(element: Memory, speed: float) -> float:
+    """Return the time of a kick by hand.
+
+    Raises:
+        Refused: The transducer cannot move the end from one phase to the other.
+    """
+    design, settings = element.design, element.settings
+    stroke, longest = abs(design.D_s2 - design.D_s1), settings.transducer.max_stroke
+    if stroke > longest:
+        raise Refused.of_value(
+            ErrorCode.UNSUPPORTED,
+            'transducer.max_stroke',
+            longest,
+            f'at least {stroke:.3g}, the stroke of a kick',
+        )
+    return kick_duration(design, settings.kick, speed, settings.kick.settle)
+
+
+def estimate_abort(element: Memory) -> float:
+    """Return the time of an abort."""
+    return element.settings.erase.release if element.actuator.strain else 0.0

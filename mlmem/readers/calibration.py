@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -187,12 +187,6 @@ class PulseCorrections:
     kinks: tuple[float, ...] = describe_field((), 'of kinks', low=0.1, high=10.0)
 
 
-def is_kicked(settings: Settings, level: int) -> bool:
-    """Return whether a calibration takes the wall to a level by a kick."""
-    speeds = settings.kick.wall_speeds
-    return settings.write.avoids_strain and level < len(speeds) and speeds[level] > 0.0
-
-
 def hash_schedule(settings: Settings) -> str:
     """Return a hash of all settings that shape the pulses of a write."""
     write, actuator = settings.write, settings.actuator
@@ -205,8 +199,7 @@ def hash_schedule(settings: Settings) -> str:
     if write.avoids_strain:
         values += [settings.kick.speeds, settings.kick.hold]
         values += [given for given in (settings.kick.late, settings.kick.kinks) if given]
-    text = json.dumps(values)  # every bit of a float
-    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+    return _hash_values(values)
 
 
 def make_corrections(
@@ -282,18 +275,6 @@ class Calibration:
         """Return the corrections by the level to which a pulse takes the wall."""
         return corrections_by_level(self.pulse_corrections, settings, len(self.right.delays))
 
-    def remove_missed_kicks(self, settings: Settings) -> Settings:
-        """Return settings without the kicks that do not arrive."""
-        steps = self.corrections_by_level(settings)
-        if all(step.speed for step in steps):
-            return settings
-        speeds = [
-            speed if level >= len(steps) or steps[level].speed else 0.0
-            for level, speed in enumerate(settings.kick.wall_speeds)
-        ]
-        kick = dataclasses.replace(settings.kick, speeds=' '.join(map(str, speeds)))
-        return dataclasses.replace(settings, kick=kick)
-
     def table(self, end: End) -> DelayTable:
         """Return the table of an end."""
         return self.left if end is End.LEFT else self.right
@@ -314,5 +295,9 @@ def calibration_key(design: Design, settings: Settings) -> str:
     ]
     if settings.read.method == 'records':
         values.append(dataclasses.asdict(settings.register))
+    return _hash_values(values)
+
+
+def _hash_values(values: list[Any]) -> str:
     text = json.dumps(values, sort_keys=True)  # every bit of a float
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from ..errors import ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
 from ..instrument.end import End
-from .calibration import Calibration, DelayTable, PulseCorrection, is_kicked
+from .calibration import Calibration, DelayTable, PulseCorrection
 from .decoding import Decoder, primary_end
 from .listening import wait_until_pinned
 from .reader import Writer
@@ -63,7 +63,7 @@ def _reach_level(element: Memory, writer: Writer, level: int) -> Procedure[Readi
     A level that no kick reaches is reached by a step, if there is an actuator.
     """
     below = level - 1 if level else BLANK
-    if element.pulse_corrections[level].speed and is_kicked(element.settings, level):
+    if element.pulse_corrections[level].speed and element.settings.is_kicked(level):
         reading = yield from _bisect_kick(element, writer, level)
         if reading is not None:
             return reading

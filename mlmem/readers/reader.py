@@ -16,7 +16,8 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from ..errors import SettingsError
+from ..commands import Outcome
+from ..errors import ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
 from ..physics import Design, Specimen
 from ..rejections import ErrorCode
@@ -25,7 +26,6 @@ from .listening import swinging_time, wait_until_pinned
 from .reading import UNDECODABLE, Reading
 
 if TYPE_CHECKING:
-    from ..commands import Outcome
     from ..memory import Memory
     from .bad_cells import BadCells
 
@@ -96,6 +96,17 @@ class Reader(ABC):
             yield from wait_until_pinned(element)
             reading = yield from self.read(element, end)
         return reading
+
+    def report_content(self, element: Memory, end: str = '') -> Procedure[Outcome]:
+        """Read the content (see `read_settled`), and answer with the delay at one end.
+
+        Raises:
+            ProcedureFailed: It cannot be decoded, or the element does not come to rest.
+        """
+        reading = yield from self.read_settled(element, end)
+        if reading.level == UNDECODABLE:
+            raise ProcedureFailed(reading.reason)
+        return Outcome(reading)
 
     def read_after_move(self, element: Memory) -> Procedure[Reading]:
         """Read; once more if that may decode what this one has not, so soon after a move."""

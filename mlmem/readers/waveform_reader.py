@@ -30,18 +30,11 @@ from ..physics import Specimen
 from ..physics.potential import Array
 from ..rejections import ErrorCode
 from ..settings import Settings
-from .calibration import PulseCorrection, Records, is_kicked
+from .calibration import PulseCorrection, Records
 from .listening import record_waveforms, swinging_time, wait_until_pinned
 from .one_wall import WallForecasts, fit_loss_factor, forecast_levels, scale_losses
 from .reader import Reader, Writer, keep_unless_measured
-from .reading import (
-    BLANK,
-    UNDECODABLE,
-    WELL_ERROR_CELLS,
-    Reading,
-    correct_speed,
-    went_too_far,
-)
+from .reading import BLANK, UNDECODABLE, WELL_ERROR_CELLS, Reading, correct_speed, went_too_far
 from .register import Forecasts
 from .waveforms import Ends
 
@@ -156,7 +149,7 @@ class WaveformReader(Reader):
         """
         levels = range(element.design.levels)
         found: dict[str, float] = {}
-        kicked = all(is_kicked(element.settings, level) for level in levels)
+        kicked = all(map(element.settings.is_kicked, levels))
         if kicked and len(levels) > 1 and not self.holds_words:
             with keep_unless_measured(element):
                 found = yield from self._find_factors(element, writer)

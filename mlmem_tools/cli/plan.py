@@ -20,7 +20,6 @@ from mlmem.moves.kick import kick_speed
 from mlmem.moves.strain_cycle import apply_correction, select_peak
 from mlmem.parsing import DecodeError
 from mlmem.physics import DesignError
-from mlmem.readers.calibration import is_kicked
 
 from ..identification.plan import Step, plan_pulses
 from .command import JSON_OPTION, declare_command, declare_option
@@ -79,7 +78,7 @@ def _describe_pulse(step: Step, **values: float | None) -> dict[str, Any]:
 
 def _describe_step(intended: Element, step: Step) -> dict[str, Any]:
     """Return a step of a plan as plain values: a kick, or a pulse of strain."""
-    if is_kicked(intended.settings, step.level):
+    if intended.settings.is_kicked(step.level):
         return _describe_pulse(
             step,
             kick=step.correction.speed * kick_speed(*intended.design_and_settings, step.level),

@@ -26,7 +26,6 @@ from mlmem.readers.calibration import (
     PulseCorrection,
     PulseCorrections,
     hash_schedule,
-    is_kicked,
 )
 from mlmem.readers.reading import BLANK
 from mlmem.readers.register import find_wall_levels, pin_walls
@@ -101,12 +100,12 @@ def plan_pulses(specimen: Specimen, intended: Element, report: Report | None = N
     tried = _Trial(specimen, intended)
     state, steps, erase = tried.place_wall(BLANK), [], math.nan
     by_kicks = [Found()] * levels
-    if is_kicked(settings, 0):
+    if settings.is_kicked(0):
         by_kicks = search_kicks(chain, settings.kick, settings.transducer.max_speed)
         erase = least_erase_margin(chain, settings.kick)
     for level in range(levels):
         report(f'level {level}', level / levels)
-        if is_kicked(settings, level):
+        if settings.is_kicked(level):
             speed = settings.kick.wall_speeds[level]
             step, state = _correct_kick(level, speed, by_kicks[level]), tried.place_wall(level)
         else:

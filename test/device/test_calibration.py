@@ -29,7 +29,7 @@ from mlmem.instrument.end import End
 from mlmem.moves.strain_cycle import apply_correction
 from mlmem.physics import CASE_II, Scatter, StateError, draw_specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
-from mlmem.procedures import maintenance
+from mlmem.procedures import writing
 from mlmem.readers import listening
 from mlmem.readers.calibration import (
     PulseCorrection,
@@ -139,13 +139,13 @@ def test_calibration_is_close_to_factorys_and_keeps_content(written, level):
 
 def test_calibration_that_fails_restores_content(written, monkeypatch):
     """The wall does not follow to level 2, while it is calibrated."""
-    element, go_to_level = written(1), maintenance.go_to_level
+    element, go_to_level = written(1), writing.go_to_level
     known = element.calibration
 
     def lame(element, place, level, *force, **how):
         yield from go_to_level(element, place, place if level == 2 else level, *force, **how)
 
-    monkeypatch.setattr(maintenance, 'go_to_level', lame)
+    monkeypatch.setattr(writing, 'go_to_level', lame)
     outcome = rig.run(element, Calibrate())
     assert not outcome.success
     assert outcome.error == (

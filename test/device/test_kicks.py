@@ -35,7 +35,14 @@ from mlmem import (
 from mlmem.element_file import use_kicks
 from mlmem.instrument.blocks import run, wait
 from mlmem.instrument.drivers import Simulation
-from mlmem.moves.kick import KickMotion, KickSettings, kick_out, kick_speed, kick_to
+from mlmem.moves.kick import (
+    KickMotion,
+    KickSettings,
+    kick_out,
+    kick_speed,
+    kick_to,
+    remove_missed_kicks,
+)
 from mlmem.moves.move import blank_content
 from mlmem.moves.planner import find_moves, find_route, move_families
 from mlmem.physics import Scatter, draw_specimen, find_level, find_walls
@@ -213,7 +220,7 @@ def test_calibration_of_level_without_kick_uses_step():
     assert calibrated.success, calibrated.error
     steps = odd.calibration.pulse_corrections.steps
     assert [at for at, step in enumerate(steps) if not step.speed] == [1]
-    known = odd.calibration.remove_missed_kicks(odd.settings)
+    known = remove_missed_kicks(odd.settings, odd.pulse_corrections)
     assert [move.name for move in find_route(design, known, BLANK, 1)] == ['kick', 'step up']
     outcome = odd.perform(Write(1))
     assert outcome.success

@@ -28,7 +28,7 @@ from mlmem import (
 )
 from mlmem.instrument.echo import Echo
 from mlmem.physics import CASE_II, find_walls
-from mlmem.procedures import estimates, surveying
+from mlmem.procedures import surveying, writing
 from mlmem.readers.delay_reader import locate_reflector
 from mlmem.readers.reading import WELL_ERROR_CELLS
 
@@ -198,7 +198,7 @@ def test_survey_without_actuator_kicks_and_restores_level():
     assert rig.holds(element, 2)
     assert element.chain.V_N == 0.0
     shots = shots_of(events)
-    assert len(shots) == estimates.SURVEY_SHOTS
+    assert len(shots) == sum(map(len, surveying.AIMS))
     assert {shot.strain for shot in shots} == {0.0}
     for wall in (0, *map(element.design.defect_site, (0, 2, 3))):
         assert {shot.end for shot in shots if shot.wall == wall} == set(End)
@@ -206,12 +206,12 @@ def test_survey_without_actuator_kicks_and_restores_level():
 
 def test_survey_goes_half_way_where_wall_is_lost(monkeypatch):
     """The wall is gone after the step to the middle level, 2; so that to level 1 is tried."""
-    element, go_to_level = rig.shipped('kick_2'), surveying.go_to_level
+    element, go_to_level = rig.shipped('kick_2'), writing.go_to_level
 
     def lose_wall(element, present, level, **how):
         yield from go_to_level(element, present, BLANK if level == 2 else level, **how)
 
-    monkeypatch.setattr(surveying, 'go_to_level', lose_wall)
+    monkeypatch.setattr(writing, 'go_to_level', lose_wall)
     *events, outcome = rig.events(element, Survey())
     assert outcome.success, outcome.error
     shots = shots_of(events)
