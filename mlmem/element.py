@@ -19,7 +19,7 @@ from .instrument.end import End
 from .instrument.instrument import Progress
 from .memory import Memory
 from .physics import Material, as_design
-from .procedure_table import PROCEDURES, Abort, Calibrate, Procedures, Reset
+from .procedure_table import PROCEDURES, Abort, Procedures
 from .procedures import Procedure
 from .readers.calibration import Calibration
 from .readers.reading import find_failure_code
@@ -145,7 +145,7 @@ class MemoryElement(Memory):
                 f'busy: {self.procedure} is running; abort it or wait', code=ErrorCode.BUSY
             )
         if name is not None:
-            return self._begin_procedure(name, command, wanted)
+            return self._begin_procedure(name, wanted)
         match command:
             case commands.SetStrain() | commands.FollowTrajectory() if (
                 not self.settings.actuator.present
@@ -219,9 +219,7 @@ class MemoryElement(Memory):
                     f'at most {loudest:.3g}, or a pulse may move the wall',
                 )  # fmt: skip
 
-    def _begin_procedure(
-        self, name: str, command: Command, wanted: dict[str, Any]
-    ) -> ProcedureRun:
+    def _begin_procedure(self, name: str, wanted: dict[str, Any]) -> ProcedureRun:
         row = PROCEDURES[name]
         if row.both_ends and self.settings.has_one_transducer:
             raise Refused(
@@ -231,8 +229,11 @@ class MemoryElement(Memory):
             )  # fmt: skip
         if row.listens:
             self._check_amplitudes()
-        able = not row.listens or isinstance(command, Calibrate | Reset)
-        if not able and self.reader.needs_calibration(self):
+        if (
+            row.listens
+            and name not in ('calibrate', 'reset')
+            and self.reader.needs_calibration(self)
+        ):
             raise Refused(
                 f'{name} needs the records of a calibration: calibrate the element first',
                 code=ErrorCode.UNSUPPORTED, field='read.method',
@@ -244,7 +245,7 @@ class MemoryElement(Memory):
             raise Refused(str(error), code=ErrorCode.UNSUPPORTED) from error
         self.progress = Progress(name, self.ticks)
         self.expect_duration(duration)
-        self._running = ProcedureRun(command, begin(self, **wanted), self.ticks)
+        self._running = ProcedureRun(begin(self, **wanted), self.ticks)
         return self._running
 
     def _abort_procedure(self, why: str) -> None:
@@ -378,7 +379,6 @@ class MemoryElement(Memory):
 class ProcedureRun:
     """A procedure under way."""
 
-    command: Command
     steps: Procedure[Any]
     due: int
     outcome: Outcome | None = None

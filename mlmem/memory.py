@@ -17,12 +17,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .commands import EchoReceived, Event, Outcome
+from .instrument.actuator import TransmissionState
 from .instrument.drivers import Driver
 from .instrument.echo import Echo
 from .instrument.end import End, Shot
 from .instrument.instrument import Instrument
+from .instrument.transducer import UNLIMITED_SAMPLES
 from .physics import Design, Specimen, find_walls, stable_step
 from .physics.energy import energy
+from .physics.equilibrium import make_blank
 from .physics.potential import Array
 from .procedure_table import CONTENT_NAMES, describe_content
 from .readers.calibration import Calibration, PulseCorrection, make_corrections
@@ -187,28 +190,29 @@ class Memory(Instrument):
         Raises:
             StateError: The walls do not rest there; nothing is changed.
         """
-        self._place_configuration(self._pin_content(content))
+        self.chain.place(self._pin_content(content))
+        self.transducer.assume_equilibrium()
 
     def _pin_content(self, content: int) -> Array:
         from .readers.register import pin_walls  # most elements begin as they are
 
         return pin_walls(self.made, self.reader.list_walls(content))
 
-    def _place_configuration(self, configuration: Array) -> None:
-        self.chain.place(configuration)
-        self.transducer.assume_equilibrium()
-
     def replace_element(self, content: int = BLANK) -> None:
-        """Put a fresh element in the place of a simulated one, blank or with a content at rest;
-        see `Instrument.replace_element`.
+        """Put a fresh element, unstrained and at rest, blank or with a content, in the place of a
+        simulated one.
 
         Raises:
+            Refused: The element is real.
             StateError: The walls of the content do not rest there; nothing is changed.
         """
-        pinned = None if content == BLANK else self._pin_content(content)
-        super().replace_element()
-        if pinned is not None:
-            self._place_configuration(pinned)
+        blank = content == BLANK
+        self.chain.place(make_blank(self.made) if blank else self._pin_content(content))
+        self.actuator.hold(0.0)
+        self.transmission.state = TransmissionState()
+        self.transducer.release_ends()
+        self.transducer.assume_equilibrium()
+        self.last_moved = -UNLIMITED_SAMPLES
         self.statistics.resets += 1
         self.forget_content('replaced')
 

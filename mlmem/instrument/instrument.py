@@ -15,12 +15,11 @@ import numpy as np
 
 from ..errors import Astray, DriverError, Refused, SettingsError
 from ..physics import Chain, Design, DesignError, Specimen, StateError, substep_times
-from ..physics.equilibrium import make_blank
 from ..physics.jit import compile_kernel
 from ..physics.potential import Array
 from ..rejections import ErrorCode
 from ..settings import Settings
-from .actuator import Actuator, Transmission, TransmissionState
+from .actuator import Actuator, Transmission
 from .base import NO_SHAKES, Base, BaseState, Shakes
 from .drivers import Driver, Simulation
 from .echo import listening_time
@@ -236,19 +235,6 @@ class Instrument:
         self.set_faults(replace(self.faults, seed=seed))
         self.sensors = Sensors(self.driver.dt)
         self.random_since = self.ticks
-
-    def replace_element(self) -> None:
-        """Put a fresh blank element, unstrained and at rest, in the place of a simulated one.
-
-        Raises:
-            Refused: The element is real.
-        """
-        self.chain.place(make_blank(self.made))
-        self.actuator.hold(0.0)
-        self.transmission.state = TransmissionState()
-        self.transducer.release_ends()
-        self.transducer.assume_equilibrium()
-        self.last_moved = -UNLIMITED_SAMPLES
 
     def pass_ticks(self, ticks: int = 1, shakes: Shakes = NO_SHAKES) -> None:
         """Let ticks pass, with accelerations as for `Base.advance`; while it `is_faultless`, in

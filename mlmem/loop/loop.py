@@ -82,7 +82,6 @@ class Loop:
         self._failed = failed
         self._box = Mailbox(check_speed(speed))
         self._asked = OpenRequests(element, self.statistics, resolve, self._box.put_back, queue)
-        self._check_shake = element.base.check
         self._paused = False  # as last seen by the loop's thread
         self._times = Timetable(
             element, self.pacer, self.statistics, speed=speed, batch=batch,
@@ -149,7 +148,7 @@ class Loop:
         """
         if isinstance(command, Disturb):  # check it before it replaces a valid one
             try:
-                self._check_shake(command.acceleration)
+                self.element.base.check(command.acceleration)
             except Refused as refusal:
                 return Request(command).refuse(refusal)
             return self._box.post_acceleration(self.pacer.now(), command)
