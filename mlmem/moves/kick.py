@@ -197,7 +197,6 @@ class WordKick(Move):
     """
 
     speed: float = field(kw_only=True)
-    margin: float = 1.0
 
     name: ClassVar[str] = 'kick'
 
@@ -213,8 +212,6 @@ class WordKickOut(Move):
     Each sends the opposite wall to the level below the nearest one. Neighbours attract and
     annihilate.
     """
-
-    margin: float = 1.0
 
     name: ClassVar[str] = 'kick out'
     listens: ClassVar[bool] = True

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ..errors import NotFollowed, ProcedureFailed
+from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, follow_ramps, wait_for_ends
 from ..instrument.end import End, EndMove
 from ..instrument.motion import Cycle, CycleSettings
@@ -114,26 +114,19 @@ def select_peak(cycles: WriteSettings | EraseSettings, compress: bool) -> float:
 class Launch(Move):
     """Under a strain the left end moves, and a wall rests at level 0; see `Move`."""
 
-    settings: Settings = field(repr=False, kw_only=True)
-
     name: ClassVar[str] = 'launch'
     needs_actuator: ClassVar[bool] = True
 
     def drive(self, element: Memory, how: Drive) -> Procedure[None]:
         """Launch the wall; raises `NotFollowed`."""
         element.begin_cycle()
-        write = apply_correction(self.settings, how.corrections[self.target]).write
-        try:
-            yield from launch_wall(element, write, element.design.D_s2)
-        except NotFollowed as failure:
-            raise _strain_needed(self, failure) from None
+        write = apply_correction(element.settings, how.corrections[self.target]).write
+        yield from launch_wall(element, write, element.design.D_s2)
 
 
 @dataclass(frozen=True)
 class StepUp(Move):
     """One strain cycle takes the wall up by a level; see `Move`."""
-
-    settings: Settings = field(repr=False, kw_only=True)
 
     name: ClassVar[str] = 'step up'
     needs_actuator: ClassVar[bool] = True
@@ -142,20 +135,17 @@ class StepUp(Move):
         """Strain the element once, gently if it is read after it; raises `NotFollowed`."""
         design = element.design
         element.begin_cycle()
-        settings = apply_correction(self.settings, how.corrections[self.target], how.is_last)
+        settings = apply_correction(element.settings, how.corrections[self.target], how.is_last)
         delay = half_period(design) if settings.write.shaped else 0.0
         cycle = step_cycle(design, settings, self.start, how.strain_factor)
-        try:
-            yield from follow_ramps(element, cycle, delay)
-        except NotFollowed as failure:
-            raise _strain_needed(self, failure) from None
+        yield from follow_ramps(element, cycle, delay)
 
 
 @dataclass(frozen=True)
 class KinkDrive(Move):
     """Strain cycles drive a kink on until it meets the wall, and both vanish; see `Move`."""
 
-    name: ClassVar[str] = 'erase'
+    name: ClassVar[str] = 'kink drive'
     needs_actuator: ClassVar[bool] = True
     listens: ClassVar[bool] = True
 
@@ -211,11 +201,11 @@ def moves_from(
     if start == BLANK:
         moving = abs(design.D_s2 - design.D_s1) / write.launch_speed
         cycle = Cycle.plan_cycle(write, write.start_strain, rate)
-        yield Launch(BLANK, 0, cycle.duration + moving, settings=settings)
+        yield Launch(BLANK, 0, cycle.duration + moving)
         return
     if 0 <= start < design.levels - 1:
         cycle = Cycle.plan_cycle(write, write.tension, rate)
-        yield StepUp(start, start + 1, cycle.duration, settings=settings)
+        yield StepUp(start, start + 1, cycle.duration)
     kink = Cycle.plan_cycle(settings.erase, settings.erase.compression, rate)
     place = design.levels - 1 if start == UNDECODABLE else start
     yield KinkDrive(start, BLANK, (place + 2) * kink.duration + ringing_time(design))
@@ -271,12 +261,6 @@ def return_to_zero(element: Memory) -> Procedure[None]:
         yield from follow_ramps(
             element, Cycle.plan_release(element.settings.erase, element.actuator.strain)
         )
-
-
-def _strain_needed(move: Launch | StepUp, failure: NotFollowed) -> NotFollowed:
-    """Return the error of a move whose strain the actuator does not follow."""
-    needy = f'a {move.name} to {describe_level(move.target)} needs strain'
-    return NotFollowed(f'{needy}, and {failure}')
 
 
 def _cycles_until_meeting(element: Memory) -> int:

@@ -19,7 +19,7 @@ from ..moves.planner import disable_kicks, erasing_moves, find_route
 from ..moves.strain_cycle import return_to_zero
 from ..readers.calibration import PulseCorrection
 from ..readers.listening import expected_wait, try_wait_for_decay
-from ..readers.reading import BLANK, UNDECODABLE, Reading, correct_speed
+from ..readers.reading import BLANK, UNDECODABLE, Reading, correct_speed, describe_level
 from ..rejections import ErrorCode
 
 
@@ -192,7 +192,11 @@ def go_to_level(
     how = Drive(corrections, force, nudge)
     moves: list[Move] = find_route(design, settings, present, level)
     for move in moves:
-        yield from move.drive(element, replace(how, is_last=move is moves[-1]))
+        try:
+            yield from move.drive(element, replace(how, is_last=move is moves[-1]))
+        except NotFollowed as failure:
+            needy = f'a {move.name} to {describe_level(move.target)} needs strain'
+            raise NotFollowed(f'{needy}, and {failure}') from None
     yield from try_wait_for_decay(element, settings.write.final_settle)
 
 

@@ -389,13 +389,13 @@ CASE_2_SPEEDS = {'speeds': '0.006 0.0145 0 0.053'}
          ['kick', 'step up']),
         # 0.18 on average, 0.27 at most; erasing it is 0.45 at most.
         ('case_2', 'kick', {'transducer': {'max_speed': 0.25}}, BLANK, 6, ['kick', 'step up']),
-        ('case_2', 'kick', {'transducer': {'max_speed': 0.25}}, 5, BLANK, ['erase']),
+        ('case_2', 'kick', {'transducer': {'max_speed': 0.25}}, 5, BLANK, ['kink drive']),
         ('case_2', 'strain', {}, BLANK, 0, ['launch']),
         ('case_2', 'strain', {}, BLANK, 1, ['launch', 'step up']),
-        ('case_2', 'strain', {}, 1, 0, ['erase', 'launch']),
+        ('case_2', 'strain', {}, 1, 0, ['kink drive', 'launch']),
         ('bits_4', 'strain', {}, 2, 5, ['step up'] * 3),
         ('bits_4', 'strain', {}, 4, 4, []),
-        ('bits_4', 'strain', {}, 3, 2, ['erase', 'launch', 'step up', 'step up']),
+        ('bits_4', 'strain', {}, 3, 2, ['kink drive', 'launch', 'step up', 'step up']),
         # In a byte the levels are the bits: walls are added, or all are cleared first.
         ('byte', 'kick', {}, 0b1000_0000, 0b1100_0001, ['kick'] * 2),
         ('byte', 'kick', {}, 0b1000_0001, 0b1100_0000, ['clearing pulse', *['kick'] * 2]),
