@@ -73,13 +73,9 @@ class McapPart:
         """The topics by name, with the number of messages that can be read."""
         topics: dict[str, TopicInfo] = {}
         for channel in self.channels.values():
-            info = topics.get(channel.topic) or TopicInfo(
-                name=channel.topic,
-                type=self._find_type(channel),
-                type_hash=channel.metadata.get('topic_type_hash', ''),
-            )
-            count = info.message_count + self._counts[channel.id]
-            topics[channel.topic] = replace(info, message_count=count)
+            type_hash = channel.metadata.get('topic_type_hash', '')
+            info = TopicInfo(channel.topic, self._find_type(channel), type_hash)
+            topics.setdefault(channel.topic, info).message_count += self._counts[channel.id]
         return topics
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:

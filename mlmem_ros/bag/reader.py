@@ -53,8 +53,7 @@ class BagReader:
         for part in self._parts:
             for name, info in part.topics.items():
                 known = self.topics.setdefault(name, replace(info, message_count=0))
-                count = known.message_count + info.message_count
-                self.topics[name] = replace(known, message_count=count)
+                known.message_count += info.message_count
 
     def __iter__(self) -> Iterator[Message]:
         return self.messages()

@@ -342,14 +342,11 @@ class Host:
 
         Call it in the loop's thread.
         """
-        element = self.element
-        if element is not None and (place := request.place):
+        if (element := self.element) is None:
+            return None
+        if place := request.place:
             return Feedback('waiting', 0.0, element.transmission.encoder_strain, 0, place)
-        return (
-            element.get_feedback()
-            if element is not None and element.is_running(request.run)
-            else None
-        )
+        return element.get_feedback() if element.is_running(request.run) else None
 
     def step(self, steps: TickRequest | None = None) -> Request[int]:
         """Run ticks while paused, by default one; see `Loop.step`."""

@@ -85,7 +85,7 @@ class MemoryNode(LifecycleNode):
             self.write_line,
             lambda: self.get_clock().now().nanoseconds,
             name=self.get_fully_qualified_name(),
-            failed=self._schedule_failure,
+            failed=lambda: self._call_in_executor(self._handle_failure),
         )
         self._callback_guard = callback_guard = CallbackGuard(self, self.host.log)
         try:
@@ -124,12 +124,13 @@ class MemoryNode(LifecycleNode):
 
     def _build_heartbeat(self) -> DiagnosticStatus:
         """Return what the node's clients are told of it; from any thread."""
-        name, host = self.get_fully_qualified_name(), self.host
-        if host.preparing:
-            level = DiagnosticStatus.STALE
-            return DiagnosticStatus(level=level, name=name, message=host.preparing)
-        level = DiagnosticStatus.WARN if host.held_up else DiagnosticStatus.OK
-        return DiagnosticStatus(level=level, name=name, message=host.held_up)
+        preparing, held_up = self.host.preparing, self.host.held_up
+        level = DiagnosticStatus.WARN if held_up else DiagnosticStatus.OK
+        return DiagnosticStatus(
+            level=DiagnosticStatus.STALE if preparing else level,
+            name=self.get_fully_qualified_name(),
+            message=preparing or held_up,
+        )
 
     def write_line(self, severity: str, text: str) -> None:
         """Write a line to the node's log."""
@@ -196,12 +197,15 @@ class MemoryNode(LifecycleNode):
             self._given.locked = True
             self._prepared = Future[None]()
             self._building = threads.run_in_thread(lambda: self._build_device(given))
-            self._building.add_done_callback(self._schedule_settling)
+            self._building.add_done_callback(
+                lambda _: self._call_in_executor(self._finish_preparation)
+            )
         return self._prepared
 
-    def _schedule_settling(self, _: object) -> None:
+    def _call_in_executor(self, function: Callable[[], None]) -> None:
+        """Have the executor call a function; without one, nobody does."""
         if (executor := self.executor) is not None:
-            executor.create_task(self._finish_preparation)
+            executor.create_task(function)
 
     def _finish_preparation(self) -> None:
         prepared, self._prepared, self._given.locked = self._prepared, None, False
@@ -408,11 +412,6 @@ class MemoryNode(LifecycleNode):
             self._published.publish_tick(events)
         for action in self._actions:
             action.publish_feedback()
-
-    def _schedule_failure(self) -> None:
-        """Have an executor look after a failed device; without one, the next `_on_timer` does."""
-        if (executor := self.executor) is not None:
-            executor.create_task(self._handle_failure)
 
     def _handle_failure(self) -> None:
         """Leave the active state through error handling, if the device failed: unconfigured."""

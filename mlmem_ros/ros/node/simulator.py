@@ -98,7 +98,7 @@ class Simulator:
         response.entities = sorted(
             each.get_fully_qualified_name() for each in nodes if isinstance(each, type(self._node))
         )
-        return _set_result(response, DONE, '')
+        return _set_result(response)
 
     async def _set_simulation_state(self, request: Any, response: Any) -> Any:
         now, wanted = self.state, request.state.state
@@ -108,7 +108,7 @@ class Simulator:
             )
         stepping = now == PAUSED and self._host.open_loop().is_stepping
         if now == wanted and not stepping:
-            return _set_result(response, ALREADY, '')
+            return _set_result(response, ALREADY)
         if now == NO_WORLD:
             return _set_result(response, INCORRECT_STATE, 'the node is not configured')
         try:
@@ -120,7 +120,7 @@ class Simulator:
                 await await_future(self._host.pause(wanted == PAUSED))
         except REFUSALS as refusal:
             return _set_result(response, NOT_REACHED, f'{refusal}')
-        return _set_result(response, DONE, '')
+        return _set_result(response)
 
     async def _step_simulation(self, request: Any, response: Any) -> Any:
         steps = TickRequest(request.steps)
@@ -130,7 +130,7 @@ class Simulator:
         if steps.cut:
             why = f'ended after {steps.done} steps: time was paused or resumed'
             return _set_result(response, FAILED, why)
-        return _set_result(response, DONE, '')
+        return _set_result(response)
 
     def _reset_simulation(self, request: Any, response: Any) -> Any:
         now = self.state
@@ -142,10 +142,10 @@ class Simulator:
         self._begin_anew()
         if now != STOPPED:
             self._activate(now == PAUSED)
-        return _set_result(response, DONE, '')
+        return _set_result(response)
 
 
-def _set_result(response: Any, code: int, why: str) -> Any:
+def _set_result(response: Any, code: int = DONE, why: str = '') -> Any:
     response.result.result, response.result.error_message = code, why
     return response
 
