@@ -12,14 +12,12 @@ from typing import Any
 import numpy as np
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
-from sensor_msgs.msg import JointState, Range
 from std_msgs.msg import MultiArrayDimension, MultiArrayLayout
 
 from mlmem import Array, Outcome
-from mlmem.procedure_table import JOINT_NAME
 
 from .answers import format_values
-from .streams import Joints, Stream
+from .streams import Stream
 from .topics import ERROR, OK, Status
 
 
@@ -39,20 +37,18 @@ class Publication:
 
 
 def build_message(stream: Stream, values: Any, publication: Publication) -> Any:
-    """Return the message of a stream with its values: a `Status`, `Joints`, a distance with its
-    maximum, an array, a mapping with every field but the header, or what is in the only field,
-    `data`.
+    """Return the message of a stream with its values: a `Status`, an array, a mapping of fields
+    other than the header, or what is in the only field, `data`.
     """
     if isinstance(values, Status):
         return build_status(values, publication.node)
-    if isinstance(values, Joints):
-        return _stamp_message(_build_joint_state(values), publication)
-    if stream.kind is Range:
-        return _stamp_message(_build_range(values), publication)
     if stream.dimensions:
         return _build_array(stream, values)
     message = stream.kind(**values if isinstance(values, Mapping) else {'data': values})
-    return _stamp_message(message, publication) if hasattr(message, 'header') else message
+    if hasattr(message, 'header'):
+        message.header.stamp = publication.now()
+        message.header.frame_id = publication.frame_id
+    return message
 
 
 def build_status(status: Status, node: str, component: str = '') -> DiagnosticStatus:
@@ -65,23 +61,6 @@ def build_status(status: Status, node: str, component: str = '') -> DiagnosticSt
         hardware_id=node,
         values=[KeyValue(key=key, value=value) for key, value in texts.items()],
     )
-
-
-def _build_joint_state(joints: Joints) -> JointState:
-    position, velocity, effort = (array.array('d', each) for each in joints)
-    names = [JOINT_NAME, 'transducer']
-    return JointState(name=names, position=position, velocity=velocity, effort=effort)
-
-
-def _build_range(values: Array) -> Range:
-    distance, longest = map(float, values)
-    return Range(radiation_type=Range.ULTRASOUND, min_range=0.0, max_range=longest, range=distance)
-
-
-def _stamp_message(message: Any, publication: Publication) -> Any:
-    message.header.stamp = publication.now()
-    message.header.frame_id = publication.frame_id
-    return message
 
 
 def _build_array(stream: Stream, values: Array) -> Any:

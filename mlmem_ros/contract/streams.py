@@ -9,6 +9,7 @@ type of them, and `parse_message` returns them from a recorded one.
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, fields, replace
 from typing import Any, NamedTuple
@@ -26,6 +27,7 @@ from mlmem import (
     Shot,
     Unknown,
 )
+from mlmem.procedure_table import JOINT_NAME
 from mlmem.schema import short_repr
 
 from .answers import format_values, outcome_to_dict
@@ -44,20 +46,6 @@ SHOT_HEAD_SIZE = 9
 
 READ_HEAD_SIZE = SHOT_HEAD_SIZE + 4
 """Numbers that describe a shot of a read."""
-
-
-class Joints(NamedTuple):
-    """The values of a JointState: of the substrate's end, and of the transducer cell v_1.
-
-    Attributes:
-        positions: In m.
-        speeds: In m/s.
-        efforts: In N; empty if the driver measures none.
-    """
-
-    positions: tuple[float, ...]
-    speeds: tuple[float, ...]
-    efforts: tuple[float, ...]
 
 
 class ReadShot(NamedTuple):
@@ -198,23 +186,29 @@ def decode_read_shot(data: Array) -> ReadShot:
     return ReadShot(shot, int(level), int(tick), bool(disturbed))
 
 
-def measure_distance(element: MemoryElement, event: EchoReceived) -> Array:
+def measure_distance(element: MemoryElement, event: EchoReceived) -> dict[str, float]:
     """Return the distance from the probed end to the wall, infinite without an echo, and the
     length of the element, in m.
     """
     length = element.settings.scale.length
-    return np.array([event.reading.distance * length, element.design.N * length], np.float32)
+    lengths = {'range': event.reading.distance * length, 'max_range': element.design.N * length}
+    return {name: float(np.float32(value)) for name, value in lengths.items()}
 
 
-def measure_joints(element: MemoryElement, _: Any) -> Joints:
-    """Return displacements, speeds and forces of the substrate's end and of v_1."""
+def measure_joints(element: MemoryElement, _: Any) -> dict[str, Any]:
+    """Return displacements (m) and speeds (m/s) of the substrate's end and of v_1, and the forces
+    on them (N) if the driver measures any.
+    """
     scale, driver = element.settings.scale, element.driver
     force = driver.force()
-    return Joints(
-        (driver.V_N * scale.length, driver.end(1) * scale.length),
-        (element.substrate_speed * scale.speed, element.transducer.speed * scale.speed),
-        () if force is None else (force * scale.force, 0.0),
-    )
+    return {
+        'name': [JOINT_NAME, 'transducer'],
+        'position': array('d', (driver.V_N * scale.length, driver.end(1) * scale.length)),
+        'velocity': array(
+            'd', (element.substrate_speed * scale.speed, element.transducer.speed * scale.speed)
+        ),
+        'effort': array('d', () if force is None else (force * scale.force, 0.0)),
+    }
 
 
 # --- the table --------------------------------------------------------------------------------
@@ -361,14 +355,11 @@ def select_streams(register: bool, simulated: bool) -> list[Stream]:
 
 
 def parse_message(stream: Stream, message: Any) -> Any:
-    """Return the values of a message from a bag, as `Stream.values` returns them."""
-    match stream.type.rpartition('/')[2]:
-        case 'DiagnosticStatus':
-            return parse_status(message)
-        case 'JointState':
-            return Joints(*map(tuple, (message.position, message.velocity, message.effort)))
-        case 'Range':
-            return np.array([message.range, message.max_range], np.float32)
+    """Return the values of a message from a bag, as `Stream.values` returns them; all fields of
+    one of which it gives some.
+    """
+    if stream.type.endswith('/DiagnosticStatus'):
+        return parse_status(message)
     if stream.dimensions:
         return np.asarray(message.data)
     names = [each.name for each in fields(message) if each.default is MISSING]  # no constants

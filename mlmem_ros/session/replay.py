@@ -183,11 +183,11 @@ class _Player:
 
 
 def find_difference(recorded: Any, computed: Any) -> float:
-    """Return the greatest difference of numbers; infinite for other texts or another size."""
+    """Return the greatest difference of numbers; infinite for other texts or another size. Of a
+    mapping only the names that were computed count.
+    """
     if isinstance(recorded, dict):
-        differences = [
-            find_difference(recorded.get(name), computed.get(name)) for name in recorded | computed
-        ]
+        differences = [find_difference(recorded.get(name), computed[name]) for name in computed]
         return max(differences, default=0.0)
     if not isinstance(recorded, np.ndarray | float):  # texts or an integer
         return 0.0 if recorded == computed else math.inf
