@@ -67,40 +67,32 @@ def check_design(
 @lru_cache(maxsize=16)  # nodes are mostly configured again without changes
 def load_findings(design: Design, settings: Settings) -> list[Found]:
     """Return the findings that are not a pass, and that on read disturb, new or from the disk."""
-    path, key = _cache_path(), _cache_key(design, settings)
-    cached = _read_cache(path)
-    if key not in cached:
-        from mlmem.atomic_files import write_atomically  # a design that is known needs none of it
-
-        check = find_tool('design_check').load()
-
-        cached[key] = [
-            (each.name, each.verdict.value, each.text, dict(each.values))
-            for each in check(design, settings).findings
-            if each.verdict.value != 'pass' or each.name == 'read_disturb'
-        ]
-        if path is not None:
-            with contextlib.suppress(OSError):
-                # the latest 64 designs
-                write_atomically(path, json.dumps(dict([*cached.items()][-64:])))
-    return cached[key]
-
-
-def _cache_path() -> Path | None:
-    folder = find_cache_folder(NOH_BATHE.advance)
-    return folder / 'design_checks.json' if folder is not None and folder.is_dir() else None
-
-
-def _read_cache(path: Path | None) -> dict[str, list[Found]]:
+    path = _cache_path(design, settings)
     if path is not None:
-        with contextlib.suppress(OSError, ValueError):
-            found = json.loads(path.read_text(encoding='utf-8'))
-            return found if isinstance(found, dict) else {}
-    return {}
+        with contextlib.suppress(OSError, ValueError, TypeError):  # none yet, or damaged
+            rows = json.loads(path.read_text(encoding='utf-8'))
+            return [(name, verdict, text, values) for name, verdict, text, values in rows]
+    from mlmem.atomic_files import write_atomically  # a design that is known needs none of it
+
+    check = find_tool('design_check').load()
+    found = [
+        (each.name, each.verdict.value, each.text, dict(each.values))
+        for each in check(design, settings).findings
+        if each.verdict.value != 'pass' or each.name == 'read_disturb'
+    ]
+    if path is not None:
+        with contextlib.suppress(OSError):
+            write_atomically(path, json.dumps(found))
+    return found
 
 
-def _cache_key(design: Design, settings: Settings) -> str:
-    return hashlib.sha256(f'{_hash_source()} {design!r} {settings!r}'.encode()).hexdigest()
+def _cache_path(design: Design, settings: Settings) -> Path | None:
+    """Return the file of a design's findings; None where no kernels are cached."""
+    folder = find_cache_folder(NOH_BATHE.advance)
+    if folder is None or not folder.is_dir():
+        return None
+    key = hashlib.sha256(f'{_hash_source()} {design!r} {settings!r}'.encode()).hexdigest()
+    return folder / f'design_check_{key}.json'
 
 
 @cache

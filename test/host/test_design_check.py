@@ -12,7 +12,6 @@ from mlmem_tools.checks import Finding, Report, Verdict
 
 def test_findings_are_kept_for_the_next_process(monkeypatch, tmp_path):
     """Until a file that it depends on has changed; a damaged file of checks is ignored."""
-    path = tmp_path / 'checks.json'
     checked = []
 
     def check(design, settings):
@@ -33,14 +32,15 @@ def test_findings_are_kept_for_the_next_process(monkeypatch, tmp_path):
         return len(checked) > before
 
     monkeypatch.setattr(checks, 'check', check)
-    monkeypatch.setattr(design_check, '_cache_path', lambda: path)
+    monkeypatch.setattr(design_check, 'find_cache_folder', lambda _: tmp_path)
     assert [asked_anew(design) for design in (CASE_II, CASE_II, CASE_I)] == [True, False, True]
     with monkeypatch.context() as changed:
         changed.setattr(design_check, '_hash_source', lambda: 'changed')
         assert asked_anew(CASE_II)
     assert not asked_anew(CASE_II)
     for damaged in ('{', '[1]'):
-        path.write_text(damaged)
+        for path in tmp_path.iterdir():
+            path.write_text(damaged)
         assert asked_anew(CASE_II)
     design_check.load_findings.cache_clear()
 

@@ -18,7 +18,6 @@ from concurrent.futures import ThreadPoolExecutor
 
 import rclpy
 from rclpy.context import Context
-from rclpy.exceptions import ParameterException
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -52,18 +51,16 @@ def run_nodes(
     """
     try:
         nodes, executor = start_nodes(arguments, elements=elements, stop=stop)
-    except (*REFUSALS, ParameterException, ImportError) as error:
-        get_logger('mlmem').fatal(f'cannot start: {error}')
+    except Exception as error:
+        of_rclpy = type(error).__module__.startswith('rclpy')  # a bad parameter file or remapping
+        if not (of_rclpy or isinstance(error, (*REFUSALS, ImportError))):
+            raise
+        why = str(error).splitlines()[0] if of_rclpy else str(error)
+        if type(error).__name__ == 'UnknownROSArgsError':
+            why = f'after --ros-args there must be only ROS options; got {why}'
+        get_logger('mlmem').fatal(f'cannot start: {why}')
         rclpy.try_shutdown()
         return NOT_STARTED
-    except Exception as error:
-        if type(error).__module__.startswith('rclpy'):  # a malformed parameter file, a bad remap
-            why = str(error).splitlines()[0]
-            if type(error).__name__ == 'UnknownROSArgsError':
-                why = f'after --ros-args there must be only ROS options; got {why}'
-            get_logger('mlmem').fatal(f'cannot start: {why}')
-            return NOT_STARTED
-        raise
     gc.freeze()  # or collecting the compiler's garbage stops time for 70 ms
     spin_nodes(executor, stop)
     await_last_clients(nodes, executor, stop)
