@@ -8,7 +8,6 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import suppress
 from functools import wraps
 from typing import Any
 
@@ -187,16 +186,15 @@ class MemoryNode(LifecycleNode):
         """Build the device in a thread of its own, for the next `on_configure` to take.
 
         Kernels take many seconds to compile and a rig may take as long to answer: meanwhile the
-        executor, which must spin in another thread, answers other requests.
-
-        Raises:
-            SettingsError: The parameters do not make a memory.
+        executor, which must spin in another thread, answers other requests. `on_configure` says
+        why the device could not be built.
         """
         if self._prepared is None:
-            given = self._given.values()
             self._given.locked = True
             self._prepared = Future[None]()
-            self._building = threads.run_in_thread(lambda: self._build_device(given))
+            self._building = threads.run_in_thread(
+                lambda: self._build_device(self._given.values())
+            )
             self._building.add_done_callback(
                 lambda _: self._call_in_executor(self._finish_preparation)
             )
@@ -226,8 +224,7 @@ class MemoryNode(LifecycleNode):
                 not label and number == Transition.TRANSITION_CONFIGURE
             )
             if self.unconfigured and (configures or self._prepared is not None):
-                with suppress(*REFUSALS):  # which the transition says
-                    await await_future(self.prepare())
+                await await_future(self.prepare())
             try:
                 return change_state(request, response)
             finally:
@@ -355,8 +352,8 @@ class MemoryNode(LifecycleNode):
     # --- what they do --------------------------------------------------------------------
 
     def _configure_device(self) -> None:
-        given = self._given.values()
         building, self._building = self._building, None
+        given = self._given.values()
         built = self._build_device(given, self._blank) if building is None else building.result()
         element = self.host.adopt_device(built, self._blank)
         self._given.lock_parameters()
@@ -450,12 +447,7 @@ class MemoryNode(LifecycleNode):
             self._away_since = None
             return
         self._next_attempt = math.inf
-        try:
-            prepared = self.prepare()
-        except REFUSALS as error:
-            self._stop_retrying(error)
-        else:
-            prepared.add_done_callback(lambda _: self._start_again())
+        self.prepare().add_done_callback(lambda _: self._start_again())
 
     def _start_again(self) -> None:
         """Start with the device that has been built, in the executor's thread."""
@@ -465,11 +457,8 @@ class MemoryNode(LifecycleNode):
         try:
             self.begin()
         except REFUSALS as error:
-            self._stop_retrying(error)
-
-    def _stop_retrying(self, why: Exception) -> None:
-        self._away_since = None
-        self.host.log.error(f'the element is back, but cannot be started: {why}')
+            self._away_since = None
+            self.host.log.error(f'the element is back, but cannot be started: {error}')
 
     def _check_clock(self) -> None:
         """Say in `host.held_up` if simulated time stands still; log that once."""
