@@ -8,10 +8,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
-from mlmem import UNDECODABLE, DriverError, End, Loop, MemoryElement, Reading
+from mlmem import UNDECODABLE, DriverError, End, Loop, MemoryElement
 
 from ...contract.messages import build_status
 from ...contract.streams import describe_content
@@ -223,8 +223,6 @@ class Diagnostics:
         self._host = host
         self._pace = Pace(host)
         self._seen: dict[str, Status] = {}  # of the device, as last sampled
-        self._still: tuple[int, Reading | None] | None = None  # what it rests with as sampled
-        self._made: dict[str, tuple[Status, DiagnosticStatus]] = {}
         self._publisher = node.create_publisher(
             DiagnosticArray, DIAGNOSTICS_TOPIC.name, DIAGNOSTICS_TOPIC.qos.profile
         )
@@ -249,11 +247,7 @@ class Diagnostics:
         loop.call(sample_element)
 
     def _sample_components(self, element: MemoryElement) -> None:
-        """Sample the components; an element at rest is as it was."""
-        still = (element.computed, element.reading) if element.at_rest else None
-        if still is not None and still == self._still:
-            return
-        before, self._still = self._seen.get('material', INACTIVE), still
+        before = self._seen.get('material', INACTIVE)
         self._seen = {
             name: _read_health(health, element) for name, health in ELEMENT_REPORTS.items()
         }
@@ -261,18 +255,14 @@ class Diagnostics:
 
     def _publish_all(self, loop: Loop | None, procedure: str = '') -> None:
         if loop is None:
-            self._seen, self._still = {}, None
+            self._seen = {}
         present = {
             'loop': self._pace.report_health(loop, procedure),
             **{name: self._seen.get(name, INACTIVE) for name in ELEMENT_REPORTS},
             'recorder': report_recorder(self._host),
         }
-        message = DiagnosticArray()
-        for component, health in present.items():
-            if component not in self._made or self._made[component][0] != health:
-                made = build_status(health, self._name, component)
-                self._made[component] = health, made
-            message.status.append(self._made[component][1])
+        statuses = [build_status(health, self._name, name) for name, health in present.items()]
+        message = DiagnosticArray(status=statuses)
         message.header.stamp = self._clock.now().to_msg()
         self._publisher.publish(message)
 
