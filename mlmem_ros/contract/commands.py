@@ -47,10 +47,10 @@ def parse_trajectory(message: Any, element: MemoryElement) -> FollowTrajectory:
     rates = min(1, len(points[0].velocities)) if points else 0
     for number, point in enumerate(points, start=1):
         if len(point.positions) != 1:
-            expected = f'one in every point, also in point {number}'
+            expected = f'one position in every point, also in point {number}'
             raise Refused.out_of_range('positions', len(point.positions), expected)
         if len(point.velocities) != rates:
-            expected = f'one in every point or in none, also in point {number}'
+            expected = f'one velocity in every point or in none, also in point {number}'
             raise Refused.out_of_range('velocities', len(point.velocities), expected)
     strain = element.elongation
     return FollowTrajectory(
