@@ -3,6 +3,7 @@
 """Devices to experiment on, and the true wall, which only the experimenter may see."""
 
 import dataclasses
+import json
 
 import hypothesis
 import numpy as np
@@ -107,6 +108,11 @@ def with_walls(*positions, design=DESIGN, first_active=True, **options):
     return settle(element, relax_to_equilibrium(Specimen(design), v, np.zeros(design.N)))
 
 
+def save_state(element):
+    """Return the snapshot of an element as a file keeps it: as JSON without NaN."""
+    return json.loads(json.dumps(snapshot.take_snapshot(element), allow_nan=False))
+
+
 def record_shots(element, contents):
     """Return what `decode` is given in sound reads of some contents: shots, noise, phases."""
     given, forecasts = [], element.reader.forecasts
@@ -114,7 +120,7 @@ def record_shots(element, contents):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(forecasts, 'decode', lambda *each: given.append(each) or decode(*each))
         for content in contents:
-            pin(element, *element.reader.list_walls(content))
+            element.place_content(content)
             element.forget_content('placed')
             assert succeed(element, Read()).level == content
     return given

@@ -3,7 +3,6 @@
 """Every fault does what it says, is detected by the device, and ends when it is cleared."""
 
 import dataclasses
-import json
 import math
 
 import numpy as np
@@ -254,10 +253,9 @@ def test_signals_that_are_no_longer_late_are_restored(after):
     element.advance(10)
     element.apply(SetFaults(Faults(sensor_delay=after)))
     assert element.at_rest == (after == 0.0)
-    kept = snapshot.take_snapshot(element)
-    other = MemoryElement(BIT)
-    snapshot.restore_snapshot(other, json.loads(json.dumps(kept)))
-    assert snapshot.take_snapshot(other) == kept
+    other, kept = MemoryElement(BIT), rig.save_state(element)
+    snapshot.restore_snapshot(other, kept)
+    assert rig.save_state(other) == kept
 
 
 def test_slow_signal_that_was_healed_begins_at_present_sample():

@@ -111,7 +111,8 @@ def test_late_sensors_locate_no_wall_that_is_not_there(name, level, end, delay):
 
 def at_level(name, level, faults):
     """Return a shipped element at rest at a level, with faults."""
-    element = rig.pin(MemoryElement(load_element(name)), *(() if level == BLANK else (level,)))
+    element = MemoryElement(load_element(name))
+    element.place_content(level)
     element.set_faults(faults)
     element.transducer.assume_equilibrium()
     return element

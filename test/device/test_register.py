@@ -70,11 +70,6 @@ def nibble():
     return MemoryElement(NIBBLE)
 
 
-def place(element, word):
-    """Put walls where those of a word rest; all else is at rest."""
-    rig.pin(element, *element.reader.forecasts.code.walls(word))
-
-
 def levels(element):
     """Return the levels at which a wall or a kink is, within a cell; None for others."""
     design, found = element.design, []
@@ -128,12 +123,15 @@ def test_forecasts_agree_with_simulated_waveforms(words, amplitude, error):
         assert off < error, word
 
 
-def test_no_two_words_are_nearer_than_found():
-    """`nearest` finds them in single precision, half of the words at a time."""
-    found = MemoryElement(BYTE).reader.forecasts
-    apart = cdist(found.parts, found.parts)
-    odd = np.array([word.bit_count() % 2 for word in range(256)])
-    apart[(odd[:, None] != odd) | np.eye(256, dtype=bool)] = np.inf
+@pytest.mark.parametrize('name', ['byte', 'robust_words'])
+def test_limit_of_a_word_is_set_by_the_nearest_with_its_phases(name):
+    """It is found in single precision, half of the words at a time. No wall between the levels of
+    these elements is nearer to a word than the limit allows.
+    """
+    found = MemoryElement(load_element(name)).reader.forecasts
+    apart, words = cdist(found.parts, found.parts), range(found.code.words)
+    odd = np.array([len(found.code.walls(word)) % 2 for word in words])
+    apart[(odd[:, None] != odd) | np.eye(len(words), dtype=bool)] = np.inf
     assert found.nearest_distances == pytest.approx(apart.min(axis=1), rel=1e-12)
 
 
@@ -182,20 +180,9 @@ def test_word_beyond_last_is_rejected(byte):
 
 
 def test_locate_names_kind_and_cell_of_every_wall(byte):
-    place(byte, 0b1000_0101)
+    byte.place_content(0b1000_0101)
     found = byte.perform(Locate()).found
     assert found == {'walls': 3, 'cells': '25 75 200', 'kinds': 'wall kink wall'}
-
-
-def test_limit_of_a_word_is_set_by_the_nearest_with_its_phases():
-    """No wall between the levels of `robust_words` is nearer to a word than the limit allows."""
-    design, settings = load_element('robust_words').design_and_settings
-    found = forecast_words(Specimen(design), settings)
-    for phase in (0, 1):
-        words = np.flatnonzero(found.odd == phase)
-        distances = np.linalg.norm(found.parts[words][:, None] - found.parts[words], axis=2)
-        np.fill_diagonal(distances, np.inf)
-        assert found.nearest_distances[words] == pytest.approx(distances.min(axis=1))
 
 
 def test_survey_of_a_register_leaves_its_word(byte):
@@ -207,7 +194,7 @@ def test_survey_of_a_register_leaves_its_word(byte):
 
 
 def test_self_test_and_calibration_go_through_all_levels(nibble):
-    place(nibble, 0x9)
+    nibble.place_content(0x9)
     tested = nibble.perform(SelfTest())
     assert tested.success, tested.error
     assert [check.name for check in tested.checks if 'level' in check.name] == [
@@ -246,7 +233,7 @@ def test_no_fault_has_word_read_as_another(kind, count, faults, share):
     for _ in range(count):
         word, given = int(rng.integers(element.reader.content_count)), faults(rng)
         element.set_faults(Faults())
-        place(element, word)
+        element.place_content(word)
         element.set_faults(given)
         read = element.perform(Read())
         element.transducer.release_ends()
@@ -275,7 +262,7 @@ def test_walls_between_levels_are_no_word_and_stay(kind, cells):
 
 def test_shaken_element_is_not_read(byte):
     """Harmless to the content, but louder than the difference of two words."""
-    place(byte, 0x42)
+    byte.place_content(0x42)
     rng, harmless = np.random.default_rng(1), byte.settings.disturbance.safe_limit
 
     def shake():

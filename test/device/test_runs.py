@@ -6,7 +6,6 @@ Seeded runs of any legal element beside a slow twin that computes every tick by 
 """
 
 import dataclasses
-import json
 import random
 from functools import cache, partial
 
@@ -77,8 +76,7 @@ def assert_sound(element):
     assert np.isfinite(element.chain.state()).all()
     assert np.isfinite(element.transducer.recent).all()
     assert np.isfinite(energy(element.chain).total)
-    taken = snapshot.take_snapshot(element)
-    snapshot.restore_snapshot(element, json.loads(json.dumps(taken, allow_nan=False)))
+    snapshot.restore_snapshot(element, rig.save_state(element))
 
 
 MAX_CELL_STEPS = 1_000_000

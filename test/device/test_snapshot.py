@@ -6,7 +6,6 @@ import base64
 import copy
 import dataclasses
 import functools
-import json
 import math
 
 import numpy as np
@@ -33,10 +32,6 @@ from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.listening import has_decayed
 
 from . import rig
-
-
-def through_json(values):
-    return json.loads(json.dumps(values, allow_nan=False))
 
 
 def elastic():
@@ -124,10 +119,10 @@ def test_restored_device_has_snapshot_and_goes_on_to_bit(make):
     second = rig.device(design=first.design, calibration=first.calibration)
     second.transducer.fire_probe(End.LEFT)  # what it was doing ends
     second.advance()
-    values = through_json(snapshot.take_snapshot(first))
+    values = rig.save_state(first)
     kept = copy.deepcopy(values)
     snapshot.restore_snapshot(second, values)
-    assert through_json(snapshot.take_snapshot(second)) == kept
+    assert rig.save_state(second) == kept
     for name in ('reading', 'calibration', 'faults', 'statistics'):
         assert getattr(second, name) == getattr(first, name)
     for element in (first, second):
@@ -221,7 +216,7 @@ def test_damaged_snapshot_is_rejected_and_changes_nothing(written):
 
 def test_calibration_for_other_pulses_is_not_restored(written):
     """A state file outlives a change of the probe, but then its delays are meaningless."""
-    values = json.loads(json.dumps(snapshot.take_snapshot(written(3))))
+    values = rig.save_state(written(3))
     changed = rig.device(probe_right={'v_th': 8e-4})
     own = changed.calibration
     values['calibration']['left']['delays'][0] += 1.0
