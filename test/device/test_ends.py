@@ -25,7 +25,7 @@ from mlmem.readers.decoding import find_exchanged_levels
 
 from . import rig
 from .test_bad_cells import STUCK_CELL, element_with
-from .test_robust_element import NAMES as ROBUST_NAMES
+from .test_procedures import ROBUST_NAMES
 from .test_robust_element import make_scattered
 
 NAMES = ('left', 'right', 'both')

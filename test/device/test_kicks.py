@@ -9,7 +9,6 @@ from functools import cache
 import numpy as np
 import pytest
 from rejection import expect_rejection
-from sampled import sampled
 
 import mlmem.moves
 from mlmem import (
@@ -48,8 +47,6 @@ from mlmem.moves.planner import find_moves, find_route, move_families
 from mlmem.physics import Scatter, draw_specimen, find_level, find_walls
 
 from . import rig
-
-KICKED = sampled(('kick_2', 'case_2', 'kick_4'), lambda name: name != 'kick_4')
 
 CELL = 1.5
 """A resting wall is at most this far from its level, in cells."""
@@ -356,20 +353,6 @@ def test_move_in_own_file_is_planned_and_driven():
     assert lifted.success, lifted.error
     assert lifted.attempts == 1
     assert lifted.reading.level == 6
-
-
-@pytest.mark.parametrize('name', KICKED)
-def test_speed_of_kick_selects_level_without_strain(name):
-    """Of every level, from a blank element, in one attempt."""
-    kicked = element(name)
-    for target in reversed(range(kicked.design.levels)):
-        outcome = kicked.perform(Write(target))
-        assert outcome.success, outcome.error
-        assert level(kicked) == target == outcome.reading.level
-        assert outcome.attempts == 1
-        assert kicked.perform(Erase()).success
-        assert level(kicked) == BLANK
-    assert kicked.actuator.strain == kicked.chain.V_N == 0.0
 
 
 CASE_2_SPEEDS = {'speeds': '0.006 0.0145 0 0.053'}

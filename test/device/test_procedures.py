@@ -11,6 +11,7 @@ import re
 
 import numpy as np
 import pytest
+from sampled import sampled
 
 from mlmem import (
     BLANK,
@@ -37,6 +38,8 @@ FEEBLE = {'compression': -0.001, 'tension': 0.001}
 """An erase that frees no wall."""
 
 DESIGN = rig.DESIGN
+
+ROBUST_NAMES = ['robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction']
 
 
 # --- write ------------------------------------------------------------------------------------
@@ -245,14 +248,28 @@ def test_end_in_third_ground_state_is_brought_back(end, at):
 # --- other designs ----------------------------------------------------------------------------
 
 
-def test_case_i_stores_its_one_level():
-    element = MemoryElement(load_element('case_1'))
-    assert rig.succeed(element, Write(0)).code == '0'
-    assert rig.wall(element) == pytest.approx(100.0, abs=1.0)
-    for end in End:
-        assert rig.succeed(element, Read(end)).level == 0
-    assert rig.succeed(element, Erase()).level == BLANK
-    assert rig.wall(element) is None
+@pytest.mark.parametrize(
+    ('name', 'method'),
+    sampled(
+        [('case_1', 'strain'), ('case_2', 'kick'), ('kick_2', 'kick'), ('kick_4', 'kick'),
+         *((name, 'kick') for name in ROBUST_NAMES)],
+        lambda each: each[0] != 'kick_4',
+    ),
+)  # fmt: skip
+def test_every_level_is_written_in_one_attempt_read_and_erased(name, method):
+    """From a blank element; by kicks whose speed selects the level, with no strain."""
+    element = rig.shipped(name, write={'method': method})
+    for level in reversed(range(element.design.levels)):
+        written = element.perform(Write(level))
+        assert (written.success, written.attempts) == (True, 1), written.error
+        assert written.reading.level == level
+        assert rig.wall(element) == pytest.approx(element.design.defect_site(level), abs=1.5)
+        for end in End:
+            assert rig.succeed(element, Read(end)).level == level
+        assert rig.succeed(element, Erase()).level == BLANK
+        assert rig.wall(element) is None
+    if method == 'kick':
+        assert element.actuator.motion.duration == element.chain.V_N == 0.0  # it never strained
 
 
 def test_elastic_substrate_writes_two_levels():

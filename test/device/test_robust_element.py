@@ -32,8 +32,7 @@ from mlmem.snapshot import restore_snapshot
 from mlmem_tools.checks import Verdict, check
 
 from . import rig
-
-NAMES = ['robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction']
+from .test_procedures import ROBUST_NAMES
 
 SCATTER = Scatter(alpha=0.03, k_r=0.03, mass=0.03)
 
@@ -43,17 +42,7 @@ def make_scattered(name, seed, scatter=SCATTER):
     return rig.shipped(name, draw_specimen(load_element(name).design, scatter, seed))
 
 
-@pytest.mark.parametrize('name', NAMES)
-def test_robust_element_writes_reads_and_erases_every_level(name):
-    element = MemoryElement(load_element(name))
-    for level in reversed(range(element.design.levels)):
-        assert element.perform(Write(level)).success
-        assert element.perform(Read()).reading.content == level
-    assert element.perform(Erase()).success
-    assert find_walls(element.design, element.chain.configuration) == []
-
-
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', ROBUST_NAMES)
 @pytest.mark.parametrize('seed', range(4))
 def test_scattered_robust_element_acknowledges_no_wrong_level(name, seed):
     """The wall must rest within a quarter of a level, at most 1.5 cells, where it is reported."""
@@ -81,7 +70,7 @@ def test_wall_pinned_behind_the_last_level_is_not_read_as_it(seed):
     assert element.perform(Read()).reading.content == UNDECODABLE
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', ROBUST_NAMES)
 def test_robust_element_passes_design_check(name):
     """A node refuses an element whose check fails, and logs what warns at every start."""
     shipped = load_element(name)
@@ -150,7 +139,7 @@ def run_out(element):
     return rig.settle(element, np.full(element.design.N, element.design.D_s2))
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', ROBUST_NAMES)
 def test_wall_that_left_is_kicked_back_by_the_right_end_and_erased(name):
     element = run_out(make_scattered(name, 1))
     outcome = element.perform(Erase())
