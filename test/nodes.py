@@ -141,10 +141,17 @@ def end_node(node):
     assert node.exit_status() == 0
 
 
-def arrived(memory, waiting=0):
-    """Step until a procedure runs and so many wait: a step alone may overtake a request."""
+def arrived(memory, waiting=0, unless=lambda: False):
+    """Step until a procedure runs and so many wait: a step alone may overtake a request.
+
+    A request whose deadline comes may have left again: `unless` says so.
+    """
     asked = memory.node.host.loop._asked
-    stepped(memory, lambda: asked._open and len(asked.waiting) == waiting, f'{waiting} that wait')
+
+    def has_arrived():
+        return unless() or (asked._open and len(asked.waiting) == waiting)
+
+    stepped(memory, has_arrived, f'{waiting} that wait')
 
 
 def refused(memory, reply, code):

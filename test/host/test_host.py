@@ -22,6 +22,7 @@ from mlmem_ros.host import recording as recording_module
 from mlmem_ros.host import store
 from mlmem_ros.host import worker as worker_module
 from mlmem_ros.host.settings import (
+    QueueSettings,
     RecordSettings,
     StateSettings,
 )
@@ -280,6 +281,18 @@ def test_request_to_an_inactive_host_is_rejected(serve, record):
     host.set_faults(Faults(sensor_noise=1e-6))
     host.on_timer()
     host.close()
+
+
+def test_host_without_a_queue_rejects_at_once(serve):
+    host = serve(queue=QueueSettings(most=0)).activate()
+    host.pause(True).result(TIMEOUT_S)
+    write, read = host.submit(Write(0)).answer, host.submit(Read(), 60.0).answer
+    host.step().answer.result(TIMEOUT_S)
+    with pytest.raises(Refused) as refused:
+        read.result(TIMEOUT_S)
+    assert refused.value.code == 'busy'
+    host.pause(False)
+    assert write.result(TIMEOUT_S).success
 
 
 def test_initial_content_of_a_simulated_element_is_read(serve):
