@@ -306,7 +306,7 @@ def test_ideal_element_that_cannot_be_probed_is_rejected(monkeypatch):
     ids=str,
 )
 def test_wrong_calibration_is_not_restored(planned, values):
-    """Values of another type are tried in `test_outside`, files in `test_state_file`."""
+    """Values of another type are tried in `test_outside`, files in `test_store`."""
     taken = snapshot.take_snapshot(planned)
     with pytest.raises(StateError):
         snapshot.restore_snapshot(

@@ -6,6 +6,7 @@ The disk is real; where it has to fail or hang, a function replaces it.
 """
 
 import dataclasses
+import math
 import re
 import shutil
 import threading
@@ -14,7 +15,17 @@ import time
 import pytest
 from timeouts import TIMEOUT_S
 
-from mlmem import Faults, Read, Refused, SetStrain, SettingsError, Write
+from mlmem import (
+    Disturb,
+    Faults,
+    Read,
+    Refused,
+    SetFaults,
+    SetStrain,
+    SettingsError,
+    TickRequest,
+    Write,
+)
 from mlmem.loop.timetable import SteadyPacer
 from mlmem.physics import StateError
 from mlmem_ros.bag.errors import BagError
@@ -217,6 +228,30 @@ def test_recording_that_cannot_be_opened_prevents_activation(serve, record, tmp_
         service.activate()
     assert service.host.loop is None
     assert service.host.sessions.current is None
+
+
+def test_session_with_faults_and_shaking_replays(serve, record):
+    """With faults from the start, faults that change, and a base that shakes during a write."""
+    faults = Faults(disorder_alpha=2e-5, sensor_noise=1e-6, actuator_lag=30.0)
+    host = serve(record=record, faults=faults).activate()
+    host.pause(True).result(TIMEOUT_S)
+    write = host.submit(Write(1)).answer
+    for shake in range(20):
+        if shake == 10:
+            host.set_faults(dataclasses.replace(faults, weak_cell=90, weak_factor=0.98))
+        host.submit(Disturb(1e-7 * math.sin(shake)))
+        host.step(TickRequest(5)).answer.result(TIMEOUT_S)
+    assert not write.done()
+    host.pause(False)
+    assert write.result(TIMEOUT_S).success
+    host.set_faults(Faults())
+    assert host.submit(Read()).answer.result(TIMEOUT_S).reading.level == 1
+    session = load_session(host.record(None).result(TIMEOUT_S))
+    kinds = [type(command) for _, command in session.stamped]
+    assert kinds[0] is SetFaults
+    assert (kinds.count(Disturb), kinds.count(SetFaults)) == (20, 3)
+    report = run_replay(session)
+    assert (report.exact, report.refused) == (True, [])
 
 
 def test_session_does_not_begin_while_a_procedure_runs(serve, record):

@@ -110,26 +110,6 @@ def test_session_holds_what_was_published_and_replays(session):
         assert commands >= contents  # a file cut anywhere has the command of every event in it
 
 
-def test_each_part_of_a_split_session_replays_alone(start, tmp_path):
-    bag = tmp_path / 'session'
-    split = {'record.max_bytes': 60_000, 'record.sync_interval': 0.1}
-    node = start({'element': 'kick_4', 'record.path': str(bag), **split})
-    levels = []
-    with Robot(node.element) as robot:
-        for level in 50 * (0, 1, 2, 3):
-            if len(list(bag.glob('*.mcap'))) == 4:
-                break
-            assert robot.write(level).success
-            assert robot.trigger('read')['level'] == level
-            levels += [level, level]
-    end_node(node)
-    assert_replays(bag).assert_levels(levels)
-    parts = [load_session(file) for file in bag.glob('*.mcap')]
-    assert len(parts) >= 4
-    assert all(run_replay(part).exact for part in parts)
-    assert sum(len(part.outcomes) for part in parts) == len(levels)
-
-
 def test_session_holds_the_shots_of_a_survey(start, tmp_path):
     """They are what `mlmem fit` takes."""
     bag = tmp_path / 'session'

@@ -3,8 +3,6 @@
 """`use_sim_time`: the clock of a simulator, which may jump either way."""
 
 import re
-import threading
-from contextlib import ExitStack, contextmanager
 
 import pytest
 from nodes import end_node
@@ -12,46 +10,32 @@ from robot import Robot, values
 from rosgraph_msgs.msg import Clock
 
 from mlmem_ros import NoAnswer
-from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 
 
 class Simulator:
-    """Publishes /clock, from `now` on: a step every period, both in s; all may be set."""
+    """Publishes /clock, from `now` on, while its robot waits: a step every period, both in s."""
 
-    def __init__(self, robot, now, step=4e-3, period=2e-3):
-        self.now, self.step, self.period = now, step, period
+    def __init__(self, robot, now, step, period):
+        self.now, self.step = now, step
         self._publisher = robot.node.create_publisher(Clock, '/clock', 10)
         robot.wait(self._publisher.get_subscription_count, 'a subscriber of /clock')
-        self._end = threading.Event()
-        self._thread = threading.Thread(target=self._run)
+        robot.node.create_timer(period, self.advance)
 
-    def _run(self):
-        while not self._end.wait(self.period):
-            self.now += self.step
-            self.show()
-
-    def show(self):
+    def advance(self):
+        self.now += self.step
         message = Clock()
         message.clock.sec, message.clock.nanosec = divmod(round(1e9 * self.now), 10**9)
         self._publisher.publish(message)
-
-    @contextmanager
-    def running(self):
-        self._thread.start()
-        try:
-            yield self
-        finally:
-            self._end.set()
-            self._thread.join()
 
 
 def test_clock_that_jumps_loses_no_time_and_replays(start, tmp_path):
     """A simulator that starts at 100 s, is set forward during a write, and back to its start."""
     bag = tmp_path / 'session'
     node = start({'use_sim_time': True, 'record.path': str(bag)})
-    with Robot() as robot, Simulator(robot, 100.0, step=1e-3).running() as clock:
+    with Robot() as robot:
+        clock = Simulator(robot, 100.0, step=1e-3, period=2e-3)
         robot.next_status('loop', lambda status: status.message == 'running')
         robot.set(target_level=3)
         writing = robot.send('write')
@@ -86,10 +70,9 @@ def test_clock_that_jumps_loses_no_time_and_replays(start, tmp_path):
 def test_clock_that_does_not_run_is_reported(start, period, reason, capfd):
     """By the client, in the log and in diagnostics; a step of 1 s a second, or none."""
     node = start({'use_sim_time': True})
-    with Robot() as robot, ExitStack() as stack:
+    with Robot() as robot:
         if period is not None:
-            clock = stack.enter_context(Simulator(robot, 100.0, 1.0, period).running())
-            clock.show()
+            Simulator(robot, 100.0, 1.0, period).advance()
         write = node.memory.write(1, timeout=6.0)
         loop = robot.next_status('loop', lambda status: reason in status.message)
         assert loop.level == b'\1'
@@ -100,7 +83,7 @@ def test_clock_that_does_not_run_is_reported(start, period, reason, capfd):
             printed.append(capfd.readouterr().err)
             return re.search(f'write 1 waits for /mlmem: .*{re.escape(reason)}', ''.join(printed))
 
-        wait_until(is_printed, reason)
+        robot.wait(is_printed, reason)
         assert reason in node.output
         if period is not None:  # one time-out is enough
             assert write.cancel()
