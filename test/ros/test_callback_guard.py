@@ -15,7 +15,6 @@ from lifecycle_msgs.msg import Transition
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.serialization import serialize_message
-from robot import Robot
 from std_srvs.srv import Trigger
 from timeouts import TIMEOUT_S
 from trajectory_msgs.msg import JointTrajectory
@@ -26,24 +25,16 @@ from mlmem_ros.ros.node import callback_guard
 from mlmem_ros.ros.node.callback_guard import CallbackGuard
 from mlmem_ros.ros.node.run import ENDED, GuardedExecutor
 
-
-@pytest.fixture(scope='module')
-def node(start_shared):
-    return start_shared(apart=True)
-
-
-@pytest.fixture(scope='module')
-def robots(node):
-    with Robot(node.element) as robot:
-        yield robot
+APART = True
+"""The node has a process of its own, whose output shows every traceback."""
 
 
 @pytest.fixture
-def robot(node, robots):
+def answering(robot, memory):
     """A robot; after each test the node still answers it."""
-    yield robots
-    assert node.running
-    assert robots.trigger('read')['procedure'] == 'read'
+    yield robot
+    assert memory.running
+    assert robot.trigger('read')['procedure'] == 'read'
 
 
 @pytest.mark.parametrize(
@@ -98,47 +89,47 @@ def test_dropped_answer_is_sent_again_to_its_own_client(monkeypatch, drops):
     assert sent == {'first': times * ['first'], 'second': times * ['second']}
 
 
-def test_transition_that_is_not_available_is_rejected(robot, node):
+def test_transition_that_is_not_available_is_rejected(answering, memory):
     def change(**transition):
-        return robot.call('change_state', transition=Transition(**transition)).success
+        return answering.call('change_state', transition=Transition(**transition)).success
 
     available = {Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVE_SHUTDOWN}
     for number in sorted({*range(20), *range(60, 70), 127, 128, 254, 255} - available):
         assert not change(id=number), number
     assert not change(label='activate')
     assert not change(label='no such transition')
-    assert robot.state == 'active'
-    assert 'Traceback' not in node.output
+    assert answering.state == 'active'
+    assert 'Traceback' not in memory.output
 
 
 @pytest.mark.parametrize('kind', [10, 200, 255])
-def test_parameter_of_unknown_type_is_rejected(robot, kind):
+def test_parameter_of_unknown_type_is_rejected(answering, kind):
     odd = Parameter(name='target_level', value=ParameterValue(type=kind))
     good = Parameter(name='target_level', value=ParameterValue(type=2, integer_value=1))
-    answer = robot.call('set_parameters', parameters=[odd, good])
+    answer = answering.call('set_parameters', parameters=[odd, good])
     assert [result.successful for result in answer.results] == [False, False]
     assert str(kind) in answer.results[0].reason
-    at_once = robot.call('set_parameters_atomically', parameters=[good, odd])
+    at_once = answering.call('set_parameters_atomically', parameters=[good, odd])
     assert not at_once.result.successful
-    assert robot.get('target_level') == -1
+    assert answering.get('target_level') == -1
 
 
-def test_undecodable_messages_are_rejected(robot, node):
+def test_undecodable_messages_are_rejected(answering, memory):
     """A text that is not UTF-8, a length beyond the end, a truncated message."""
     message = JointTrajectory()
     message.header.frame_id = 'frame'
     good = serialize_message(message)
     not_utf8 = good.replace(b'frame', b'\xff\xfe\xff\xfe\xff')
     for bad in (not_utf8, good[:9], good[:4] + b'\xff' * 40):
-        robot.send_message('strain_trajectory', bad)
+        answering.send_message('strain_trajectory', bad)
     rejected = 'strain_trajectory refused: the message must be'
-    robot.wait(lambda: rejected in node.output, 'a rejection')
+    answering.wait(lambda: rejected in memory.output, 'a rejection')
 
 
-def test_node_ends_well_after_all_that(node):
-    node.signal(signal.SIGINT)
-    assert node.exit_status() == ENDED
-    assert 'Traceback' not in node.output
+def test_node_ends_well_after_all_that(memory):
+    memory.signal(signal.SIGINT)
+    assert memory.exit_status() == ENDED
+    assert 'Traceback' not in memory.output
 
 
 class Odd:
