@@ -7,6 +7,7 @@ from __future__ import annotations
 import signal
 import sys
 import threading
+from contextlib import ExitStack
 
 import pytest
 from nodes import node_parameters
@@ -130,6 +131,22 @@ def robot(memory):
 
     with Robot(memory.element) as robot:
         yield robot
+
+
+@pytest.fixture
+def start_robot(start):
+    """Start a node for one test, its `memory`, and return a robot that talks to it."""
+    from robot import Robot
+
+    with ExitStack() as robots:
+
+        def start_robot(*given, **options):
+            memory = start(*given, **options)
+            robot = robots.enter_context(Robot(memory.element))
+            robot.memory = memory
+            return robot
+
+        yield start_robot
 
 
 @pytest.fixture(scope='module')

@@ -23,7 +23,7 @@ from mlmem_interfaces.action import Read
 from nodes import run_in_executor
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.qos import qos_profile_action_status_default
-from robot import ActionTool, Robot, values
+from robot import ActionTool, values
 
 from mlmem_ros import MemoryClient, RequestFailed
 from mlmem_ros.ros.middleware import create_events_executor
@@ -207,9 +207,8 @@ def test_goal_under_way_is_rejected_at_the_shutdown(client, memory):
     assert memory.exit_status() == 0
 
 
-def test_node_without_actions_serves_none(start):
-    start({'autostart': False, 'actions': False}, name='plain')
-    with Robot('/plain') as robot:
-        assert not robot.get('actions')
-        served = robot.node.get_service_names_and_types()
-        assert not [name for name, _ in served if name.startswith('/plain/') and 'goal' in name]
+def test_node_without_actions_serves_none(start_robot):
+    robot = start_robot({'autostart': False, 'actions': False}, name='plain')
+    assert not robot.get('actions')
+    served = robot.node.get_service_names_and_types()
+    assert not [name for name, _ in served if name.startswith('/plain/') and 'goal' in name]

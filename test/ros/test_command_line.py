@@ -4,7 +4,7 @@
 
 import pytest
 from nodes import end_node
-from robot import Robot, values
+from robot import values
 
 from mlmem_ros import __version__
 from mlmem_ros.ros.main import parse_node_arguments
@@ -44,19 +44,18 @@ def test_version_is_printed(of, capsys):
     assert capsys.readouterr().out == f'mlmem_ros {__version__}\n'
 
 
-def test_speed_0_runs_faster_than_real_time(start):
+def test_speed_0_runs_faster_than_real_time(start_robot):
     """The factor in the diagnostics is ticks a second times 2 ms."""
-    node = start({'scale.time': 1e-4, 'time.speed': 0.0})
-    with Robot() as robot:
-        robot.next('/diagnostics')  # the first may include the start
-        loop = robot.next_status('loop')
-        assert robot.get('time.speed') == 0.0
-        assert robot.write(0).success  # requests also end a rest without a pace
-        assert robot.trigger('read')['level'] == 0
+    robot = start_robot({'scale.time': 1e-4, 'time.speed': 0.0})
+    robot.next('/diagnostics')  # the first may include the start
+    loop = robot.next_status('loop')
+    assert robot.get('time.speed') == 0.0
+    assert robot.write(0).success  # requests also end a rest without a pace
+    assert robot.trigger('read')['level'] == 0
     told = {key: float(values(loop)[key]) for key in ('rate', 'real_time_factor')}
     assert told['real_time_factor'] == pytest.approx(0.002 * told['rate'], rel=1e-4)
     assert told['real_time_factor'] > 1.5  # 20 on an idle machine
-    end_node(node)
+    end_node(robot.memory)
 
 
 @pytest.mark.parametrize(

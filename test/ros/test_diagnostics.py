@@ -8,7 +8,7 @@ from unittest.mock import ANY
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from robot import Robot, values
+from robot import values
 
 from mlmem import Faults, MemoryElement, Reading, SetFaults, SetStrain, Settings
 from mlmem.instrument.end import End
@@ -176,16 +176,15 @@ def test_every_component_reports(robot):
     robot.next('/diagnostics', unknown)
 
 
-def test_inactive_node_reports_every_component(start):
-    start(name='idle')
-    with Robot('/idle') as robot:
-        robot.next('/diagnostics', lambda a: reported(a)['loop'].level <= DiagnosticStatus.WARN)
-        robot.change_state('deactivate')
-        array = robot.next('/diagnostics', lambda a: reported(a)['loop'].message == 'inactive')
-        for name, status in reported(array).items():
-            text = 'not recording' if name == 'recorder' else 'inactive'
-            assert (status.level, status.message, status.hardware_id) == (
-                DiagnosticStatus.OK,
-                text,
-                '/idle',
-            )
+def test_inactive_node_reports_every_component(start_robot):
+    robot = start_robot(name='idle')
+    robot.next('/diagnostics', lambda a: reported(a)['loop'].level <= DiagnosticStatus.WARN)
+    robot.change_state('deactivate')
+    array = robot.next('/diagnostics', lambda a: reported(a)['loop'].message == 'inactive')
+    for name, status in reported(array).items():
+        text = 'not recording' if name == 'recorder' else 'inactive'
+        assert (status.level, status.message, status.hardware_id) == (
+            DiagnosticStatus.OK,
+            text,
+            '/idle',
+        )

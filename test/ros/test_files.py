@@ -4,7 +4,6 @@
 
 import pytest
 from nodes import end_node
-from robot import Robot
 
 from mlmem import SettingsError
 from mlmem_ros.host.settings import FileSettings
@@ -47,22 +46,21 @@ def test_path_that_cannot_be_a_file_is_rejected(path):
         FileSettings().confine_path(path)
 
 
-def test_node_writes_only_below_its_root(start, root, tmp_path):
-    node = start({'files.root': str(root), 'state.path': 'element.json'})
-    with Robot() as robot:
-        begun = robot.trigger('record', data=True)  # without a path: named session
-        assert begun['path'].startswith(str(root / 'session'))
-        assert robot.trigger('record', data=False).success
-        for name, value in (('record.path', str(tmp_path / 'x')), ('files.root', '')):
-            refused = robot.try_set(name, value)
-            assert not refused.successful
-            assert 'files.root' in refused.reason
-        robot.set(record__path='later')
-        (root / 'later').symlink_to(tmp_path / 'x')  # after the path was accepted
-        refused = robot.trigger('record', data=True)
-        assert not refused.success
-        assert str(tmp_path / 'x') in refused['error']
-        end_node(node)
+def test_node_writes_only_below_its_root(start_robot, root, tmp_path):
+    robot = start_robot({'files.root': str(root), 'state.path': 'element.json'})
+    begun = robot.trigger('record', data=True)  # without a path: named session
+    assert begun['path'].startswith(str(root / 'session'))
+    assert robot.trigger('record', data=False).success
+    for name, value in (('record.path', str(tmp_path / 'x')), ('files.root', '')):
+        refused = robot.try_set(name, value)
+        assert not refused.successful
+        assert 'files.root' in refused.reason
+    robot.set(record__path='later')
+    (root / 'later').symlink_to(tmp_path / 'x')  # after the path was accepted
+    refused = robot.trigger('record', data=True)
+    assert not refused.success
+    assert str(tmp_path / 'x') in refused['error']
+    end_node(robot.memory)
     assert (root / 'element.json').is_file()
     assert not (tmp_path / 'x').exists()
 
@@ -74,15 +72,14 @@ def test_node_with_a_path_outside_its_root_does_not_start(refused, root, tmp_pat
         assert word in line
 
 
-def test_node_with_root_rejects_another_address(start, root):
+def test_node_with_root_rejects_another_address(start_robot, root):
     """Or a client would have an unconfigured node write into any terminal, or connect anywhere."""
     address = 'tcp://127.0.0.1:1'
-    start({'autostart': False, 'files.root': str(root), 'device.address': address})
-    with Robot() as robot:
-        for other in ('serial:///dev/pts/0', 'tcp://127.0.0.1:22'):
-            assert 'files.root' in robot.try_set('device.address', other).reason
-        robot.set(device__address='')
-        robot.set(device__address=address)
+    robot = start_robot({'autostart': False, 'files.root': str(root), 'device.address': address})
+    for other in ('serial:///dev/pts/0', 'tcp://127.0.0.1:22'):
+        assert 'files.root' in robot.try_set('device.address', other).reason
+    robot.set(device__address='')
+    robot.set(device__address=address)
 
 
 FOREIGN_FILES = (
@@ -105,11 +102,10 @@ def test_error_about_a_foreign_file_quotes_nothing_of_it(refused, root, name, te
     assert not any(word in line for word in ('hunter2', 'swordfish', 'root:x', '/bin/bash'))
 
 
-def test_unknown_parameter_at_the_start_is_reported(start):
-    node = start({'write.atempts': 5, 'probe.colour': 'red'})
-    with Robot() as robot:
-        robot.next('wall')
-    lines = [line for line in node.output.splitlines() if 'there is no parameter' in line]
+def test_unknown_parameter_at_the_start_is_reported(start_robot):
+    robot = start_robot({'write.atempts': 5, 'probe.colour': 'red'})
+    robot.next('wall')
+    lines = [line for line in robot.memory.output.splitlines() if 'there is no parameter' in line]
     assert [line.startswith('[WARN]') for line in lines] == [True, True]
     assert 'probe.colour' in lines[0]
     assert 'did you mean write.attempts?' in lines[1]

@@ -8,7 +8,6 @@ from concurrent.futures import TimeoutError as FuturesTimeout
 
 import pytest
 from nodes import QUICK, element_file, end_node
-from robot import Robot
 from timeouts import TIMEOUT_S
 
 from mlmem_ros import standalone
@@ -17,71 +16,69 @@ from mlmem_ros.host import host, store
 BY_HAND = {'autostart': False}
 
 
-def test_managed_node_passes_through_its_states(start):
-    start(BY_HAND)
-    with Robot() as robot:
-        assert robot.state == 'unconfigured'
-        robot.set(target_level=1)
-        for service in ('write', 'read', 'erase', 'calibrate', 'abort', 'step'):
-            assert 'inactive' in robot.trigger(service)['error']
-        tested = robot.call('self_test')
-        assert (tested.passed, len(tested.status)) == (b'\0', 1)
-        assert 'inactive' in tested.status[0].message
-        robot.change_state('configure')
-        assert 'inactive' in robot.trigger('read')['error']
-        robot.change_state('activate')
-        assert robot.state == 'active'
-        assert robot.write(1)['level'] == 1
-        robot.change_state('deactivate')
-        assert 'inactive' in robot.trigger('read')['error']
-        robot.change_state('activate')
-        assert robot.trigger('read')['level'] == 1  # held in between
-        robot.change_state('deactivate', 'cleanup')
-        assert robot.state == 'unconfigured'
+def test_managed_node_passes_through_its_states(start_robot):
+    robot = start_robot(BY_HAND)
+    assert robot.state == 'unconfigured'
+    robot.set(target_level=1)
+    for service in ('write', 'read', 'erase', 'calibrate', 'abort', 'step'):
+        assert 'inactive' in robot.trigger(service)['error']
+    tested = robot.call('self_test')
+    assert (tested.passed, len(tested.status)) == (b'\0', 1)
+    assert 'inactive' in tested.status[0].message
+    robot.change_state('configure')
+    assert 'inactive' in robot.trigger('read')['error']
+    robot.change_state('activate')
+    assert robot.state == 'active'
+    assert robot.write(1)['level'] == 1
+    robot.change_state('deactivate')
+    assert 'inactive' in robot.trigger('read')['error']
+    robot.change_state('activate')
+    assert robot.trigger('read')['level'] == 1  # held in between
+    robot.change_state('deactivate', 'cleanup')
+    assert robot.state == 'unconfigured'
 
 
-def test_element_is_changed_only_while_unconfigured(start):
-    start(BY_HAND | {'element': 'bits_4', 'write.method': 'strain'})
-    with Robot() as robot:
-        robot.change_state('configure')
-        before = robot.get('element')
-        assert 'unconfigured' in robot.try_set('element', 'bits_2').reason
-        assert robot.get('element') == before
-        robot.change_state('cleanup')
-        robot.set(element='bits_2')
-        robot.change_state('configure')
-        assert not robot.try_set('target_level', 4).successful
-        robot.set(target_level=3)
-        robot.change_state('cleanup')
-        short = element_file('bits_2', {'design.N': 60})  # shorter than a level and the tail
-        assert 'N - tail' in robot.try_set('element', short).reason
-        robot.set(element='case_2')
-        robot.change_state('configure')
+def test_element_is_changed_only_while_unconfigured(start_robot):
+    robot = start_robot(BY_HAND | {'element': 'bits_4', 'write.method': 'strain'})
+    robot.change_state('configure')
+    before = robot.get('element')
+    assert 'unconfigured' in robot.try_set('element', 'bits_2').reason
+    assert robot.get('element') == before
+    robot.change_state('cleanup')
+    robot.set(element='bits_2')
+    robot.change_state('configure')
+    assert not robot.try_set('target_level', 4).successful
+    robot.set(target_level=3)
+    robot.change_state('cleanup')
+    short = element_file('bits_2', {'design.N': 60})  # shorter than a level and the tail
+    assert 'N - tail' in robot.try_set('element', short).reason
+    robot.set(element='case_2')
+    robot.change_state('configure')
 
 
-def test_deactivation_during_a_write_releases_the_strain(start):
-    start({'write.method': 'strain', 'scale.time': 4e-4, 'publish.joint_states_every': 10})
-    with Robot() as robot:
-        written = robot.begin_strained_write(3)
-        robot.change_state('deactivate')
-        assert 'aborted' in robot.answer(written)['error']
-        robot.change_state('activate')
-        assert robot.next('joint_states').position[0] == 0.0
-        robot.set(time__speed=40.0)
-        assert robot.write(0)['level'] == 0
+def test_deactivation_during_a_write_releases_the_strain(start_robot):
+    robot = start_robot(
+        {'write.method': 'strain', 'scale.time': 4e-4, 'publish.joint_states_every': 10}
+    )
+    written = robot.begin_strained_write(3)
+    robot.change_state('deactivate')
+    assert 'aborted' in robot.answer(written)['error']
+    robot.change_state('activate')
+    assert robot.next('joint_states').position[0] == 0.0
+    robot.set(time__speed=40.0)
+    assert robot.write(0)['level'] == 0
 
 
-def test_content_survives_the_node(start, refused, tmp_path):
+def test_content_survives_the_node(start_robot, refused, tmp_path):
     file = tmp_path / 'states' / 'element.json'
     keeping = {**QUICK, 'state.path': str(file)}
     walls = []
     for level in (2, None):
-        node = start(keeping)
-        with Robot() as robot:
-            assert level is None or robot.write(level)['level'] == level
-            assert robot.trigger('read')['level'] == 2  # which waits until the wall is at rest
-            walls.append(list(robot.next('wall').data))
-        end_node(node)
+        robot = start_robot(keeping)
+        assert level is None or robot.write(level)['level'] == level
+        assert robot.trigger('read')['level'] == 2  # which waits until the wall is at rest
+        walls.append(list(robot.next('wall').data))
+        end_node(robot.memory)
     assert walls[1] == pytest.approx(walls[0], abs=0.01)
     other = refused({**keeping, 'design.gamma': -1e-4}, warned=True)
     assert f'{file} does not belong to this design' in other
@@ -89,28 +86,26 @@ def test_content_survives_the_node(start, refused, tmp_path):
     assert 'damaged' in refused(keeping)
 
 
-def test_content_is_saved_at_intervals(start, tmp_path):
+def test_content_is_saved_at_intervals(start_robot, tmp_path):
     """Also what changes without a write: here the number of ticks."""
     file = tmp_path / 'element.json'
-    start({'state.path': str(file), 'state.interval': 0.2})
-    with Robot() as robot:
-        assert robot.write(0)['level'] == 0
-        ticks = store.load_snapshot(file)['ticks']
-        robot.wait(lambda: store.load_snapshot(file)['ticks'] > ticks, 'a later state')
+    robot = start_robot({'state.path': str(file), 'state.interval': 0.2})
+    assert robot.write(0)['level'] == 0
+    ticks = store.load_snapshot(file)['ticks']
+    robot.wait(lambda: store.load_snapshot(file)['ticks'] > ticks, 'a later state')
     assert store.load_snapshot(file)['reading']['level'] == 0
 
 
-def test_design_that_fails_its_check_is_rejected_or_named(start):
+def test_design_that_fails_its_check_is_rejected_or_named(start_robot):
     """The gradient is weak: the lattice may stop the wall, but a calibration works."""
-    node = start(BY_HAND | {'element': 'case_2', 'design.check': 'refuse'})
-    with Robot() as robot:
-        robot.set(element=element_file('case_2', {'design.gamma': -6e-5}))
-        assert not robot.response(robot.request_transition('configure')).success
-        assert 'cannot configure: the design fails its check (peierls_nabarro' in node.output
-        assert not robot.try_set('design.check', 'perhaps').successful
-        robot.set(design__check='warn')
-        robot.change_state('configure')
-        assert 'design check: peierls_nabarro' in node.output
+    robot = start_robot(BY_HAND | {'element': 'case_2', 'design.check': 'refuse'})
+    robot.set(element=element_file('case_2', {'design.gamma': -6e-5}))
+    assert not robot.response(robot.request_transition('configure')).success
+    assert 'cannot configure: the design fails its check (peierls_nabarro' in robot.memory.output
+    assert not robot.try_set('design.check', 'perhaps').successful
+    robot.set(design__check='warn')
+    robot.change_state('configure')
+    assert 'design check: peierls_nabarro' in robot.memory.output
 
 
 @pytest.fixture
@@ -127,16 +122,15 @@ def slow_build(monkeypatch):
     go_on.set()
 
 
-def test_preparing_node_answers_get_state_at_once(start, slow_build):
+def test_preparing_node_answers_get_state_at_once(start_robot, slow_build):
     """nav2's lifecycle manager waits 5 s for the state; kernels take longer to compile."""
-    start({'autostart': False})
-    with Robot() as robot:
-        configured = robot.request_transition('configure')
-        assert robot.state == 'unconfigured'
-        assert not configured.done()
-        slow_build.set()
-        assert robot.response(configured).success
-        assert robot.state == 'inactive'
+    robot = start_robot({'autostart': False})
+    configured = robot.request_transition('configure')
+    assert robot.state == 'unconfigured'
+    assert not configured.done()
+    slow_build.set()
+    assert robot.response(configured).success
+    assert robot.state == 'inactive'
 
 
 def test_request_to_a_preparing_node_waits(start, slow_build, capfd):

@@ -52,28 +52,27 @@ def read_recorded(bag):
     return found
 
 
-def test_session_holds_what_was_published_and_replays(start, tmp_path):
+def test_session_holds_what_was_published_and_replays(start_robot, tmp_path):
     """Level 1 is written and read, and the element strained by hand."""
     bag = tmp_path / 'session'
-    node = start({'record.path': str(bag), 'record.hash_every': 50})
-    with Robot() as robot:
-        heard = {topic: robot.received(topic) for topic in (*EVERY_ONE, *STREAMS)}
-        # The node sends nothing, not even an echo, before it knows of the subscribers.
-        robot.wait(lambda: all(heard[topic] for topic in STREAMS[1:]), 'the steady streams')
-        assert robot.write(1).success
-        assert robot.trigger('read').success
-        robot.wait(lambda: len(heard['outcome']) >= 2, 'both outcomes')
-        robot.wait(lambda: len(heard['echo']) >= ECHOES, 'the echoes: long, they take longer')
-        robot.publish('strain', data=0.001)
-        robot.latest('content', lambda status: status.message.endswith('strained by hand'))
-        robot.latest('level', lambda level: level.data == UNDECODABLE)
-        with Robot() as late:
-            assert late.latest('level').data == UNDECODABLE
-            assert late.latest('content') == robot.latest('content')
-        assert robot.trigger('abort').success
-        for topic in ('level', 'content'):  # of which a node that ends sends no more
-            robot.wait(lambda topic=topic: len(heard[topic]) == 4, f'the {topic} after the abort')
-        end_node(node)
+    robot = start_robot({'record.path': str(bag), 'record.hash_every': 50})
+    heard = {topic: robot.received(topic) for topic in (*EVERY_ONE, *STREAMS)}
+    # The node sends nothing, not even an echo, before it knows of the subscribers.
+    robot.wait(lambda: all(heard[topic] for topic in STREAMS[1:]), 'the steady streams')
+    assert robot.write(1).success
+    assert robot.trigger('read').success
+    robot.wait(lambda: len(heard['outcome']) >= 2, 'both outcomes')
+    robot.wait(lambda: len(heard['echo']) >= ECHOES, 'the echoes: long, they take longer')
+    robot.publish('strain', data=0.001)
+    robot.latest('content', lambda status: status.message.endswith('strained by hand'))
+    robot.latest('level', lambda level: level.data == UNDECODABLE)
+    with Robot() as late:
+        assert late.latest('level').data == UNDECODABLE
+        assert late.latest('content') == robot.latest('content')
+    assert robot.trigger('abort').success
+    for topic in ('level', 'content'):  # of which a node that ends sends no more
+        robot.wait(lambda topic=topic: len(heard[topic]) == 4, f'the {topic} after the abort')
+    end_node(robot.memory)
     assert all(heard.values())
     published = {
         topic: [encode(serialize_message(message), OUT[topic][0]) for message in messages]
@@ -101,29 +100,27 @@ def test_session_holds_what_was_published_and_replays(start, tmp_path):
         assert commands >= contents  # a file cut anywhere has the command of every event in it
 
 
-def test_session_holds_the_shots_of_a_survey(start, tmp_path):
+def test_session_holds_the_shots_of_a_survey(start_robot, tmp_path):
     """They are what `mlmem fit` takes."""
     bag = tmp_path / 'session'
-    node = start({'element': 'bits_1', 'record.path': str(bag)})
-    with Robot(node.element) as robot:
-        shots = robot.trigger('survey')['shots']
-    end_node(node)
+    robot = start_robot({'element': 'bits_1', 'record.path': str(bag)})
+    shots = robot.trigger('survey')['shots']
+    end_node(robot.memory)
     session = load_session(bag)
     assert len(session.shots) == shots > 5
     assert {shot.end for shot in session.shots} == set(End)
     assert run_replay(session).exact
 
 
-def test_kill_loses_no_acknowledged_write(start, tmp_path, capsys):
+def test_kill_loses_no_acknowledged_write(start_robot, tmp_path, capsys):
     bag = tmp_path / 'session'
     kept = {'state.path': str(tmp_path / 'element.json')}
     recorded = {**kept, 'record.path': str(bag), 'record.sync_interval': 0.1}
-    node = start(recorded, name='killed', apart=True)
-    with Robot(node.element) as robot:
-        assert robot.write(1).success
-        robot.wait(lambda: load_session(bag).outcomes, 'a synced chunk with the outcome')
-        node.signal(signal.SIGKILL)
-        node.exit_status()
+    robot = start_robot(recorded, name='killed', apart=True)
+    assert robot.write(1).success
+    robot.wait(lambda: load_session(bag).outcomes, 'a synced chunk with the outcome')
+    robot.memory.signal(signal.SIGKILL)
+    robot.memory.exit_status()
     report = run_replay(load_session(bag))
     assert report.levels_agree
     assert report.first_difference is None
@@ -137,5 +134,4 @@ def test_kill_loses_no_acknowledged_write(start, tmp_path, capsys):
     assert '0 bytes' not in output
     assert main(['replay', str(bag), '--incomplete']) == 0
     assert_replays(bag, incomplete=True).assert_levels([1])
-    with Robot(start(kept, name='again').element) as robot:
-        assert robot.trigger('read')['level'] == 1
+    assert start_robot(kept, name='again').trigger('read')['level'] == 1

@@ -46,40 +46,39 @@ def break_line(rig):
     rig.pass_time = fail_once
 
 
-def test_node_over_a_rig_writes_records_and_reconnects(start, tmp_path):
+def test_node_over_a_rig_writes_records_and_reconnects(start_robot, tmp_path):
     line = LineProperties(latency=0.002, jitter=0.003, loss=0.002)
     rig = PatientRig(DESIGN, SETTINGS)
     with serving(rig, line) as server:
-        node = start({
+        robot = start_robot({
             'device.driver': 'rig',
             'device.address': f'tcp://127.0.0.1:{server.port}?lead=0.2&patience=10',
             'scale.time': SETTINGS.scale.time,
             'record.path': str(tmp_path / 'bag'),
             'state.path': str(tmp_path / 'state.json'),
         })  # fmt: skip
-        with Robot(node.element) as robot:
-            assert robot.write(1)['level'] == 1
-            assert robot.trigger('read')['level'] == 1
-            for topic in ('field', 'wall', 'image', 'markers'):
-                assert not robot.node.get_publishers_info_by_topic(robot.name(topic))
-            assert not robot.try_set('device.driver', 'sim').successful
-            assert len(robot.next('joint_states').effort) == 2  # this rig measures its force
-            robot.next_status('material', lambda status: 'rig' in values(status))
-            robot.set(target_level=2)
-            answer = robot.send('write')
-            robot.wait(lambda: run_with_element(node, lambda e: e.procedure), 'the write')
-            break_line(rig)
-            assert 'the device has stopped: ' in robot.answer(answer)['error']
+        assert robot.write(1)['level'] == 1
+        assert robot.trigger('read')['level'] == 1
+        for topic in ('field', 'wall', 'image', 'markers'):
+            assert not robot.node.get_publishers_info_by_topic(robot.name(topic))
+        assert not robot.try_set('device.driver', 'sim').successful
+        assert len(robot.next('joint_states').effort) == 2  # this rig measures its force
+        robot.next_status('material', lambda status: 'rig' in values(status))
+        robot.set(target_level=2)
+        answer = robot.send('write')
+        robot.wait(lambda: run_with_element(robot.memory, lambda e: e.procedure), 'the write')
+        break_line(rig)
+        assert 'the device has stopped: ' in robot.answer(answer)['error']
 
-            robot.wait(lambda: robot.state == 'unconfigured', 'the node unconfigured')
-            stopped = robot.next_status('loop', lambda status: status.level == b'\2')
-            assert 'tcp://127.0.0.1' in stopped.message
-            assert not robot.try_set('device.driver', 'this:Zen').successful
-            robot.change_state('configure', 'activate')
-            assert robot.latest('level', lambda level: level.data == UNKNOWN)
-            assert robot.write(0)['level'] == 0
-        assert 'its content is in the element' in node.output
-        assert 'calibration and statistics restored from' in node.output
+        robot.wait(lambda: robot.state == 'unconfigured', 'the node unconfigured')
+        stopped = robot.next_status('loop', lambda status: status.level == b'\2')
+        assert 'tcp://127.0.0.1' in stopped.message
+        assert not robot.try_set('device.driver', 'this:Zen').successful
+        robot.change_state('configure', 'activate')
+        assert robot.latest('level', lambda level: level.data == UNKNOWN)
+        assert robot.write(0)['level'] == 0
+        assert 'its content is in the element' in robot.memory.output
+        assert 'calibration and statistics restored from' in robot.memory.output
         assert server.clients == 2
     session = load_session(tmp_path / 'bag')
     assert session.hashes == []

@@ -6,7 +6,7 @@ import re
 
 import pytest
 from nodes import end_node
-from robot import Robot, values
+from robot import values
 from rosgraph_msgs.msg import Clock
 
 from mlmem_ros import NoAnswer
@@ -30,27 +30,26 @@ class Simulator:
         self._publisher.publish(message)
 
 
-def test_clock_that_jumps_loses_no_time_and_replays(start, tmp_path):
+def test_clock_that_jumps_loses_no_time_and_replays(start_robot, tmp_path):
     """A simulator that starts at 100 s, is set forward during a write, and back to its start."""
     bag = tmp_path / 'session'
-    node = start({'use_sim_time': True, 'record.path': str(bag)})
-    with Robot() as robot:
-        clock = Simulator(robot, 100.0, step=1e-3, period=2e-3)
-        robot.next_status('loop', lambda status: status.message == 'running')
-        robot.set(target_level=3)
-        writing = robot.send('write')
-        robot.next('field')
-        clock.now += 1e5
-        assert robot.answer(writing)['level'] == 3
-        loop = robot.next_status('loop', lambda status: status.message == 'running')
-        found = values(loop)
-        assert (loop.level, found['overruns'], found['clock_jumps']) == (b'\0', '0', '2')
-        clock.now = 0.5
-        assert robot.write(2).success
-        assert robot.trigger('read')['level'] == 2
-        end_node(node)
-    assert 'too slow' not in node.output
-    assert 'the clock has jumped: the device goes on without a gap' in node.output
+    robot = start_robot({'use_sim_time': True, 'record.path': str(bag)})
+    clock = Simulator(robot, 100.0, step=1e-3, period=2e-3)
+    robot.next_status('loop', lambda status: status.message == 'running')
+    robot.set(target_level=3)
+    writing = robot.send('write')
+    robot.next('field')
+    clock.now += 1e5
+    assert robot.answer(writing)['level'] == 3
+    loop = robot.next_status('loop', lambda status: status.message == 'running')
+    found = values(loop)
+    assert (loop.level, found['overruns'], found['clock_jumps']) == (b'\0', '0', '2')
+    clock.now = 0.5
+    assert robot.write(2).success
+    assert robot.trigger('read')['level'] == 2
+    end_node(robot.memory)
+    assert 'too slow' not in robot.memory.output
+    assert 'the clock has jumped: the device goes on without a gap' in robot.memory.output
     session = load_session(bag)
     report = run_replay(session)
     assert report.exact, report.verdict
@@ -67,26 +66,25 @@ def test_clock_that_jumps_loses_no_time_and_replays(start, tmp_path):
         (1.0, 'the clock advances in steps of more than 0.5 s'),
     ],
 )
-def test_clock_that_does_not_run_is_reported(start, period, reason, capfd):
+def test_clock_that_does_not_run_is_reported(start_robot, period, reason, capfd):
     """By the client, in the log and in diagnostics; a step of 1 s a second, or none."""
-    node = start({'use_sim_time': True})
-    with Robot() as robot:
-        if period is not None:
-            Simulator(robot, 100.0, 1.0, period).advance()
-        write = node.memory.write(1, timeout=6.0)
-        loop = robot.next_status('loop', lambda status: reason in status.message)
-        assert loop.level == b'\1'
+    robot = start_robot({'use_sim_time': True})
+    if period is not None:
+        Simulator(robot, 100.0, 1.0, period).advance()
+    write = robot.memory.memory.write(1, timeout=6.0)
+    loop = robot.next_status('loop', lambda status: reason in status.message)
+    assert loop.level == b'\1'
 
-        printed = []
+    printed = []
 
-        def is_printed():
-            printed.append(capfd.readouterr().err)
-            return re.search(f'write 1 waits for /mlmem: .*{re.escape(reason)}', ''.join(printed))
+    def is_printed():
+        printed.append(capfd.readouterr().err)
+        return re.search(f'write 1 waits for /mlmem: .*{re.escape(reason)}', ''.join(printed))
 
-        robot.wait(is_printed, reason)
-        assert reason in node.output
-        if period is not None:  # one time-out is enough
-            assert write.cancel()
-            return
-        with pytest.raises(NoAnswer, match=re.escape(reason)):
-            write.wait()
+    robot.wait(is_printed, reason)
+    assert reason in robot.memory.output
+    if period is not None:  # one time-out is enough
+        assert write.cancel()
+        return
+    with pytest.raises(NoAnswer, match=re.escape(reason)):
+        write.wait()

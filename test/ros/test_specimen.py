@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from nodes import QUICK, end_node
-from robot import Robot, values
+from robot import values
 
 from mlmem import element_file, load_element
 from mlmem.physics import Scatter, Specimen, draw_specimen
@@ -51,9 +51,9 @@ def run_monitor(twin, **options):
     return run_child_process('mlmem_tools.identification.monitor_node', given, **options)
 
 
-def test_monitor_names_the_cell_that_became_weaker(start, file):
-    start(node_of(file))
-    with Robot() as robot, run_monitor(file):
+def test_monitor_names_the_cell_that_became_weaker(start_robot, file):
+    robot = start_robot(node_of(file))
+    with run_monitor(file):
         assert robot.write(1).success
 
         def status_after_a_read():
@@ -89,20 +89,19 @@ def test_twin_that_cannot_be_used_ends_the_start(refused, tmp_path):
     assert 'twin: /nowhere.yaml: ' in refused(given | {'twin': '/nowhere.yaml'})
 
 
-def test_stuck_cell_of_the_file_is_reported(start, tmp_path):
+def test_stuck_cell_of_the_file_is_reported(start_robot, tmp_path):
     """Level 3 of bits_2 lies behind the stuck cell 31: refused by name, and in the diagnostics."""
     design, settings = load_element('bits_2').design_and_settings
     file = tmp_path / 'element.yaml'
     made = Specimen(design, stuck=(31,))
     element = element_file.Element(made, np.zeros(design.N), settings=quick(settings))
     element_file.write_element_file(file, element)
-    start({'element': str(file), 'twin': str(file)})
-    with Robot() as robot:
-        assert robot.write(1).success
-        assert 'cell 31 is stuck' in robot.write(3)['error']
-        assert robot.trigger('read')['level'] == 1
-        status = robot.next_status('memory', lambda status: 'bad_cells' in values(status))
-        assert 'level 3 cannot be reached' in values(status)['bad_cells']
+    robot = start_robot({'element': str(file), 'twin': str(file)})
+    assert robot.write(1).success
+    assert 'cell 31 is stuck' in robot.write(3)['error']
+    assert robot.trigger('read')['level'] == 1
+    status = robot.next_status('memory', lambda status: 'bad_cells' in values(status))
+    assert 'level 3 cannot be reached' in values(status)['bad_cells']
 
 
 def test_monitor_of_a_register_ends_with_the_reason(start, byte):
@@ -130,19 +129,18 @@ def byte(tmp_path_factory):
     return path
 
 
-def test_register_with_a_twin_writes_and_replays(start, byte, tmp_path):
+def test_register_with_a_twin_writes_and_replays(start_robot, byte, tmp_path):
     bag = tmp_path / 'bag'
     others = {
         'write.method': 'kick',
         'twin': str(byte),
         'record.path': str(bag),
     }
-    node = start(node_of(byte, **others))
-    with Robot() as robot:
-        robot.set(target_word=64)
-        assert robot.trigger('write')['attempts'] == 1
-        assert robot.trigger('read')['word'] == 64
-        end_node(node)
+    robot = start_robot(node_of(byte, **others))
+    robot.set(target_word=64)
+    assert robot.trigger('write')['attempts'] == 1
+    assert robot.trigger('read')['word'] == 64
+    end_node(robot.memory)
     report = run_replay(load_session(bag))
     assert report.exact
     assert report.recorded_endings == ['write 64', 'read 64']

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from nodes import end_node
-from robot import Robot
 from visualization_msgs.msg import Marker
 
 from mlmem import MemoryElement, Settings, Write
@@ -147,13 +146,12 @@ def receive_views(robot):
     return {topic: robot.received(topic) for topic in ('image', 'markers')}
 
 
-def test_views_are_published_but_not_recorded(start, tmp_path):
+def test_views_are_published_but_not_recorded(start_robot, tmp_path):
     bag = tmp_path / 'session'
-    node = start({'record.path': str(bag)}, name='recorded')
-    with Robot(node.element) as robot:
-        received = receive_views(robot)
-        robot.wait(lambda: all(len(messages) > 2 for messages in received.values()), 'both views')
-        end_node(node)
+    robot = start_robot({'record.path': str(bag)}, name='recorded')
+    received = receive_views(robot)
+    robot.wait(lambda: all(len(messages) > 2 for messages in received.values()), 'both views')
+    end_node(robot.memory)
     images, markers = received['image'], received['markers']
     assert pixels(images[-1]).shape == (225, 400, 3)
     assert len({str(image.header.stamp) for image in images}) > 2
@@ -162,10 +160,9 @@ def test_views_are_published_but_not_recorded(start, tmp_path):
     assert {'level', 'image', 'markers'} & recorded == {'level'}
 
 
-def test_views_can_be_turned_off(start):
-    node = start({'publish.views_every': 0}, name='unseen')
-    with Robot(node.element) as robot:
-        received = receive_views(robot)
-        walls = robot.received('wall')  # which are published as often
-        robot.wait(lambda: len(walls) > 20, 'many walls')
-        assert received == {'image': [], 'markers': []}
+def test_views_can_be_turned_off(start_robot):
+    robot = start_robot({'publish.views_every': 0}, name='unseen')
+    received = receive_views(robot)
+    walls = robot.received('wall')  # which are published as often
+    robot.wait(lambda: len(walls) > 20, 'many walls')
+    assert received == {'image': [], 'markers': []}
