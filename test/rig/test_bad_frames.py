@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """A rig answers a frame that it cannot serve with one FAULT and serves the next client; and frames
-that come too late.
+that come too late, or among noise.
 """
 
 import json
@@ -123,3 +123,20 @@ def test_rig_that_ran_dry_fills_its_lead_again():
         rig.pass_time(passing * rig.tick_seconds)
         played.append(rig._played // 40)
     assert played == [3, 3, 3, 4]
+
+
+def test_frames_are_found_among_noise():
+    """In pieces of any size."""
+    frames = [
+        (FrameKind.PLAY, 7, b'mRmR'),
+        (FrameKind.AGAIN, 2**40, b''),
+        (FrameKind.FAULT, 9, b'm' * 300),
+    ]
+    noise = (b'', b'm', b'mR', b'mR\x02' + bytes(14), b'\xff' * 40, encode_frame(*frames[0])[:-1])
+    stream = b''.join(each + encode_frame(*frame) for each in noise for frame in frames)
+    for cut in (1, 7, len(stream)):
+        parser, found = Parser(), []
+        for begin in range(0, len(stream), cut):
+            found += parser.feed(stream[begin : begin + cut])
+        assert found == frames * len(noise)
+        assert parser.skipped == 3 * sum(map(len, noise))

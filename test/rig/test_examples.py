@@ -43,17 +43,22 @@ def element_at(address):
 
 
 def remembers(address, level, name):
-    """Assert that the element of a rig is blank, is written, and is read by the next driver."""
+    """Assert that the element of a rig is blank, is written, and is read by the next driver.
+
+    Returns:
+        The health of the line while it was written.
+    """
     element = element_at(address)
     assert element.perform(Read()).reading.level == -1
     written = element.perform(Write(level))
     assert written.success, written.error
-    assert element.driver.health()['skipped_bytes'] == 0
+    health = element.driver.health()
     element.driver.close()
     element = element_at(address)
     assert element.perform(Read('both')).reading.level == level
     assert element.driver.health()['rig'] == name
     element.driver.close()
+    return health
 
 
 # --- Python -----------------------------------------------------------------------------------
@@ -81,7 +86,7 @@ def plain_rig():
 
 
 def test_rig_in_python_writes_and_reads(plain_rig):
-    remembers(plain_rig, 0, 'plain')
+    assert remembers(plain_rig, 0, 'plain')['skipped_bytes'] == 0
 
 
 # --- C99 --------------------------------------------------------------------------------------
@@ -145,51 +150,26 @@ def program(tmp_path_factory):
     return path
 
 
-def test_rig_in_c_writes_and_reads(program):
-    with wired(program) as (address, _):
-        remembers(address, 0, 'C99')
-
-
-def test_rig_in_c_repairs_its_line(program):
+def test_rig_in_c_writes_reads_and_repairs_its_line(program):
     """Both sides ask for damaged frames again."""
     with wired(program, damage=4e-5) as (address, frames):
-        element = element_at(address)
-        assert element.perform(Write(0)).success
-        assert element.perform(Read('both')).reading.level == 0
-        health = element.driver.health()
-        element.driver.close()
+        health = remembers(address, 0, 'C99')
     assert health['asked_again'] > 5
     assert [frame.kind for frame in frames].count(FrameKind.AGAIN) > 5
 
 
-def strained(address):
-    """Return an element that is held at a strain."""
-    element = element_at(address)
-    element.actuator.ramp_to(0.01, 100.0)
-    while element.actuator.is_moving:
-        element.advance()
-    return element
-
-
-def goes_on(element):
-    """Pass more ticks than are under way: a fault would be heard."""
-    for _ in range(2 * element.driver.lag):
-        element.advance()
-    element.driver.close()
-
-
-def test_rig_in_c_waits_for_a_driver_that_computes(program):
-    """A device may compile or plan for longer than the rig's second of silence."""
+def test_rig_in_c_releases_the_strain_of_a_lost_driver(program):
+    """Not of one that compiles or plans for longer than the rig's second of silence; a strain that
+    nobody looks after is released, and the driver hears of it.
+    """
     with wired(program) as (address, _):
-        element = strained(address)
+        element = element_at(address)
+        element.actuator.ramp_to(0.01, 100.0)
+        while element.actuator.is_moving:
+            element.advance()
         time.sleep(1.5)
-        goes_on(element)
-
-
-def test_rig_in_c_releases_the_strain_without_driver(program):
-    """A strain that nobody looks after is released, and the driver hears of it."""
-    with wired(program) as (address, _):
-        element = strained(address)
+        for _ in range(2 * element.driver.lag):  # a fault would be heard
+            element.advance()
         rig, heard = element.driver.driver, b''
         with rig._turn:  # it hangs in a call
             while b'the strain is zero' not in heard:
