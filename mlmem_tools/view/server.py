@@ -175,10 +175,16 @@ class Server:
             archive = await asyncio.to_thread(
                 shutil.make_archive, f'{folder}/bag', 'zip', path.parent, path.name
             )
-            response = web.FileResponse(
-                archive, headers={'Content-Disposition': f'attachment; filename="{path.name}.zip"'}
+            # a FileResponse would look for the file once more after this block
+            response = web.StreamResponse(
+                headers={'Content-Disposition': f'attachment; filename="{path.name}.zip"'}
             )
+            response.content_type = 'application/zip'
+            response.content_length = Path(archive).stat().st_size
             await response.prepare(request)
+            with open(archive, 'rb') as file:
+                while piece := await asyncio.to_thread(file.read, 1 << 20):
+                    await response.write(piece)
         return response
 
     def _find_path(self, number: str) -> Path:

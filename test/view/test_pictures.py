@@ -38,20 +38,16 @@ def taken(**messages):
     return asyncio.run(run())
 
 
-def test_configuration_and_strain():
-    (head, column), (history, columns) = taken(field=ACTIVE, joint_states=STRAINED)
-    assert head['strain'] == pytest.approx(0.02)
-    assert (column == ACTIVE_PHASE_COUNT).all()
-    assert history['t'] == history['strain'][0] == [head['t']]
-    assert columns.tolist() == column.tolist()
-
-
-def test_real_element_shows_its_strain_alone():
-    (head, column), (history, columns) = taken(joint_states=STRAINED)
+@pytest.mark.parametrize('fields', [{'field': ACTIVE}, {}])
+def test_picture_shows_strain_and_configuration(fields):
+    """A real element publishes no configuration."""
+    (head, column), (history, columns) = taken(joint_states=STRAINED, **fields)
     assert head['strain'] == pytest.approx(0.02)
     assert history['strain'] == [[head['t']], [head['strain']]]
-    assert history['t'] == []
-    assert len(column) == len(columns) == 0
+    assert history['t'] == [head['t']] * len(fields)
+    assert (column == ACTIVE_PHASE_COUNT).all()
+    assert columns.tolist() == column.tolist()
+    assert len(column) == CASE_II.N * len(fields)
 
 
 def test_idle_element_is_shown_rarely_a_change_at_once():

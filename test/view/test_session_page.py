@@ -11,27 +11,23 @@ LIFE, ABORTED = DATA / 'life', DATA / 'aborted_write'
 NOW = 'mlmem.shown().sessions[0].panel.chain.state'
 
 
-@pytest.fixture(scope='module')
-def address(view):
-    return view(str(LIFE), str(ABORTED))
-
-
 @pytest.fixture
-def page(browser, address):
-    """Open the page of one session."""
-    yield opened(browser, f'{address}?session=0')
+def open_page(browser, view):
+    """Open the page of two sessions with a query."""
+    address = view(str(LIFE), str(ABORTED))
+
+    def open_page(query=''):
+        browser.open(address + query)
+        browser.wait_until('window.mlmem && mlmem.shown().duration', 'a session')
+        return browser
+
+    yield open_page
     assert browser.list_complaints() == []
 
 
-def opened(browser, address):
-    browser.open(address)
-    browser.wait_until('window.mlmem && mlmem.shown().duration', 'a session')
-    return browser
-
-
-def test_session_page_is_scrubbed(page):
+def test_session_page_is_scrubbed_and_played(open_page):
     """The session writes 2, reads, erases and reads."""
-    levels, walls = [], []
+    page, levels, walls = open_page('?session=0'), [], []
     written = page.evaluate('mlmem.shown().sessions[0].events.find(e => e.ok).t')
     for time in (0.0, written + 0.02, page.evaluate('mlmem.shown().duration')):
         page.evaluate(
@@ -44,25 +40,17 @@ def test_session_page_is_scrubbed(page):
     assert levels == ['not read', '2', 'blank']
     assert walls == [0, 1, 0]
     assert page.text('#events li.now').endswith('blank')
-
-
-def test_click_on_an_outcome_shows_its_moment(page):
     page.click('#events li:nth-child(2)')
     assert page.text('.level') == '2'
     assert 'delay' in page.text('.delay')
-
-
-def test_session_page_is_played(page):
     page.evaluate("document.getElementById('rate').value = 10")
     page.click('#play')
     page.wait_until('mlmem.shown().now >= mlmem.shown().duration', 'its end')
     assert page.text('#play') == 'Play'
 
 
-def test_two_sessions_stand_side_by_side(page, address):
-    opened(page, address)
-    boxes = page.evaluate(
+def test_two_sessions_stand_side_by_side(open_page):
+    left, right = open_page().evaluate(
         "[...document.querySelectorAll('.picture')].map(p => p.getBoundingClientRect().left)"
     )
-    assert len(boxes) == 2
-    assert boxes[0] < boxes[1]
+    assert left < right

@@ -6,33 +6,14 @@ import json
 import os
 import signal
 import threading
-import time
 import urllib.request
 from pathlib import Path
 
 import pytest
 from sampled import sampled
 
-from mlmem_ros.ros.client.client import standalone
+from mlmem_ros.ros.client.client import standalone, wait_until
 from mlmem_tools.cli.main import main
-
-
-def fetched(address):
-    with urllib.request.urlopen(f'{address}about', timeout=60.0) as response:
-        return json.load(response)
-
-
-def until(condition, what):
-    deadline = time.monotonic() + 60.0
-    while not (value := condition()):
-        assert time.monotonic() < deadline, what
-        time.sleep(0.05)
-    return value
-
-
-def address_in(text):
-    lines = [line for line in text.splitlines() if line.startswith('mlmem view: ')]
-    return lines[0].removeprefix('mlmem view: ') if lines else ''
 
 
 def test_session_that_cannot_be_shown_is_rejected(tmp_path, capsys):
@@ -86,8 +67,16 @@ def test_page_starts_an_element_on_request(kind, tmp_path, capsys):
     found = []
 
     def ask(_):
-        address = until(lambda: address_in(capsys.readouterr().out), 'the address of the page')
-        assert fetched(address)['live']
+        printed = []
+
+        def has_address():
+            printed.append(capsys.readouterr().out)
+            return 'mlmem view: ' in ''.join(printed)
+
+        wait_until(has_address, 'the address of the page', 60.0)
+        address = ''.join(printed).partition('mlmem view: ')[2].splitlines()[0]
+        with urllib.request.urlopen(f'{address}about', timeout=60.0) as response:
+            assert json.load(response)['live']
         with standalone('/own/one') as memory:
             memory.ready(90.0).wait()  # a busy machine starts its process late
             found.append(memory.parameters('element', timeout=30.0).wait())
