@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The benchmarks compare what is equal. No time is asserted here."""
+"""The benchmarks compare what is equal, and mark a busy machine. No time is asserted here."""
 
 import importlib
 import json
@@ -13,6 +13,7 @@ import pytest
 from mlmem_lab.bench import BENCHMARK_TITLES, command
 from mlmem_lab.bench.kernel import build_chain, start_c_program
 from mlmem_lab.bench.measure import Contender, ResultTable, compare_costs
+from mlmem_lab.bench.node import build_row, keep_column
 from mlmem_tools.cli.main import main
 
 
@@ -51,3 +52,20 @@ def test_benchmarks_are_found_by_name():
         module = importlib.import_module(f'mlmem_lab.bench.{name}')
         assert callable(module.run)
     assert main(['bench', 'x']) == 2
+
+
+def test_result_of_a_node_has_a_column_for_every_processor(tmp_path):
+    rows = [
+        build_row('share of a core', 'at most 1', [0.2, 0.4, 0.3], 0.8),
+        build_row('memory', '', [9], 0.1),
+    ]
+    file = tmp_path / 'node.json'
+    keep_column(rows, file)
+    kept = json.loads(file.read_text())['rows']
+    (ours,) = kept[0].keys() - {'figure', 'goal'}
+    assert [row['figure'] for row in kept] == ['date', *(row['figure'] for row in rows)]
+    assert [row[ours] for row in kept[1:]] == ['0.3 (busy)', '9']  # medians
+    assert kept[1]['goal'] == 'at most 1'
+    file.write_text(json.dumps({'rows': [{**row, ours: '7', 'another': '8'} for row in kept]}))
+    keep_column(rows, file)
+    assert json.loads(file.read_text())['rows'] == [{**row, 'another': '8'} for row in kept]
