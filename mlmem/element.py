@@ -141,9 +141,8 @@ class MemoryElement(Memory):
                 self._set_method(method)
                 return None
         if self._running:
-            raise Refused(
-                f'busy: {self.procedure} is running; abort it or wait', code=ErrorCode.BUSY
-            )
+            why = f'busy: {self.procedure} is running; abort it or wait'
+            raise Refused(ErrorCode.BUSY, reason=why)
         if name is not None:
             return self._begin_procedure(name, wanted)
         match command:
@@ -151,9 +150,8 @@ class MemoryElement(Memory):
                 not self.settings.actuator.present
             ):
                 raise Refused(
-                    'a strain needs an actuator, and there is none (actuator.present)',
-                    code=ErrorCode.UNSUPPORTED, field='actuator.present',
-                )  # fmt: skip
+                    ErrorCode.UNSUPPORTED, 'actuator.present', False, 'true for a strain'
+                )
             case commands.SetStrain(strain):
                 if not self.actuator.slew_to(strain):
                     return None
@@ -170,12 +168,12 @@ class MemoryElement(Memory):
         try:
             write = replace(self.settings.write, method=method)
         except SettingsError as error:
-            raise Refused.name_owner('write', error) from error
+            raise Refused.of_error(error, 'write') from error
         try:
             settings = replace(self.settings, write=write)
             self.transducer.set_probes(settings)
         except SettingsError as error:
-            raise Refused(str(error), code=error.code, field=error.field) from error
+            raise Refused.of_error(error) from error
         self.settings = settings
 
     def forget_content(self, reason: str, after: int = 0) -> None:
@@ -194,19 +192,16 @@ class MemoryElement(Memory):
             Refused: One is out of range, or a bad cell makes a level unusable.
         """
         most = self.reader.content_count - 1
-        if wrong := find_problems(command, level=most, content=most):
-            if self.settings.holds_words:
-                wrong = [
-                    one._replace(field='word') if one.field == 'level' else one for one in wrong
-                ]
-            raise Refused.of_problems(wrong)
+        for field, value, expected in find_problems(command, level=most, content=most):
+            name = self.content_name if field == 'level' else field
+            raise Refused.out_of_range(name, value, expected)
         wanted = {
             field.name: getattr(command, field.name) for field, _ in find_descriptions(command)
         }
         for field in {'level', 'content'} & wanted.keys():
             if why := self.reader.unusable_reasons.get(wanted[field]):
-                text = f'level {wanted[field]} {why}'
-                raise Refused(text, code=ErrorCode.UNSUPPORTED, field=field)
+                reason = f'{wanted[field]} {why}'
+                raise Refused(ErrorCode.UNSUPPORTED, field, wanted[field], reason=reason)
         return wanted
 
     def _check_amplitudes(self) -> None:
@@ -214,19 +209,14 @@ class MemoryElement(Memory):
         for end, loudest in self.loudest.items():
             if (A := self.transducer.probes[end].A) > loudest:
                 group = 'probe' if end is End.LEFT else 'probe_right'
-                raise Refused.of_value(
-                    ErrorCode.CONFLICT, f'{group}.A', A,
-                    f'at most {loudest:.3g}, or a pulse may move the wall',
-                )  # fmt: skip
+                expected = f'at most {loudest:.3g}, or a pulse may move the wall'
+                raise Refused(ErrorCode.CONFLICT, f'{group}.A', A, expected)
 
     def _begin_procedure(self, name: str, wanted: dict[str, Any]) -> ProcedureRun:
         row = PROCEDURES[name]
         if row.both_ends and self.settings.has_one_transducer:
-            raise Refused(
-                f'{name} needs a transducer at both ends, and the right end has none (read.method '
-                'records)',
-                code=ErrorCode.UNSUPPORTED, field='read.method',
-            )  # fmt: skip
+            expected = f'delay or waveform for {name}, which needs a transducer at both ends'
+            raise Refused(ErrorCode.UNSUPPORTED, 'read.method', 'records', expected)
         if row.listens:
             self._check_amplitudes()
         if (
@@ -234,15 +224,13 @@ class MemoryElement(Memory):
             and name not in ('calibrate', 'reset')
             and self.reader.needs_calibration(self)
         ):
-            raise Refused(
-                f'{name} needs the records of a calibration: calibrate the element first',
-                code=ErrorCode.UNSUPPORTED, field='read.method',
-            )  # fmt: skip
+            expected = f'delay or waveform for {name}, or calibrate the element first'
+            raise Refused(ErrorCode.UNSUPPORTED, 'read.method', 'records', expected)
         begin, estimate_duration = procedures.STEPS[name]
         try:
             duration = estimate_duration(self, **wanted)
         except ProcedureFailed as error:  # there is no way, as without an actuator
-            raise Refused(str(error), code=ErrorCode.UNSUPPORTED) from error
+            raise Refused.of_error(error, code=ErrorCode.UNSUPPORTED) from error
         self.progress = Progress(name, self.ticks)
         self.expect_duration(duration)
         self._running = ProcedureRun(begin(self, **wanted), self.ticks)

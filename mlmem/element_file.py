@@ -213,15 +213,14 @@ class _File(Settings):
         try:
             self.design.require_memory()
         except DesignError as error:
-            raise ElementFileError.name_owner('design', error) from error
+            raise ElementFileError.of_error(error, 'design') from error
         n = self.design.N
         sizes = {'alpha': n, 'alpha_std': n, 'k_r': n - 1, 'mass': n, 'offset': n}
         for name, size in sizes.items():
             values = getattr(self, name)
             if isinstance(values, np.ndarray) and values.shape != (size,):
-                raise ElementFileError.of_value(
-                    ErrorCode.CONFLICT, name, values.size, f'{size} numbers'
-                )
+                expected = f'{size} numbers'
+                raise ElementFileError(ErrorCode.CONFLICT, name, values.size, expected)
         factor, most = self.alpha_factor, 100.0
         if outside := factor[~((factor >= 1.0 / most) & (factor <= most))].tolist():
             raise ElementFileError.out_of_range(
@@ -231,10 +230,9 @@ class _File(Settings):
             )
         levels, plan = self.design.levels, self.plan
         if plan and not (len(plan.steps) == levels and len(plan.kinks) in (0, levels)):
-            raise ElementFileError.of_value(
-                ErrorCode.CONFLICT, 'plan', f'{len(plan.steps)} steps, {len(plan.kinks)} kinks',
-                f'of steps, and kinks if any, to {levels} levels',
-            )  # fmt: skip
+            counts = f'{len(plan.steps)} steps, {len(plan.kinks)} kinks'
+            expected = f'of steps, and kinks if any, to {levels} levels'
+            raise ElementFileError(ErrorCode.CONFLICT, 'plan', counts, expected)
 
     @property
     def alpha_factor(self) -> Array:
@@ -311,13 +309,10 @@ def parse(text: str, source: str, name: str = '') -> Element:
             offset=given.offset, stuck=given.stuck,
         )  # fmt: skip
     except ValueError as error:
-        rejected = error if isinstance(error, Rejected) else DecodeError(str(error))
-        line = find_line(text, rejected.field) if rejected.field else 0
+        field = error.field if isinstance(error, Rejected) else ''
+        line = find_line(text, field) if field else 0
         place = f'{source}, line {line}' if line else source
-        raise ElementFileError(
-            f'{place}: {error}', rejected.field, rejected.code,
-            value=rejected.value, expected=rejected.expected,
-        ) from error  # fmt: skip
+        raise ElementFileError.of_error(error, place=place) from error
     deviations = np.zeros(given.design.N) if given.alpha_std is None else given.alpha_std
     settings = Settings(**{each.name: getattr(given, each.name) for each in fields(Settings)})
     return Element(
@@ -335,7 +330,7 @@ def read_element_file(path: Path) -> Element:
     try:
         text = read_file(path)
     except DecodeError as error:
-        raise ElementFileError(f'{path}: {error}', error.field, error.code) from error
+        raise ElementFileError.of_error(error, place=str(path)) from error
     return parse(text, str(path), path.stem)
 
 
@@ -348,15 +343,11 @@ def read_matching_element(path: Path, design: Design, settings: Settings | None 
     element = read_element_file(path)
     found = element.specimen.design.cells
     if found != design.cells:
-        raise ElementFileError(
-            f'{path} must have the N, J, J_s and tail of the design, {design.cells}; got {found}',
-            'design', ErrorCode.CONFLICT,
-        )  # fmt: skip
+        expected = f'one with the N, J, J_s and tail of the other, {design.cells}'
+        raise ElementFileError(ErrorCode.CONFLICT, 'design', found, expected, place=str(path))
     if settings and element.plan and element.plan.schedule != hash_schedule(settings):
-        raise ElementFileError(
-            f'{path}: its pulses were planned with other settings; `mlmem plan` finds new ones',
-            'plan', ErrorCode.CONFLICT,
-        )  # fmt: skip
+        why = 'its pulses were planned with other settings; `mlmem plan` finds new ones'
+        raise ElementFileError(ErrorCode.CONFLICT, 'plan', reason=why, place=str(path))
     return element
 
 

@@ -19,8 +19,8 @@ class Checked:
     """A group of settings that refuses values out of range when it is made."""
 
     def __post_init__(self) -> None:
-        if found := find_problems(self):
-            raise SettingsError.of_problems(found)
+        for problem in find_problems(self):
+            raise SettingsError.out_of_range(*problem)
 
 
 class Refused(Rejected):

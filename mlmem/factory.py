@@ -63,11 +63,11 @@ def compute_calibration(made: Specimen, design: Design, settings: Settings) -> C
         for end, echo in echoes.items():
             if echo.delay is None:
                 probe = twin.transducer.probes[end]
-                raise SettingsError(
-                    f'level {level} gives no echo at the {end} end: with carrier '
-                    f'{probe.omega_c:g} and threshold {probe.v_th:g} it cannot be read',
-                    ErrorCode.UNSUPPORTED, 'level', level,
-                )  # fmt: skip
+                expected = (
+                    f'one with an echo at the {end} end, where carrier {probe.omega_c:g} and '
+                    f'threshold {probe.v_th:g} give none'
+                )
+                raise SettingsError(ErrorCode.UNSUPPORTED, 'level', level, expected)
     empty = _measure_echoes(twin, make_blank(made), (End.RIGHT,))[End.RIGHT].delay
     left, right = (
         DelayTable(
@@ -86,8 +86,7 @@ def _relax_wall(made: Specimen, level: int) -> Array:
     try:
         return find_pinned_wall(made, level)
     except StateError as error:
-        text = f'the wall does not settle at level {level}: {error}'
-        raise SettingsError(text, ErrorCode.UNSUPPORTED, 'level', level) from error
+        raise SettingsError.of_error(error) from error
 
 
 def _measure_echoes(twin: Instrument, v: Array, ends: tuple[End, ...]) -> dict[End, Echo]:
@@ -101,8 +100,7 @@ def _measure_echoes(twin: Instrument, v: Array, ends: tuple[End, ...]) -> dict[E
             twin.transducer.assume_equilibrium()
         return run(twin, probe_ends(twin, ends))
     except ProcedureFailed as error:
-        text = f'the ideal element cannot be probed: {error}'
-        raise SettingsError(text, ErrorCode.UNSUPPORTED, 'probe') from error
+        raise SettingsError.of_error(error, 'probe', code=ErrorCode.UNSUPPORTED) from error
 
 
 @lru_cache(maxsize=8)

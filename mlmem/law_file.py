@@ -49,13 +49,14 @@ def read_law_file(path: Path | str, length: float = 1.0, stiffness: float = 1.0)
     try:
         given: _File = decode_value(_File, parse_yaml(read_file(path)))
     except ValueError as error:
-        raise LawFileError(f'{path} is not a law as `mlmem law` writes: {error}') from error
+        raise LawFileError.of_error(error, place=str(path)) from error
     law = given.law
     try:
         force = (np.array(law.force) / (stiffness * length)).tolist()
         return replace(law, low=law.low / length, high=law.high / length, force=tuple(force))
     except DesignError as error:
-        raise LawFileError(f'this law is none in units of {length:g} m: {error}') from error
+        place = f'{path}, in units of {length:g} m'
+        raise LawFileError.of_error(error, 'law', place) from error
 
 
 def write_law_file(path: Path, law: Curve, force_std: Sequence[float] = ()) -> None:

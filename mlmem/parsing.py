@@ -27,10 +27,7 @@ import numpy as np
 
 from . import atomic_files
 from .rejections import ErrorCode, Rejected
-from .schema import Description, describe_expected, is_valid_value, make_printable, short_repr
-
-MAX_MESSAGE_CHARS = 300
-"""Most characters of a message."""
+from .schema import Description, describe_expected, is_valid_value, make_printable
 
 ANY_VALUE = Description('')
 """Of a field that is not described."""
@@ -39,18 +36,11 @@ Some = TypeVar('Some')
 
 
 class DecodeError(Rejected, ValueError):
-    """What was read is not what is declared; the message, of one line and at most
-    `MAX_MESSAGE_CHARS` characters, says where, and what was expected. The errors of our kinds of
-    files derive from it.
+    """What was read is not what is declared. The errors of our kinds of files derive from it.
 
     Attributes:
         field: Key that is wrong, as `kick.speeds`, or that holds what is; empty if it is all.
     """
-
-    def __init__(
-        self, message: str, field: str = '', code: ErrorCode = ErrorCode.OTHER, **more: Any
-    ) -> None:
-        super().__init__(make_printable(message, MAX_MESSAGE_CHARS), code, field, **more)
 
 
 # --- texts ------------------------------------------------------------------------------------
@@ -65,7 +55,8 @@ def read_file(path: Path | str) -> str:
     try:
         return atomic_files.read_text(Path(path))
     except (OSError, ValueError) as error:
-        raise DecodeError(atomic_files.describe_error(error), code=ErrorCode.UNREADABLE) from error
+        why = atomic_files.describe_error(error)
+        raise DecodeError(ErrorCode.UNREADABLE, reason=why) from error
 
 
 def require_regular(path: Path) -> None:
@@ -77,9 +68,10 @@ def require_regular(path: Path) -> None:
     try:
         mode = path.stat().st_mode
     except (OSError, ValueError) as error:
-        raise DecodeError(atomic_files.describe_error(error), code=ErrorCode.UNREADABLE) from error
+        why = atomic_files.describe_error(error)
+        raise DecodeError(ErrorCode.UNREADABLE, reason=why) from error
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
-        raise DecodeError('it is not a regular file', code=ErrorCode.UNREADABLE)
+        raise DecodeError(ErrorCode.UNREADABLE, reason='it is not a regular file')
 
 
 def parse_json(text: str | bytes) -> Any:
@@ -93,7 +85,7 @@ def parse_json(text: str | bytes) -> Any:
 
 
 def _malformed(language: str, why: str) -> DecodeError:
-    return DecodeError(f'it must be {language}; {why}', code=ErrorCode.MALFORMED)
+    return DecodeError(ErrorCode.MALFORMED, reason=f'it must be {language}; {why}')
 
 
 def _refuse_constant(name: str) -> NoReturn:
@@ -129,7 +121,10 @@ def parse_yaml(text: str, *, texts: bool = False) -> Any:
                 raise _malformed('YAML', 'it is too large')
         single = loader(text)
         try:
-            return single.get_single_data()
+            node = single.get_single_node()
+            if not texts:
+                _require_single_keys(node)
+            return None if node is None else single.construct_document(node)
         finally:
             single.dispose()
     except DecodeError:
@@ -141,26 +136,38 @@ def parse_yaml(text: str, *, texts: bool = False) -> Any:
 @functools.cache
 def _value_loader() -> Any:
     """Return a YAML loader to which 1e-5 and 1.0e6 are numbers, as to ROS; YAML 1.1 demands a
-    point and a sign. A key that stands twice is an error to it.
+    point and a sign.
     """
     import yaml
 
     class ValueLoader(getattr(yaml, 'CSafeLoader', yaml.SafeLoader)):  # type: ignore[misc]
-        def construct_mapping(self, node: Any, deep: bool = False) -> Any:
-            lines: dict[str, int] = {}
-            for key in (key for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
-                line = key.start_mark.line + 1
-                if key.value in lines:
-                    short = make_printable(key.value, 40)
-                    why = f'{short} stands twice, in line {lines[key.value]} and in line {line}'
-                    raise DecodeError(why, short, ErrorCode.MALFORMED)
-                lines[key.value] = line
-            return super().construct_mapping(node, deep)
+        """A loader with a table of its own."""
 
     loader: Any = ValueLoader
     number = re.compile(r'[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+')
     loader.add_implicit_resolver('tag:yaml.org,2002:float', number, list('-+.0123456789'))
     return loader
+
+
+def _require_single_keys(node: Any) -> None:
+    """Raise `DecodeError` if a key stands twice in a mapping of a YAML document."""
+    waiting, seen = [('', node)], set()
+    while waiting:
+        name, node = waiting.pop()
+        if id(node) in seen or not isinstance(getattr(node, 'value', None), list):
+            continue
+        seen.add(id(node))  # aliases stand for it, too
+        lines: dict[Any, int] = {}
+        for each in node.value:
+            key, value = each if isinstance(each, tuple) else (None, each)
+            waiting.append((_join_path(name, key.value) if key else name, value))
+            if key is None or isinstance(key.value, list):
+                continue
+            line = key.start_mark.line + 1
+            if key.value in lines:
+                why = f'it stands twice, in line {lines[key.value]} and in line {line}'
+                raise DecodeError(ErrorCode.MALFORMED, _join_path(name, key.value), reason=why)
+            lines[key.value] = line
 
 
 def find_line(text: str, field: str) -> int:
@@ -271,9 +278,7 @@ def encode_array(values: Any) -> dict[str, Any]:
 
 
 def _raise_mismatch(name: str, what: str, data: Any) -> NoReturn:
-    error = DecodeError.out_of_range(name or 'it', data, what)
-    error.field = name
-    raise error
+    raise DecodeError.out_of_range(name, data, what)
 
 
 def _join_path(name: str, key: object) -> str:
@@ -301,28 +306,19 @@ def _decode_object(kind: type, data: Any, name: str) -> Any:
     fields = _describe_fields(kind)
     if not isinstance(data, Mapping):
         if not name:
-            raise DecodeError(
-                f'it must be an object; got {_describe_kind(data)}', code=ErrorCode.OUT_OF_RANGE
-            )
+            why = f'it must be an object; got {_describe_kind(data)}'
+            raise DecodeError(ErrorCode.OUT_OF_RANGE, reason=why)
         _raise_mismatch(name, 'an object', data)
+    known = ', '.join(fields)
     if not name and data and fields and not any(key in fields for key in data):
-        raise DecodeError(
-            f'it has none of the keys {", ".join(fields)}', code=ErrorCode.UNKNOWN_FIELD
-        )
-    if unknown := [key for key in data if key not in fields]:
-        there = f' in {name}' if name else ''
-        known = ', '.join(fields)
-        raise DecodeError(
-            f'there is no {short_repr(unknown[0], 40)}{there}; there are {known}',
-            _join_path(name, unknown[0]),
-            code=ErrorCode.UNKNOWN_FIELD,
-        )
-    if missing := [key for key, (*_, needed) in fields.items() if needed and key not in data]:
-        text = fields[missing[0]][1].text if len(missing) == 1 else ''
-        raise DecodeError(
-            f'{name or "it"} lacks {", ".join(missing)}{text and f": {text}"}', name,
-            code=ErrorCode.MISSING_FIELD,
-        )  # fmt: skip
+        raise DecodeError(ErrorCode.UNKNOWN_FIELD, reason=f'it has none of the keys {known}')
+    for key in data:
+        if key not in fields:
+            raise DecodeError(ErrorCode.UNKNOWN_FIELD, _join_path(name, key), expected=known)
+    for key, (_, described, needed) in fields.items():
+        if needed and key not in data:
+            text = described.text or 'it has no default'
+            raise DecodeError(ErrorCode.MISSING_FIELD, _join_path(name, key), expected=text)
     try:
         return kind(**{
             key: decode_value(hint, data[key], _join_path(name, key), given)
@@ -332,12 +328,7 @@ def _decode_object(kind: type, data: Any, name: str) -> Any:
     except DecodeError:
         raise
     except ValueError as error:
-        wrong = error if isinstance(error, Rejected) else Rejected('')
-        raise DecodeError(
-            f'{name}: {error}' if name else str(error),
-            '.'.join(filter(None, (name, wrong.field))), wrong.code,
-            value=wrong.value, expected=wrong.expected,
-        ) from error  # fmt: skip
+        raise DecodeError.of_error(error, name) from error
 
 
 def _describe_kind(data: Any) -> str:

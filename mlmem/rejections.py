@@ -8,11 +8,10 @@ A test asserts code and field, never the sentence.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from .schema import Problem
+from .schema import make_printable, short_repr
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -49,6 +48,13 @@ class ErrorCode(str, Enum):
     """None of these; the sentence says it."""
 
 
+SENTENCES = {
+    ErrorCode.UNKNOWN_FIELD: 'there is no {field}; there are {expected}',
+    ErrorCode.MISSING_FIELD: '{field} must be given: {expected}',
+}
+"""The sentences of rejections without a reason that do not say what a value must be."""
+
+
 class OutcomeCode(str, Enum):
     """How a procedure ended."""
 
@@ -76,46 +82,56 @@ class Rejected(Exception):
         field: What is wrong, such as `kick.speeds`; empty if it is not a field.
         value: The value that it has.
         expected: What it must be, in words, with unit and range.
+        reason: What prevents it, where no value does: a failure, or what is under way.
+        place: Where it stands, such as a file and a line; empty if it is from no file.
     """
 
     def __init__(
         self,
-        message: str,
         code: ErrorCode = ErrorCode.OTHER,
         field: str = '',
         value: object = None,
         expected: str = '',
+        reason: str = '',
+        place: str = '',
     ) -> None:
-        super().__init__(message)
+        super().__init__(code, field, value, expected, reason, place)  # to be pickled
         self.code, self.field, self.value, self.expected = code, field, value, expected
+        self.reason, self.place = reason, place
 
-    @classmethod
-    def of_value(cls, code: ErrorCode, field: str, value: object, expected: str) -> Self:
-        """Return the rejection of a value, with its sentence."""
-        message = str(Problem(field, value, expected))
-        return cls(message, code=code, field=field, value=value, expected=expected)
+    def __str__(self) -> str:
+        """Return the sentence, of one line and at most `MAX_MESSAGE_CHARS` characters."""
+        parts = [self.place, self.field, self.reason]
+        if not self.reason:
+            form = SENTENCES.get(self.code, '{field} must be {expected}; got {value}')
+            value = short_repr(self.value)
+            sentence = form.format(field=self.field or 'it', expected=self.expected, value=value)
+            parts = [self.place, sentence]
+        return make_printable(': '.join(filter(None, parts)))
 
     @classmethod
     def out_of_range(cls, field: str, value: object, expected: str) -> Self:
         """Return the rejection of a value that is not what it must be, whatever else there is."""
-        return cls.of_value(ErrorCode.OUT_OF_RANGE, field, value, expected)
+        return cls(ErrorCode.OUT_OF_RANGE, field, value, expected)
 
     @classmethod
-    def of_problems(
-        cls, problems: Sequence[Problem], code: ErrorCode = ErrorCode.OUT_OF_RANGE
+    def of_error(
+        cls,
+        error: Exception,
+        owner: str = '',
+        place: str = '',
+        code: ErrorCode = ErrorCode.OTHER,
     ) -> Self:
-        """Return the rejection of several values: all sentences, and the first field."""
-        field, value, expected = problems[0]
-        message = '; '.join(map(str, problems))
-        return cls(message, code=code, field=field, value=value, expected=expected)
+        """Return the rejection that an error is.
 
-    @classmethod
-    def name_owner(cls, owner: str, error: Exception) -> Self:
-        """Return the rejection of what a group or a file holds; `owner` is its name."""
+        Args:
+            error: A rejection keeps its code; of any other error, the text is the reason.
+            owner: Name of the group that has the field.
+            place: The file.
+            code: Of an error that is no rejection.
+        """
         if not isinstance(error, Rejected):
-            return cls(f'{owner}: {error}', field=owner)
-        more: dict[str, Any] = {'value': error.value, 'expected': error.expected}
-        if not error.field:
-            return cls(f'{owner}: {error}', code=error.code, field=owner, **more)
-        field = f'{owner}.{error.field}'
-        return cls(f'{owner}.{error}', code=error.code, field=field, **more)
+            error = Rejected(code, reason=str(error))
+        field = '.'.join(filter(None, (owner, error.field)))
+        place = ': '.join(filter(None, (place, error.place)))
+        return cls(error.code, field, error.value, error.expected, error.reason, place)

@@ -15,6 +15,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+MAX_MESSAGE_CHARS = 1000
+"""Most characters of the sentence of an error."""
+
 
 @dataclass(frozen=True)
 class Description:
@@ -85,9 +88,6 @@ class Problem(NamedTuple):
     field: str
     value: object
     expected: str
-
-    def __str__(self) -> str:
-        return f'{self.field} must be {self.expected}; got {short_repr(self.value)}'
 
 
 def find_problems(instance: Any, **most: float) -> list[Problem]:
@@ -175,10 +175,14 @@ def short_repr(value: object, most: int = 80) -> str:
     short.maxlevel = 3
     short.maxlist = short.maxtuple = short.maxdict = short.maxset = short.maxarray = 6
     short.maxstring = short.maxlong = short.maxother = most
-    return _shorten_text(short.repr(value[:most] if isinstance(value, bytes) else value), most)
+    try:
+        text = short.repr(value[:most] if isinstance(value, bytes) else value)
+    except ValueError:  # Python writes no whole number of more than 4300 digits
+        text = '<a number of thousands of digits>'
+    return _shorten_text(text, most)
 
 
-def make_printable(text: str, most: int = 1000) -> str:
+def make_printable(text: str, most: int = MAX_MESSAGE_CHARS) -> str:
     """Return a text, whatever it is, as one line of at most `most` characters that a terminal
     displays without interpreting it.
     """

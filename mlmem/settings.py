@@ -275,17 +275,17 @@ class Settings:
     scale: ScaleSettings = ScaleSettings()
 
     def __post_init__(self) -> None:
-        if conflicts := list(self._find_conflicts()):
-            raise SettingsError.of_problems(conflicts, ErrorCode.CONFLICT)
+        for conflict in self._find_conflicts():
+            raise SettingsError(ErrorCode.CONFLICT, *conflict)
         if self.amplifies_pulses:
             for name, probe in (('probe', self.probe), ('probe_right', self.probe_right)):
                 try:
                     self.read.amplify_probe(probe)
                 except SettingsError as error:
+                    expected = f'{error.expected} after the factor read.kicked_gain'
                     raise SettingsError(
-                        f'read.kicked_gain times {name}.{error}', ErrorCode.CONFLICT,
-                        f'{name}.{error.field}', error.value, error.expected,
-                    ) from None  # fmt: skip
+                        ErrorCode.CONFLICT, f'{name}.{error.field}', error.value, expected
+                    ) from None
 
     def _find_conflicts(self) -> Iterator[Problem]:
         """Yield the values that do not fit others."""

@@ -71,7 +71,8 @@ def wall_at(
         StateError: In the simulation: there is no such level or site, or no equilibrium was found.
     """
     if (level is None) == (position is None):
-        raise SettingsError('give either level or position', ErrorCode.CONFLICT, 'level', level)
+        expected = 'given, or else position, and not both'
+        raise SettingsError(ErrorCode.CONFLICT, 'level', level, expected)
 
     def place_wall(specimen: Specimen) -> Array:
         place = float(position or 0.0) if level is None else guess_position(specimen, level)

@@ -7,7 +7,7 @@ from __future__ import annotations
 import hashlib
 import math
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass
 from functools import partial
 from typing import Any
@@ -29,7 +29,7 @@ from .readers.calibration import Calibration, calibration_key
 from .readers.decoding import primary_end
 from .readers.reading import UNDECODABLE, Reading, Unknown
 from .rejections import ErrorCode
-from .schema import describe_field, make_printable
+from .schema import Problem, describe_field
 
 _tick = partial(describe_field, low=0, high=2**62)
 
@@ -76,10 +76,8 @@ def take_snapshot(element: MemoryElement) -> dict[str, Any]:
         Refused: A procedure runs.
     """
     if element.procedure:
-        raise Refused(
-            f'busy: {element.procedure} is running; only an idle device has a snapshot',
-            code=ErrorCode.BUSY,
-        )
+        why = f'busy: {element.procedure} is running; only an idle device has a snapshot'
+        raise Refused(ErrorCode.BUSY, reason=why)
     values: dict[str, Any] = encode_value(Snapshot.from_device(element))
     return values
 
@@ -95,16 +93,14 @@ def restore_snapshot(element: MemoryElement, snapshot: Mapping[str, Any]) -> Non
         Refused: A procedure runs.
     """
     if element.procedure:
-        raise Refused(f'busy: {element.procedure} is running', code=ErrorCode.BUSY)
+        raise Refused(ErrorCode.BUSY, reason=f'busy: {element.procedure} is running')
     try:
         saved = decode_value(Snapshot, snapshot)
-        _check_values(element, saved)
+        for conflict in _find_conflicts(element, saved):
+            raise StateError(ErrorCode.CONFLICT, *conflict)
         specimen = element.specimen(saved.faults)
     except (KeyError, ValueError, Refused) as error:
-        why = make_printable(str(error), 300)
-        raise StateError(f'this is not a snapshot of a device: {why}') from error
-    if element.is_simulated and (wrong := _find_mismatches(element, saved)):
-        raise StateError(f'this is not a snapshot of such a device: {", ".join(wrong)} must agree')
+        raise StateError.of_error(error, place='this is not a snapshot of this device') from error
     key = calibration_key(element.design, element.settings)
     if saved.calibration_key in ('', key):  # '' in a replay
         element.calibration = saved.calibration
@@ -122,49 +118,67 @@ def restore_snapshot(element: MemoryElement, snapshot: Mapping[str, Any]) -> Non
     element.random_since = saved.random_since
 
 
-def _check_values(element: MemoryElement, saved: Snapshot) -> None:
-    """Raise `ValueError` or `Refused` unless a device can have these values."""
-    if element.is_simulated and saved.chain is None:
-        raise ValueError('it is of a real element, or damaged')
+def _find_conflicts(element: MemoryElement, saved: Snapshot) -> Iterator[Problem]:
+    """Yield the values that a device of this design and these settings cannot have.
+
+    Raises:
+        SettingsError, Refused: A part cannot have its values.
+    """
     if saved.design != element.design:
-        raise ValueError('its design must agree')
+        yield Problem('design', saved.design, 'that of the device')
     saved.calibration.check(element.design.levels, primary_end(element.settings.read))
-    counted, statistics = len(element.statistics.level_writes), saved.statistics
-    if {len(statistics.level_writes), len(statistics.level_ticks)} != {counted}:
-        raise ValueError(f'the statistics must be for {counted} levels')
+    counted = len(element.statistics.level_writes)
+    for name in ('level_writes', 'level_ticks'):
+        if (found := len(getattr(saved.statistics, name))) != counted:
+            yield Problem(f'statistics.{name}', found, f'those of {counted} levels')
     if not element.is_simulated:
         return
     element.base.check(saved.base.acceleration)
     element.base.check(saved.base.target)
     element.actuator.check_state(saved.actuator)
-    if saved.reading and not UNDECODABLE <= saved.reading.level < element.reader.content_count:
-        raise ValueError(f'there is no level {saved.reading.level}')
+    top = element.reader.content_count - 1
+    if saved.reading and not UNDECODABLE <= saved.reading.level <= top:
+        yield Problem('reading.level', saved.reading.level, f'from {UNDECODABLE} to {top}')
     for name in ('last_moved', 'random_since'):
         if (tick := getattr(saved, name)) > saved.ticks:
-            raise ValueError(f'{name} must be a past tick; got {tick} at tick {saved.ticks}')
-    if saved.transducer.returns.keys() != set(End):
-        raise ValueError('returns must be of both ends')
+            yield Problem(name, tick, f'a past tick, at most ticks = {saved.ticks}')
+    yield from _find_sample_conflicts(element, saved)
+    if saved.chain is None:
+        yield Problem('chain', None, 'that of a simulated element')
+    else:
+        yield from _find_chain_conflicts(element, saved, saved.chain)
 
 
-def _find_mismatches(element: MemoryElement, saved: Snapshot) -> list[str]:
-    """Return what of a simulated device's snapshot does not fit a device of this design."""
-    chain, sensors = saved.chain, saved.sensors
-    assert chain is not None
-    recent, late = element.transducer.recent, sensors.late
-    agree = {
-        'its steps per tick (time.tick, time.integrator)': chain.steps
-        == saved.ticks * element.steps_per_tick,
-        'its recent samples': saved.transducer.recent.shape == recent.shape,
-        'its late samples': late.shape
-        in ((2, 0), (2, element.sensors.count_late_samples(saved.faults))),
-        'its slow signals': sensors.slow is None or sensors.slow.shape == (2,),
-        'its state': chain.values.shape == element.chain.state().shape
-        # far beyond any real displacement, velocity or acceleration
-        and bool((np.abs(chain.values) <= 1e12).all()),
-        'its strain': saved.linkage.commanded == saved.actuator.strain
-        and math.isclose(chain.V_N, element.design.end_displacement(saved.linkage.strain)),
-    }
-    return [what for what, right in agree.items() if not right]
+def _find_sample_conflicts(element: MemoryElement, saved: Snapshot) -> Iterator[Problem]:
+    """Yield the samples of transducers and sensors that do not fit the device."""
+    transducer, sensors = saved.transducer, saved.sensors
+    if transducer.returns.keys() != set(End):
+        yield Problem('transducer.returns', list(transducer.returns), 'of both ends')
+    late = element.sensors.count_late_samples(saved.faults)
+    for name, values, shapes in (
+        ('transducer.recent', transducer.recent, [element.transducer.recent.shape]),
+        ('sensors.late', sensors.late, [(2, 0), (2, late)]),
+        ('sensors.slow', sensors.slow, [(2,)]),
+    ):
+        if values is not None and values.shape not in shapes:
+            yield Problem(name, values.shape, f'of shape {shapes[-1]}')
+
+
+def _find_chain_conflicts(
+    element: MemoryElement, saved: Snapshot, chain: ChainState
+) -> Iterator[Problem]:
+    """Yield what of a chain does not fit the clock, the design, and the strain of the device."""
+    if chain.steps != (steps := saved.ticks * element.steps_per_tick):
+        yield Problem('chain.steps', chain.steps, f'{steps} by time.tick and time.integrator')
+    if (found := chain.values.shape) != (shape := element.chain.state().shape):
+        yield Problem('chain.values', found, f'of shape {shape}')
+    if (largest := np.abs(chain.values).max()) > 1e12:  # far beyond any real state
+        yield Problem('chain.values', largest, 'at most 1e12')
+    if (commanded := saved.linkage.commanded) != (strain := saved.actuator.strain):
+        yield Problem('linkage.commanded', commanded, f'{strain:g}, the strain of the actuator')
+    V_N = element.design.end_displacement(saved.linkage.strain)
+    if not math.isclose(chain.V_N, V_N):
+        yield Problem('chain.V_N', chain.V_N, f'{V_N:g}, as strained by the linkage')
 
 
 def hash_state(element: MemoryElement) -> str:

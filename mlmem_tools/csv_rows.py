@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from mlmem.parsing import DecodeError, read_file
-from mlmem.schema import short_repr
+from mlmem.rejections import ErrorCode
 
 
 def read_rows(path: Path) -> Iterator[tuple[str, list[str]]]:
@@ -22,7 +22,7 @@ def read_rows(path: Path) -> Iterator[tuple[str, list[str]]]:
     try:
         lines = read_file(path).splitlines()
     except DecodeError as error:
-        raise DecodeError(f'{path}: {error}') from error
+        raise DecodeError.of_error(error, place=str(path)) from error
     count = 0
     for number, line in enumerate(lines, 1):
         if line.strip() and line[:1] != '#':
@@ -30,14 +30,16 @@ def read_rows(path: Path) -> Iterator[tuple[str, list[str]]]:
             try:
                 cells = [cell.strip() for cell in next(csv.reader([line]))]
             except csv.Error as error:
-                raise DecodeError(f'{place}: it must be CSV; {error}') from error
+                why = f'it must be CSV; {error}'
+                raise DecodeError(ErrorCode.MALFORMED, reason=why, place=place) from error
             count = count or len(cells)
             if len(cells) != count:
-                raise DecodeError(f'{place}: it must have {count} values; got {len(cells)}')
+                expected = f'{count} values'
+                raise DecodeError(ErrorCode.CONFLICT, '', len(cells), expected, place=place)
             yield place, cells
 
 
-def parse_number(text: str, place: str) -> float:
+def parse_number(text: str, place: str, field: str = '') -> float:
     """Return a finite number.
 
     Raises:
@@ -48,4 +50,4 @@ def parse_number(text: str, place: str) -> float:
             return value
     except ValueError:
         pass
-    raise DecodeError(f'{place} must be a finite number; got {short_repr(text)}')
+    raise DecodeError(ErrorCode.OUT_OF_RANGE, field, text, 'a finite number', place=place)

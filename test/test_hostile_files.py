@@ -29,8 +29,9 @@ from mlmem import (
 )
 from mlmem.element_file import Element
 from mlmem.instrument.end import End, Shot
-from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError
+from mlmem.parsing import DecodeError
 from mlmem.physics import CASE_II, Specimen, StateError
+from mlmem.schema import MAX_MESSAGE_CHARS
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import store
 from mlmem_ros.session import data
@@ -64,7 +65,7 @@ def build_element():
 def load_state(path):
     """Restore an element from a state file; none is a fresh start, which is no error."""
     if (found := store.load_snapshot(path)) is None:
-        raise StateError('there is none')
+        raise StateError(reason='there is none')
     snapshot.restore_snapshot(build_element(), found)
 
 

@@ -57,14 +57,13 @@ class Rk4Element(Driver):
                 depth.
         """
         if specimen.design.substrate != 'rigid':
-            raise SettingsError('only a rigid substrate can be integrated otherwise')
+            raise SettingsError.out_of_range('substrate', specimen.design.substrate, 'rigid')
         if specimen.depths.any():
-            raise SettingsError('wells of unequal depth cannot be integrated otherwise')
-        if not (0.0 < step <= 0.25 and 0.0 <= friction < math.inf):
-            raise SettingsError(
-                'step must be above 0 and at most 0.25 time units, and friction at least 0; got '
-                f'{step:g} and {friction:g}'
-            )
+            raise SettingsError.out_of_range('depth', specimen.depths, '0 in every cell')
+        if not 0.0 < step <= 0.25:
+            raise SettingsError.out_of_range('step', step, 'above 0, up to 0.25 time units')
+        if not 0.0 <= friction < math.inf:
+            raise SettingsError.out_of_range('friction', friction, 'at least 0')
         self.specimen, self.dt, self.V_N = specimen, dt, 0.0
         blank = specimen.design.D_s1 + specimen.offsets
         self.v = relax_to_equilibrium(specimen, blank, np.zeros_like(blank))
@@ -96,7 +95,7 @@ class Rk4Element(Driver):
             made.damped_by_substrate, self._friction, self._eta, self._harmonic, ends,
         )  # fmt: skip
         if not (np.isfinite(v).all() and np.isfinite(velocity).all()):
-            raise StateError('the element stopped being finite: it is strained too hard')
+            raise StateError(reason='the element stopped being finite: it is strained too hard')
         self.v, self.velocity = v, velocity
         self.V_N = float(V_N[-1]) if len(V_N) else self.V_N
         return ends

@@ -204,7 +204,7 @@ def plan_profile(
         times, strains = (0.0, *times), (strain, *strains)
         rates = (0.0, *rates) if rates else ()
     elif abs(strains[0] - strain) > ROUNDING_TOLERANCE * settings.max_strain:
-        raise Refused.of_value(
+        raise Refused(
             ErrorCode.CONFLICT, 'strains', strains[0], f'the present strain {strain:g} at 0 s'
         )
     profile = Profile(
@@ -221,11 +221,11 @@ def plan_profile(
         # true for NaN, too
         if len(beyond := np.flatnonzero(~(reached <= limit * (1.0 + ROUNDING_TOLERANCE)))):
             where = int(beyond[0])
-            raise Refused(
-                f'the {name} must stay within {limit:g} (actuator.{setting}); it reaches '
-                f'{reached[where]:g} between {times[where]:g} s and {times[where + 1]:g} s',
-                code=ErrorCode.OUT_OF_RANGE, field=f'{name}s',
-            )  # fmt: skip
+            expected = (
+                f'within {limit:g} (actuator.{setting}) from {times[where]:g} s to '
+                f'{times[where + 1]:g} s'
+            )
+            raise Refused.out_of_range(f'{name}s', float(reached[where]), expected)
     return profile
 
 
@@ -237,12 +237,12 @@ def _check_points(command: FollowTrajectory) -> tuple[tuple[float, ...], ...]:
     for name, column in (('strains', strains), ('rates', rates or times)):  # rates may be left out
         if len(column) != len(times):
             expected = f'{len(times)}, one for every point'
-            raise Refused.of_value(ErrorCode.CONFLICT, name, len(column), expected)
+            raise Refused(ErrorCode.CONFLICT, name, len(column), expected)
     for name, column in zip(('times', 'strains', 'rates'), columns, strict=True):
         if bad := [value for value in column if not is_number(value, sys.float_info.max)]:
             raise Refused.out_of_range(name, bad[0], 'finite numbers')
     if times[0] < 0.0 or any(late <= early for early, late in itertools.pairwise(times)):
-        raise Refused.of_value(ErrorCode.CONFLICT, 'times', times, 'rising from 0 s')
+        raise Refused(ErrorCode.CONFLICT, 'times', times, 'rising from 0 s')
     if times[-1] == 0.0:
         raise Refused.out_of_range('times', times[-1], 'later than 0 s at the last point')
     return columns

@@ -158,7 +158,7 @@ def steps_per_tick(material: Material, time: TimeSettings) -> int:
     dt = default_step(made, INTEGRATORS[time.integrator])
     steps, most = math.ceil(time.tick / dt), MAX_CELL_STEPS // max(made.design.N, 1000)
     if steps > most:
-        raise SettingsError.of_value(
+        raise SettingsError(
             ErrorCode.CONFLICT, 'time.tick', time.tick,
             f'at most {most * dt:.4g}, which is {most} steps of this design',
         )  # fmt: skip
@@ -258,7 +258,7 @@ def open_driver(
     """
     if name == SIMULATION_NAME:
         if address:
-            raise SettingsError.of_value(
+            raise SettingsError(
                 ErrorCode.CONFLICT, 'device.address', address, 'empty for a simulated element'
             )
         return Simulation.build_blank(made or design, settings.time)
@@ -281,18 +281,14 @@ def load_driver_class(name: str) -> Callable[[Design, Settings, str], Driver]:
     try:
         found = getattr(importlib.import_module(module), kind)
     except AttributeError:
-        text = f'device.driver {name}: {module} has no {kind}'
-        raise SettingsError(text, ErrorCode.UNSUPPORTED, 'device.driver', name) from None
+        expected = f'one of the classes in {module}'
+        raise SettingsError(ErrorCode.UNSUPPORTED, 'device.driver', name, expected) from None
     except (Exception, SystemExit) as error:  # the module may raise anything
-        why = make_printable(repr(error), 300)
-        text = f'device.driver {name}: {module} cannot be imported: {why}'
-        raise SettingsError(text, ErrorCode.UNREADABLE, 'device.driver', name) from error
+        why = f'{module} cannot be imported: {make_printable(repr(error), 300)}'
+        raise SettingsError(ErrorCode.UNREADABLE, 'device.driver', name, reason=why) from error
     if not (isinstance(found, type) and issubclass(found, Driver)):
-        raise SettingsError(
-            f'device.driver {name}: {kind} must be a subclass of mlmem.Driver; '
-            f'got {short_repr(repr(found), 100)}',
-            ErrorCode.UNSUPPORTED, 'device.driver', name,
-        )  # fmt: skip
+        expected = f'a subclass of mlmem.Driver, and not {short_repr(repr(found), 100)}'
+        raise SettingsError(ErrorCode.UNSUPPORTED, 'device.driver', name, expected)
     return found
 
 

@@ -148,11 +148,11 @@ def apply_faults(made: Specimen, faults: Faults) -> Specimen:
     """
     design = made.design
     if faults.weak_cell > design.N:
-        raise SettingsError.of_value(
+        raise SettingsError(
             ErrorCode.CONFLICT, 'weak_cell', faults.weak_cell, f'from 0 to N = {design.N}'
         )
     if faults.stuck_cell == 1 or faults.stuck_cell >= design.N:
-        raise SettingsError.of_value(
+        raise SettingsError(
             ErrorCode.CONFLICT, 'stuck_cell', faults.stuck_cell,
             f'0 or from 2 to N - 1 = {design.N - 1}, because the transducers hold the ends',
         )  # fmt: skip

@@ -118,7 +118,8 @@ class Instrument:
             Refused: The element is real.
         """
         if (chain := self.driver.chain) is None:
-            raise Refused('only a simulated element has a chain')
+            why = 'only a simulated element has a chain'
+            raise Refused(ErrorCode.UNSUPPORTED, reason=why)
         return chain
 
     @property
@@ -203,18 +204,18 @@ class Instrument:
                 element is real.
         """
         if not self.is_simulated and (wrong := faults.list_material_faults()):
-            raise Refused(
-                f'faults: {", ".join(wrong)} apply only to a simulated element',
-                code=ErrorCode.UNSUPPORTED, field=f'faults.{next(iter(wrong))}',
-            )  # fmt: skip
+            name = next(iter(wrong))
+            expected = 'left out for a real element, whose material has its own faults'
+            value = getattr(faults, name)
+            raise Refused(ErrorCode.UNSUPPORTED, f'faults.{name}', value, expected)
         try:
             specimen = apply_faults(self.made, faults)
             if (chain := self.driver.chain) is not None:
                 chain.check(specimen)
         except SettingsError as error:
-            raise Refused.name_owner('faults', error) from error
+            raise Refused.of_error(error, 'faults') from error
         except DesignError as error:  # its field is one of the material, which the faults make
-            raise Refused(f'faults: {error}', code=error.code, field='faults') from error
+            raise Refused(error.code, 'faults', faults, reason=str(error)) from error
         return specimen
 
     def set_faults(self, faults: Faults) -> None:
@@ -337,7 +338,7 @@ def _count_samples(tick: float, dt: float) -> int:
     """Return how many samples a tick has."""
     samples = max(1, round(tick / dt))
     if not math.isclose(samples * dt, tick, rel_tol=1e-9):
-        raise SettingsError.of_value(
+        raise SettingsError(
             ErrorCode.CONFLICT, 'time.tick', tick,
             f'a whole number of samples, which are {dt:.6g} apart',
         )  # fmt: skip

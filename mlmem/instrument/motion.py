@@ -204,14 +204,11 @@ class Profile:
             0,
             len(self.times),
         ):
-            raise SettingsError(
-                'points of a profile have times and strains, and all or none have rates',
-                ErrorCode.CONFLICT, 'times',
-            )  # fmt: skip
+            counts = tuple(map(len, (self.times, self.strains, self.rates)))
+            expected = 'two or more, with as many strains, and as many rates or none'
+            raise SettingsError(ErrorCode.CONFLICT, 'times', counts, expected)
         if self.times[0] != 0.0 or not (np.diff(self.times) > 0.0).all():
-            raise SettingsError.of_value(
-                ErrorCode.CONFLICT, 'times', self.times, 'increasing from 0'
-            )
+            raise SettingsError(ErrorCode.CONFLICT, 'times', self.times, 'increasing from 0')
 
     @property
     def duration(self) -> float:

@@ -175,7 +175,7 @@ class Transducer:
         self._difference = _find_difference_order(design, dt)
         samples = max(math.ceil(width / dt), self._difference + 1)
         if samples > (most := 1_000_000):
-            raise SettingsError.of_value(
+            raise SettingsError(
                 ErrorCode.CONFLICT, 'omega_c', slowest,
                 f'at least {slowest * samples / most:.4g} with steps of {dt:.4g}, or '
                 f'the rest displacement needs more than {most} samples',

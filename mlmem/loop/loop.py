@@ -105,7 +105,7 @@ class Loop:
         self._box.end()
         if self._thread.is_alive():
             self._thread.join()
-        self._box.close(Refused(SHUTDOWN_MESSAGE))  # if it was never started
+        self._box.close(Refused(reason=SHUTDOWN_MESSAGE))  # if it was never started
 
     @property
     def speed(self) -> float:
@@ -182,13 +182,13 @@ class Loop:
     # --- in the loop's thread ------------------------------------------------------------
 
     def _run_until_closed(self) -> None:
-        refusal = Refused(SHUTDOWN_MESSAGE)
+        refusal = Refused(reason=SHUTDOWN_MESSAGE)
         try:
             self._run_ticks()
             self._release_strain()
         except BaseException as failure:  # whatever it is, the device reports it and stops
             self.failure = failure
-            refusal = Refused(f'the device has stopped: {failure}')
+            refusal = Refused(reason=f'the device has stopped: {failure}')
         self._box.close(refusal)
         self._asked.refuse(refusal)
         if self.failure is not None:
@@ -209,7 +209,7 @@ class Loop:
 
     def _release_strain(self) -> None:
         """Abort any procedure and bring the strain to zero, without pacing."""
-        self._box.close(Refused(SHUTDOWN_MESSAGE))
+        self._box.close(Refused(reason=SHUTDOWN_MESSAGE))
         if self.element.is_released:
             return
         abort = Abort(SHUTDOWN_MESSAGE)

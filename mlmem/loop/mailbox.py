@@ -173,11 +173,8 @@ class Mailbox:
     def step(self, steps: TickRequest) -> Request[int]:
         """Ask for ticks while time is paused."""
         with self.changed:
-            refusal = (
-                None
-                if self.paused
-                else Refused('step works only while paused; pause first', code=ErrorCode.CONFLICT)
-            )
+            why = 'step works only while paused; pause first'
+            refusal = None if self.paused else Refused(ErrorCode.CONFLICT, reason=why)
             return self._post_request(
                 self.steps, Request[int](steps), _refuse_if_full(self.steps) or refusal
             )
@@ -291,7 +288,8 @@ class Mailbox:
 def _refuse_if_full(queue: Sized) -> Refused | None:
     if len(queue) < MAX_PENDING_REQUESTS:
         return None
-    return Refused(f'{MAX_PENDING_REQUESTS} requests are already waiting', code=ErrorCode.BUSY)
+    why = f'busy: {MAX_PENDING_REQUESTS} requests are already waiting'
+    return Refused(ErrorCode.BUSY, reason=why)
 
 
 @dataclass
@@ -392,17 +390,15 @@ class OpenRequests:
         if len(self.waiting) >= self.most:
             self.refuse_expired()
         if len(self.waiting) >= self.most > 0:
-            raise Refused(
-                f'busy: {running} is running, and {self.most} requests wait',
-                code=ErrorCode.BUSY,
-            )
+            why = f'busy: {running} is running, and {self.most} requests wait'
+            raise Refused(ErrorCode.BUSY, reason=why)
         return self.most > 0
 
     def _drop_request(self, request: Asked, why: str) -> None:
         self.waiting.remove(request)
         self._number_waiting()
-        waited = 'while it waited for its turn: nothing has changed'
-        self._refuse_request(request, Refused(f'{why} {waited}'))
+        why += ' while it waited for its turn: nothing has changed'
+        self._refuse_request(request, Refused(reason=why))
 
     def _refuse_request(self, request: Asked, refusal: Refused) -> None:
         self.statistics.refused += 1

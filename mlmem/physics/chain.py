@@ -206,12 +206,11 @@ class Chain:
     def check(self, specimen: Specimen) -> None:
         """Raise `DesignError` for a specimen that `set_specimen` would refuse."""
         if specimen.design != self.design:
-            raise DesignError(
-                'the specimen must be of the design of the chain', ErrorCode.CONFLICT, 'specimen'
-            )
+            expected = 'of the design of the chain'
+            raise DesignError(ErrorCode.CONFLICT, 'specimen', specimen, expected)
         if self.dt > (limit := stable_step(specimen, self.integrator)):
             expected = f'at most {limit:.5g} for this specimen'
-            raise DesignError.of_value(ErrorCode.CONFLICT, 'dt', self.dt, expected)
+            raise DesignError(ErrorCode.CONFLICT, 'dt', self.dt, expected)
 
     def _build_cells(self) -> None:
         """Build the loop's arguments from the specimen."""
@@ -238,8 +237,8 @@ class Chain:
             DesignError: The integrator damps all cells alike, or a factor is not above 0.
         """
         if not self.integrator.damps_each:
-            text = f'{self.integrator.name} damps all cells alike'
-            raise DesignError(text, ErrorCode.UNSUPPORTED, 'factors')
+            expected = f'left out for {self.integrator.name}, which damps all cells alike'
+            raise DesignError(ErrorCode.UNSUPPORTED, 'factors', factors, expected)
         if not (factors > 0.0).all():
             worst = float(factors.min())
             raise DesignError.out_of_range('factors', worst, 'above 0')
@@ -296,10 +295,11 @@ class Chain:
             )
             lost, (rows, self.V_N, self.steps_done) = self.steps_done, before
             self._set_rows(rows)
-            raise StateError(
+            why = (
                 f'{loss} before step {lost}: it is strained or shaken too hard; the chain is as '
                 f'it was at step {self.steps_done}'
             )
+            raise StateError(reason=why)
         return ends
 
     def _advance_stretch(self, inputs: Inputs, every: int) -> tuple[Array, bool]:

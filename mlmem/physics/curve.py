@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..rejections import ErrorCode
-from ..schema import Problem, describe_field, find_problems
+from ..schema import describe_field, find_problems
 from .formulas import SplineConstants
 from .values import Array, DesignError
 
@@ -47,15 +47,15 @@ class Curve:
     d: float = describe_field(1.0, 'factor of energy and force', low=1e-12, high=1e9)
 
     def __post_init__(self) -> None:
-        found = find_problems(self)
-        if not found and self.high <= self.low:
-            found.append(Problem('high', self.high, f'above low = {self.low:g}'))
+        for problem in find_problems(self):
+            raise DesignError.out_of_range(*problem)
+        if self.high <= self.low:
+            raise DesignError.out_of_range('high', self.high, f'above low = {self.low:g}')
         if not MIN_FORCES <= (count := len(self.force)) <= MAX_FORCES:
-            found.append(Problem('force', count, f'{MIN_FORCES} to {MAX_FORCES} numbers'))
-        elif not np.isfinite(np.array(self.force, dtype=np.float64)).all():
-            found.append(Problem('force', self.force, 'finite numbers'))
-        if found:
-            raise DesignError.of_problems(found)
+            expected = f'{MIN_FORCES} to {MAX_FORCES} numbers'
+            raise DesignError.out_of_range('force', count, expected)
+        if not np.isfinite(np.array(self.force, dtype=np.float64)).all():
+            raise DesignError.out_of_range('force', self.force, 'finite numbers')
 
     def __repr__(self) -> str:
         count = len(self.force)
@@ -160,7 +160,7 @@ class Curve:
         if not 0 <= n < len(self.ground_states):
             number = len(self.ground_states)
             expected = f'of a ground state of the law, which has {number}, counted from 0'
-            raise DesignError.of_value(ErrorCode.CONFLICT, 'phase', n, expected)
+            raise DesignError(ErrorCode.CONFLICT, 'phase', n, expected)
         return self.ground_states[n]
 
     def barrier(self, n: int) -> float:

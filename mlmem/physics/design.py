@@ -8,6 +8,7 @@ All lengths are in lattice constants, times in sqrt(m / k_r), stiffnesses in k_r
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import MISSING, asdict, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -106,19 +107,16 @@ class Design:
         if not isinstance(self.law, Curve | None):
             expected = 'a Curve, such as Potential.from_function returns, or None'
             raise DesignError.out_of_range('law', self.law, expected)
-        if found := find_problems(self):
-            raise DesignError.of_problems(found)
-        if found := self._find_inconsistencies():
-            raise DesignError.of_problems(found, ErrorCode.CONFLICT)
+        for problem in find_problems(self):
+            raise DesignError.out_of_range(*problem)
+        for conflict in self._find_conflicts():
+            raise DesignError(ErrorCode.CONFLICT, *conflict)
         for n in (self.phase, self.phase + 1):
             try:
                 self.potential.ground_state(n)
             except DesignError as error:
-                raise DesignError(
-                    f'at least two neighbouring ground states ({self.phase} and '
-                    f'{self.phase + 1}) are needed; {error}',
-                    ErrorCode.CONFLICT, error.field, error.value, error.expected,
-                ) from error  # fmt: skip
+                states = f'ground states {self.phase} and {self.phase + 1}'
+                raise DesignError.of_error(error, place=states) from error
 
     @property
     def usual_phase(self) -> int:
@@ -131,45 +129,40 @@ class Design:
         Raises:
             DesignError: They are not; a simulation without a device still takes them.
         """
-        found = []
         if (last := self.N - self.tail - 1) < self.J:
             expected = f'at most N - tail - 1 = {last}, or no level fits'
-            found.append(Problem('J', self.J, expected))
+            raise DesignError(ErrorCode.CONFLICT, 'J', self.J, expected)
         stiffest = max(1.0, self.k_s1, self.k_s2)
         if self.s_min < (least := 10.0) * stiffest:  # the paper's >>
             expected = (
                 f'far above max(k_r, k_s) = {stiffest:.4g} (at least {least:g} '
                 'times), or the wall strains the substrate'
             )
-            found.append(Problem('s_min', self.s_min, expected))
-        if found:
-            raise DesignError.of_problems(found, ErrorCode.CONFLICT)
+            raise DesignError(ErrorCode.CONFLICT, 's_min', self.s_min, expected)
 
-    def _find_inconsistencies(self) -> list[Problem]:
-        found = []
+    def _find_conflicts(self) -> Iterator[Problem]:
+        """Yield the values that do not fit others."""
         factors = len(self.defect_factors)
         if self.profile and self.beta:
-            expected = '0 with a profile, which stands in its place'
-            found.append(Problem('beta', self.beta, expected))
+            yield Problem('beta', self.beta, '0 with a profile, which stands in its place')
         elif factors % 2 == 0 or factors > self.J:
             expected = f'an odd number of factors, at most J = {self.J}'
-            found.append(Problem('profile', factors, expected))
+            yield Problem('profile', factors, expected)
         elif self.beta <= -1.0:
-            found.append(Problem('beta', self.beta, 'greater than -1'))
+            yield Problem('beta', self.beta, 'greater than -1')
         elif self.alpha.min() <= 0.0:
             expected = (
                 f'above -1/N = {-1 / self.N:.4g}, or alpha, the amplification of the potential, '
                 'is not positive everywhere'
             )
-            found.append(Problem('gamma', self.gamma, expected))
+            yield Problem('gamma', self.gamma, expected)
         if self.law is not None and any(
             getattr(self, name) != type(self).__dataclass_fields__[name].default for name in 'abc'
         ):
             expected = "left out with a law, as b and c: they are of the paper's formula"
-            found.append(Problem('a', self.a, expected))
+            yield Problem('a', self.a, expected)
         if self.s_max < self.s_min:
-            found.append(Problem('s_max', self.s_max, f'at least s_min = {self.s_min:g}'))
-        return found
+            yield Problem('s_max', self.s_max, f'at least s_min = {self.s_min:g}')
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain values; optional fields only where they are not the defaults."""

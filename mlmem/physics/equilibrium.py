@@ -158,20 +158,18 @@ def relax_to_equilibrium(
         force[held] = 0.0
         if np.abs(force).max() < tolerance * diagonal.max():
             if _solve_definite(specimen, diagonal, force) is None:
-                raise StateError(
-                    'the guess leads to an unstable equilibrium; move its wall by 0.3 cells',
-                    ErrorCode.CONFLICT, 'v',
-                )  # fmt: skip
+                why = 'it leads to an unstable equilibrium; move its wall by 0.3 cells'
+                raise StateError(ErrorCode.CONFLICT, 'v', reason=why)
             return v
         step = _downhill_step(specimen, diagonal, force)
         v += step * min(1.0, 0.2 / float(np.abs(step).max()))
-    raise StateError(
+    why = (
         f'no equilibrium within {iterations} Newton steps; the residual force is '
         f'{np.abs(force).max():.3g}, above {tolerance:g}. Give a guess nearer to one, such as a '
         'wall next to a soft defect, or less scatter; a simulation can also begin with a moving '
-        'wall, wall_at(position=..., relaxed=False)',
-        ErrorCode.CONFLICT, 'v',
-    )  # fmt: skip
+        'wall, wall_at(position=..., relaxed=False)'
+    )
+    raise StateError(ErrorCode.CONFLICT, 'v', reason=why)
 
 
 DEFECT_OFFSET_CELLS = 0.3
@@ -207,11 +205,11 @@ def find_pinned_wall(material: Material, level: int) -> Array:
     found, defect = find_walls(design, v), design.defect_site(level)
     if len(found) != 1 or abs(found[0].position - defect) > _wall_width(design):
         left = ', '.join(f'one at {wall.position:.4g}' for wall in found) or 'none'
-        text = (
-            f'the defect at j = {defect} pins no wall; {left} remains. Softer defects (a lesser '
-            'beta) or a flatter gradient (gamma) pin one'
+        expected = (
+            f'one that pins a wall: at its defect, j = {defect}, {left} remains. Softer defects '
+            '(a lesser beta) or a flatter gradient (gamma) pin one'
         )
-        raise StateError(text, ErrorCode.UNSUPPORTED, 'level', level)
+        raise StateError(ErrorCode.UNSUPPORTED, 'level', level, expected)
     return v
 
 

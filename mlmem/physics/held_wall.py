@@ -88,11 +88,8 @@ def hold_walls(
         diagonal = stiffness_diagonal(specimen, v, V) + normal**2
         for row in rows:
             if not solve_tridiagonal(diagonal[row], beside[row], x[row]):
-                raise StateError(
-                    f'no wall can be held about {positions[row]:.4g}; choose a position farther '
-                    'from the ends, or less strain',
-                    ErrorCode.CONFLICT, 'positions', positions[row],
-                )  # fmt: skip
+                expected = 'farther from the ends, or less strained: no wall is held there'
+                raise StateError(ErrorCode.CONFLICT, 'positions', positions[row], expected)
         unheld, per_force = x[:, 0], x[:, 1]
         force = (np.sum(normal * unheld, axis=1) + missed) / np.sum(normal * per_force, axis=1)
         left_over = np.abs(residual - force[:, None] * normal).max()
@@ -103,8 +100,5 @@ def hold_walls(
         largest = np.abs(step).max(axis=1, keepdims=True)
         # cap the step, in lattice constants, so that it stays in its basin
         v += step * np.minimum(1.0, 0.2 / np.maximum(largest, 1e-300))
-    raise StateError(
-        f'held walls must converge within {iterations} Newton steps; the residual force is '
-        f'{left_over:.3g}. Choose positions farther from the ends, or less strain',
-        ErrorCode.CONFLICT, 'positions',
-    )  # fmt: skip
+    expected = f'farther from the ends, or less strained: no wall is held in {iterations} steps'
+    raise StateError(ErrorCode.CONFLICT, 'positions', positions, expected)

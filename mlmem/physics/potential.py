@@ -151,7 +151,7 @@ class Potential:
     def _solve_configuration(self, theta: float, what: str) -> float:
         """Solve the cubic a y + b y^3 = theta on its rising branch through the origin."""
         if abs(theta) >= (most := self._max_phase):
-            raise DesignError.of_value(
+            raise DesignError(
                 ErrorCode.CONFLICT, 'b', self.b,
                 f'greater, or the potential has no {what}: its theta only reaches {most:.4g}, and '
                 f'{abs(theta):.4g} is needed',

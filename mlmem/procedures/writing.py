@@ -250,7 +250,7 @@ def estimate_kick(element: Memory, speed: float) -> float:
     design, settings = element.design, element.settings
     stroke, longest = abs(design.D_s2 - design.D_s1), settings.transducer.max_stroke
     if stroke > longest:
-        raise Refused.of_value(
+        raise Refused(
             ErrorCode.UNSUPPORTED,
             'transducer.max_stroke',
             longest,

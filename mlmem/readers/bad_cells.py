@@ -99,10 +99,8 @@ class BadCells(Forecasts):
         levels = {each.number for each in contents if len(each.walls) == 1}
         self.usable = tuple(sorted(levels - set(self.lost)))
         if BLANK in self.lost or not self.usable:
-            raise SettingsError(
-                f'the element is lost with its bad cells: {self.describe_limits()}',
-                ErrorCode.UNSUPPORTED, 'element.bad_cells',
-            )  # fmt: skip
+            why = f'the element is lost with them: {self.describe_limits()}'
+            raise SettingsError(ErrorCode.UNSUPPORTED, 'element.bad_cells', reason=why)
 
     def exclude_levels(self, lost: dict[int, str]) -> BadCells:
         """Return the forecasts with more levels that cannot be used, and why."""
@@ -149,7 +147,7 @@ def add_bad_cells(design: Design, settings: Settings) -> Specimen:
     most = design.N - 1 if given.stuck_sites else design.N
     if (last := max((*given.stuck_sites, *given.weak_factors), default=0)) > most:
         expected = f'from 2 to {most} in a design of {design.N} cells'
-        raise SettingsError.of_value(ErrorCode.CONFLICT, 'bad_cells', last, expected)
+        raise SettingsError(ErrorCode.CONFLICT, 'bad_cells', last, expected)
     for site, factor in given.weak_factors.items():
         alpha[site - 1] = factor
     return Specimen(design, alpha_factor=alpha, stuck=given.stuck_sites)
@@ -228,14 +226,13 @@ def _extend_listening(design: Design, settings: Settings) -> Settings:
     """Return settings whose read listens until the pulse comes back from the farthest cell."""
     probe = settings.register.probe
     if design.substrate == 'elastic' or design.N > 1000:
-        raise SettingsError(
-            'bad_cells must be empty for more than 1000 cells, or an elastic substrate',
-            ErrorCode.UNSUPPORTED, 'bad_cells',
-        )  # fmt: skip
+        cells = settings.element.bad_cells
+        expected = 'empty beyond 1000 cells, and over an elastic substrate'
+        raise SettingsError(ErrorCode.UNSUPPORTED, 'bad_cells', cells, expected)
     one, other = (pass_band(k_s) for k_s in (design.k_s1, design.k_s2))
     low, high = max(one[0], other[0]), min(one[1], other[1])
     if not low < probe.omega_c < high:
-        raise SettingsError.of_value(
+        raise SettingsError(
             ErrorCode.CONFLICT, 'register.omega_c', probe.omega_c,
             f'inside both pass bands, {low:.4g} to {high:.4g}, to read an element with bad cells',
         )  # fmt: skip

@@ -68,10 +68,8 @@ class DelayTable:
         steps = np.diff(self.delays)
         if not ((steps > 0).all() or (steps < 0).all()):
             delays = [round(delay, 2) for delay in self.delays]
-            raise SettingsError(
-                'delays must rise or fall from level to level, or levels cannot be told apart; '
-                f'got {delays}', ErrorCode.CONFLICT, 'delays', delays,
-            )  # fmt: skip
+            expected = 'rising or falling from level to level, to tell levels apart'
+            raise SettingsError(ErrorCode.CONFLICT, 'delays', delays, expected)
 
     @property
     def longest_delay(self) -> float:
@@ -255,19 +253,17 @@ class Calibration:
             self.table(first).check()
         for end in End:
             if (count := len(self.table(end).delays)) != levels:
-                raise SettingsError(
-                    f'the calibration must have {levels} levels, like the design; got {count}',
-                    ErrorCode.CONFLICT, end.value, count,
-                )  # fmt: skip
+                expected = f'a calibration of {levels} levels, like the design'
+                raise SettingsError(ErrorCode.CONFLICT, end.value, count, expected)
         known = self.pulse_corrections
         if known is not None and (count := len(known.steps)) != levels:
             expected = f'{levels}, one for every level'
-            raise SettingsError.of_value(ErrorCode.CONFLICT, 'pulse_corrections', count, expected)
+            raise SettingsError(ErrorCode.CONFLICT, 'pulse_corrections', count, expected)
         if not 0.1 <= self.loss_factor <= 10.0:
             raise SettingsError.out_of_range('loss_factor', self.loss_factor, 'from 0.1 to 10')
         lengths = {len(each) for each in self.records}
         if len(lengths) > 1 or not all(np.isfinite(each).all() for each in self.records):
-            raise SettingsError.of_value(
+            raise SettingsError(
                 ErrorCode.OUT_OF_RANGE, 'records', sorted(lengths), 'finite, and equally long'
             )
 

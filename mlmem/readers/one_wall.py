@@ -115,10 +115,8 @@ def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:
     wall_sets = [(level,) for level in levels] + list(itertools.combinations(levels, 2))
     contents, states = pin_contents(made, wall_sets)
     if missing := set(levels) - {each.number for each in contents}:
-        raise SettingsError(
-            f'level {min(missing)} cannot be held: no wall rests there',
-            ErrorCode.UNSUPPORTED, 'level', min(missing),
-        )  # fmt: skip
+        expected = 'one that can be held: no wall rests there'
+        raise SettingsError(ErrorCode.UNSUPPORTED, 'level', min(missing), expected)
     end = End.RIGHT if settings.read.end == 'right' else End.LEFT
     listener = Listener(settings, compared_ends=2 if settings.read.end == 'both' else 1)
     forecast = make_forecast(made, settings, listener, end)
@@ -203,7 +201,7 @@ def estimate_travel_times(design: Design, settings: Settings) -> Calibration:
     carrier = settings.register.omega_c
     low, high = pass_band(design.k_s1)
     if not low < carrier < high:
-        raise SettingsError.of_value(
+        raise SettingsError(
             ErrorCode.CONFLICT, 'register.omega_c', carrier,
             f'inside the pass band of the inactive phase, {low:.4g} to {high:.4g}',
         )  # fmt: skip

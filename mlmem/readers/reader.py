@@ -188,7 +188,7 @@ def choose_reader(
         return WaveformReader(forecast_contents(forecast_words))
     if settings.element.bad_cells:
         if twin is not None:
-            raise SettingsError.of_value(
+            raise SettingsError(
                 ErrorCode.CONFLICT, 'element.bad_cells', settings.element.bad_cells,
                 'empty for a reader that forecasts by a twin',
             )  # fmt: skip

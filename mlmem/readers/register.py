@@ -64,10 +64,8 @@ def pin_walls(made: Specimen, levels: Sequence[int]) -> Array:
     )
     if find_wall_levels(design, v) != tuple(sorted(levels)):
         found = sorted(wall.position for wall in find_walls(design, v))
-        raise StateError(
-            f'walls at the levels {list(levels)} do not rest there; they are at {found}',
-            ErrorCode.UNSUPPORTED, 'content',
-        )  # fmt: skip
+        expected = f'one whose walls rest at its levels; they rest at {found}'
+        raise StateError(ErrorCode.UNSUPPORTED, 'content', list(levels), expected)
     return v
 
 
@@ -340,10 +338,7 @@ def forecast_words(made: Specimen, settings: Settings) -> Register:
     """
     code = make_code(made.design, settings)
     if code is None:
-        raise SettingsError(
-            'an element with one wall is read by its delays',
-            ErrorCode.CONFLICT, 'register.spacing',
-        )  # fmt: skip
+        raise SettingsError(ErrorCode.CONFLICT, 'register.spacing', 0, 'above 0 for a register')
     listener = Listener(settings)
     ends = Ends(made, settings, listener)
     parts = np.concatenate(
@@ -397,11 +392,8 @@ def _build_word_parts(
         try:
             v = pin_walls(made, code.walls(int(word)))
         except StateError as error:
-            raise SettingsError(
-                f'{code.format_binary(word)} cannot be held: {error}',
-                ErrorCode.UNSUPPORTED,
-                'word',
-            ) from error
+            expected = f'one that can be held: {error}'
+            raise SettingsError(ErrorCode.UNSUPPORTED, 'word', int(word), expected) from error
         stiffness, mass, spring = linearize_cells(made, v)
         for level, number in enumerate(chosen[word]):
             if not known[number]:

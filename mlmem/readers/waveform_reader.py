@@ -263,7 +263,7 @@ class RecordReader(WaveformReader):
         near = float(apart[np.triu_indices(len(levels), 1)].min(initial=np.inf))
         # Elements with a distance of 0.19 decoded wrong levels with a bad cell, with 0.22 none.
         if near < (least := 0.2):
-            raise SettingsError.of_value(
+            raise SettingsError(
                 ErrorCode.UNSUPPORTED, 'read.method', 'records',
                 'delay or waveform for this element: at its left end the answers of two levels '
                 f'differ by {near:.2f} of the pulse, and one end alone needs {least}',
@@ -348,7 +348,7 @@ def forecast_records(made: Specimen, settings: Settings) -> tuple[WallForecasts,
     """
     design = made.design
     if design.friction:
-        raise SettingsError.of_value(
+        raise SettingsError(
             ErrorCode.UNSUPPORTED, 'read.method', 'records',
             'waveform for an element with dry friction (design.friction)',
         )  # fmt: skip

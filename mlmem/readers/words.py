@@ -102,17 +102,14 @@ def make_code(design: Design, settings: Settings) -> Code | None:
         ('kinks', settings.kick.kink_speeds),
     ):
         if len(speeds) < design.levels or not all(speeds[: design.levels]):
-            raise SettingsError.of_value(
+            raise SettingsError(
                 ErrorCode.CONFLICT, f'kick.{name}', getattr(settings.kick, name),
                 f'a kick of a wall and of a kink to each of the {design.levels} levels',
             )  # fmt: skip
     most = 2**14  # each forecast takes a twentieth of a millisecond, and 3 kB
     if code.words > most:
-        raise SettingsError(
-            f'a register may have {most} words at most, all of which are forecast; this one '
-            f'has {code.words}: increase register.spacing',
-            ErrorCode.CONFLICT, 'register.spacing',
-        )  # fmt: skip
+        expected = f'greater, for at most {most} words, all of which are forecast'
+        raise SettingsError(ErrorCode.CONFLICT, 'register.spacing', spacing, expected)
     return code
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from mlmem.parsing import MAX_MESSAGE_CHARS
 from mlmem.schema import make_printable
 
 
@@ -20,7 +19,7 @@ class BagError(Exception):
     """
 
     def __init__(self, message: str, code: str = 'invalid') -> None:
-        super().__init__(make_printable(message, MAX_MESSAGE_CHARS))
+        super().__init__(make_printable(message))
         self.code = code
 
 

@@ -75,7 +75,7 @@ def parse_joint_state(message: Any, element: MemoryElement) -> SetStrain:
         expected = f'one of the joint {JOINT_NAME!r}'
         raise Refused.out_of_range('position', list(positions), expected)
     if math.isnan(position := float(positions[JOINT_NAME])):
-        raise NoCommand(f'no position of the joint {JOINT_NAME!r} is wanted: it is NaN')
+        raise NoCommand(reason=f'no position of the joint {JOINT_NAME!r} is wanted: it is NaN')
     return SetStrain(position / element.elongation)
 
 

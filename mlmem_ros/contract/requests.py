@@ -82,9 +82,8 @@ def find_parameter_types(name: Any, given: Iterable[str]) -> dict[str, Any]:
     types = {'request': str, **REQUEST_ARGUMENTS[name], **more}
     for parameter in given:
         if parameter not in types:
-            takes = ', '.join(REQUEST_ARGUMENTS[name]) or 'no arguments'
-            text = f'{name} takes {takes}; got {short_repr(parameter)}'
-            raise Refused(text, code=ErrorCode.UNKNOWN_FIELD, field=str(parameter))
+            known = ', '.join(REQUEST_ARGUMENTS[name]) or f'no arguments of {name}'
+            raise Refused(ErrorCode.UNKNOWN_FIELD, str(parameter), expected=known)
     return types
 
 
@@ -163,7 +162,8 @@ def parse_request(
     """
     given = {parameter.name: parameter.value for parameter in parameters}
     if len(given) != len(parameters):
-        raise Refused('a request must name every argument once', code=ErrorCode.CONFLICT)
+        why = 'a request must name every argument once'
+        raise Refused(ErrorCode.CONFLICT, reason=why)
     name = _read_value('request', given['request'], str) if 'request' in given else None
     types = find_parameter_types(name, given)
     values = {key: _read_value(key, value, types[key]) for key, value in given.items()}
@@ -200,9 +200,9 @@ def build_command(name: str, given: Mapping[str, Any], content_name: str = '') -
     kind = PROCEDURES[name].command if name in PROCEDURES else others[name]
     values = {'level': _select_content(given, content_name)} if kind is Write else dict(given)
     needed = (field.name for field in fields(kind) if field.default is MISSING)
-    if missing := [argument for argument in needed if argument not in values]:
-        text = f'{name} must be given {", ".join(missing)}'
-        raise Refused(text, code=ErrorCode.MISSING_FIELD, field=missing[0])
+    for argument in needed:
+        if argument not in values:
+            raise Refused(ErrorCode.MISSING_FIELD, argument, expected=f'{name} has no default')
     return kind(**values)
 
 
@@ -214,20 +214,21 @@ def _select_content(given: Mapping[str, Any], content_name: str) -> Any:
         if given.get(name, UNSET_CONTENT) != UNSET_CONTENT
     }
     if not contents:
-        raise Refused(
-            'write must be given level (of one wall), word (of a register) or content (of '
-            'either); ~/write takes it from the parameter target_level or target_word',
-            code=ErrorCode.MISSING_FIELD, field=content_name or 'content',
-        )  # fmt: skip
+        expected = (
+            'write takes level (of one wall), word (of a register) or content (of either); '
+            '~/write takes it from the parameter target_level or target_word'
+        )
+        name = content_name or 'content'
+        raise Refused(ErrorCode.MISSING_FIELD, name, expected=expected)
     for name in CONTENT_NAMES:
         if name in contents and content_name not in ('', name):
             kind = 'a register' if name == 'level' else 'an element with one wall'
             expected = f'{UNSET_CONTENT} (not set) for {kind}, which holds a {content_name}'
-            raise Refused.of_value(ErrorCode.UNSUPPORTED, name, contents[name], expected)
+            raise Refused(ErrorCode.UNSUPPORTED, name, contents[name], expected)
     (first, content), *others = contents.items()
     if others:
         expected = f'{UNSET_CONTENT} (not set) next to {first}'
-        raise Refused.of_value(ErrorCode.CONFLICT, *others[0], expected)
+        raise Refused(ErrorCode.CONFLICT, *others[0], expected)
     return content
 
 

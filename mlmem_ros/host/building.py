@@ -21,6 +21,7 @@ from mlmem import (
     open_driver,
 )
 from mlmem.procedure_table import UNSET_CONTENT
+from mlmem.rejections import ErrorCode
 
 from .design_check import check_design
 from .settings import Parameters
@@ -73,7 +74,7 @@ def build_device(
         try:
             element.specimen(given.faults)
         except Refused as refusal:
-            raise SettingsError(f'parameters {refusal}') from refusal
+            raise SettingsError.of_error(refusal) from refusal
         if given.initial_content != UNSET_CONTENT:
             place_initial_content(element, given.initial_content)
         if not blank:
@@ -91,15 +92,15 @@ def place_initial_content(element: MemoryElement, content: int) -> None:
         SettingsError: The element is real, has no such content, or its walls do not rest there.
     """
     if not element.is_simulated:
-        raise SettingsError(
-            f'initial_content must be {UNSET_CONTENT} for a real element; got {content}'
-        )
+        expected = f'{UNSET_CONTENT} for a real element'
+        raise SettingsError(ErrorCode.UNSUPPORTED, 'initial_content', content, expected)
     if content >= (count := element.reader.content_count):
-        raise SettingsError(f'initial_content must be from 0 to {count - 1}; got {content}')
+        expected = f'from 0 to {count - 1}'
+        raise SettingsError.out_of_range('initial_content', content, expected)
     try:
         element.place_content(content)
     except StateError as error:
-        raise SettingsError(f'initial_content {content}: {error}') from error
+        raise SettingsError.of_error(error, place=f'initial_content {content}') from error
 
 
 def _load_twin(given: Parameters, disk: Worker) -> Element | None:
@@ -116,7 +117,7 @@ def _load_twin(given: Parameters, disk: Worker) -> Element | None:
                 given.files.confine_path(given.twin), given.design, planned
             )
         except (ElementFileError, SettingsError) as error:
-            raise SettingsError(f'twin: {error}') from error
+            raise SettingsError.of_error(error, place='twin') from error
 
     return disk.do_and_wait(f'reading {given.twin}', read_twin)
 
@@ -133,7 +134,7 @@ def attach_twin(element: MemoryElement, twin: Element, log: ThrottledLog) -> Non
         try:
             element.adopt_twin(twin.timed_specimen)
         except SettingsError as error:
-            raise SettingsError(f'twin: {error}') from error
+            raise SettingsError.of_error(error, place='twin') from error
     else:
         element.forecast = _forecast_calibration(element, twin, log)
 

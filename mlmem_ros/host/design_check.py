@@ -47,10 +47,11 @@ def check_design(
     found = load_findings(design, settings)
     failed = [f'{name}: {text}' for name, verdict, text, _ in found if verdict == 'fail']
     if failed and mode == 'refuse':
-        raise DesignError(
+        why = (
             f'the design fails its check ({"; ".join(failed)}). `mlmem design check` shows '
             'all findings; with design.check: warn it starts anyway'
         )
+        raise DesignError(reason=why)
     for text in failed:
         log.error(f'design check: {text}')
     for name, verdict, text, _ in found:

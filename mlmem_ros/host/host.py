@@ -243,7 +243,7 @@ class Host:
         loop = self.open_loop()
         loop.shut_down()
         if loop.failure is not None:
-            raise StateError(f'the device has stopped: {loop.failure}')
+            raise StateError(reason=f'the device has stopped: {loop.failure}')
         self.loop = None
         self._save_stopped(loop.element)
 
@@ -309,9 +309,9 @@ class Host:
         """
         if (loop := self.loop) is None:
             if self._closed:
-                raise Refused('inactive: the node is shut down')
+                raise Refused(reason='inactive: the node is shut down')
             stopped = f'{self.stopped}; ' if self.stopped else ''
-            raise Refused(f'inactive: {stopped}configure and activate the node first')
+            raise Refused(reason=f'inactive: {stopped}configure and activate the node first')
         return loop
 
     def submit(self, command: Command, wait: float | None = None) -> Asked:

@@ -17,12 +17,12 @@ from typing import Any
 from mlmem import MAX_SPEED, MIN_SPEED, Checked, Design, Faults, Settings, SettingsError, Specimen
 from mlmem.element_file import ELEMENT_NAMES
 from mlmem.procedure_table import UNSET_CONTENT
+from mlmem.rejections import ErrorCode
 from mlmem.schema import (
     Description,
     describe_field,
     find_descriptions,
     make_field_factory,
-    short_repr,
 )
 
 from ..contract.topics import Topic
@@ -60,13 +60,13 @@ class FileSettings(Checked):
                 os.lstat(target)
         except (OSError, RuntimeError, ValueError) as error:
             why = getattr(error, 'strerror', None) or error
-            raise SettingsError(f'{short_repr(path)} must be a writable path; {why}') from error
+            expected = f'a writable path ({why})'
+            raise SettingsError.out_of_range('path', path, expected) from error
         if home and home not in target.parents:
-            raise SettingsError(
-                f'{short_repr(path)} must lie below files.root = {self.root}; it leads to {target}'
-            )
+            expected = f'below files.root = {self.root}, and not {target}'
+            raise SettingsError(ErrorCode.CONFLICT, 'path', path, expected)
         if target.name in ('', '..'):
-            raise SettingsError(f'{short_repr(path)} must be the path of a file; it is a folder')
+            raise SettingsError.out_of_range('path', path, 'the path of a file, not of a folder')
         return target
 
 

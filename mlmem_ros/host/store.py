@@ -27,10 +27,9 @@ from mlmem import (
     snapshot,
     threads,
 )
-from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError, decode_value, parse_json
+from mlmem.parsing import DecodeError, decode_value, parse_json
 from mlmem.procedure_table import PROCEDURES
-from mlmem.rejections import OutcomeCode
-from mlmem.schema import make_printable
+from mlmem.rejections import ErrorCode, OutcomeCode
 
 from .settings import FileSettings, StateSettings
 from .worker import ThrottledLog, Worker
@@ -99,7 +98,7 @@ class Store:
         try:
             snapshot.restore_snapshot(element, saved)
         except StateError as error:
-            raise StateError(f'{path} does not belong to this design: {error}') from error
+            raise StateError.of_error(error, place=str(path)) from error
         what = 'state' if element.is_simulated else 'calibration and statistics'
         self._log.info(f'{what} restored from {path}')
 
@@ -166,10 +165,11 @@ class Store:
             atomic_files.make_directory(path.parent, exist_ok=True)
             claim = atomic_files.Claim(path, self._owner)
         except atomic_files.Claimed as error:
-            raise StateError(f'{error}: give every element its own state.path') from error
+            why = f'{error}: give every element its own state.path'
+            raise StateError(reason=why) from error
         except (OSError, ValueError) as error:
-            why = atomic_files.describe_error(error)
-            raise StateError(f'the state cannot be kept in {path}: {why}') from error
+            why = f'the state cannot be kept in {path}: {atomic_files.describe_error(error)}'
+            raise StateError(reason=why) from error
         try:
             self._worker.unless_given_up(lambda: setattr(self, '_claim', claim))
         except Refused:
@@ -207,8 +207,8 @@ def save_snapshot(path: Path, taken: Mapping[str, Any]) -> None:
         atomic_files.make_directory(path.parent, exist_ok=True)
         atomic_files.write_atomically(path, content)
     except (OSError, ValueError) as error:
-        why = atomic_files.describe_error(error)
-        raise StateError(f'the state cannot be saved in {path}: {why}') from error
+        why = f'the state cannot be saved in {path}: {atomic_files.describe_error(error)}'
+        raise StateError(reason=why) from error
 
 
 def load_snapshot(path: Path) -> dict[str, Any] | None:
@@ -223,7 +223,7 @@ def load_snapshot(path: Path) -> dict[str, Any] | None:
         return None
     except OSError as error:
         why = f'the state cannot be read from {path}: {atomic_files.describe_error(error)}'
-        raise StateError(make_printable(why, MAX_MESSAGE_CHARS)) from error
+        raise StateError(ErrorCode.UNREADABLE, reason=why) from error
     except ValueError as error:
         raise _build_damage_error(path, str(error)) from error
     found = content.get('snapshot') if isinstance(content, dict) else None
@@ -248,5 +248,5 @@ def find_calibration(saved: Mapping[str, Any] | None, key: str, levels: int) -> 
 
 def _build_damage_error(path: Path, why: str) -> StateError:
     """Return the error for a file that cannot be used."""
-    text = f'{path} is damaged: {why}; move it away to start blank'
-    return StateError(make_printable(text, MAX_MESSAGE_CHARS))
+    why = f'{path} is damaged: {why}; move it away to start blank'
+    return StateError(ErrorCode.MALFORMED, reason=why)

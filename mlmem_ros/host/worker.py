@@ -190,7 +190,7 @@ class Worker:
         with self._changed:
             job = self._jobs[0]
             if job.answered:
-                raise Refused(f'{job.what} came too late')
+                raise Refused(reason=f'{job.what} came too late')
             return step()
 
     def _give_up_jobs(self, now: float, seconds: float) -> None:

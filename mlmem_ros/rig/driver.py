@@ -18,6 +18,7 @@ from threading import Condition
 import numpy as np
 
 from mlmem import Array, Design, Driver, DriverError, HeldCell, Settings, SettingsError, threads
+from mlmem.rejections import ErrorCode
 from mlmem.schema import make_printable
 
 from .frames import (
@@ -95,9 +96,10 @@ class Rig(Driver):
         said = self._said = Hello.of(frame.payload)
         said.check(settings)
         if 2 * self.lag * said.samples > said.buffer:
+            longest = 0.5 * said.buffer * said.seconds
+            expected = f'a lead of at most {longest:.3g} s, as the rig holds {said.buffer} samples'
             raise SettingsError(
-                f'lead in device.address must be at most {0.5 * said.buffer * said.seconds:.3g} '
-                f's, for the rig holds {said.buffer} samples; got {self.lag} ticks'
+                ErrorCode.CONFLICT, 'device.address', f'{self.lag} ticks', expected
             )
         self.dt, self.nodes, self.strains = said.dt, said.nodes, said.has_actuator
         self._poke = 0.5 * self.lag * said.samples * said.seconds
@@ -116,10 +118,11 @@ class Rig(Driver):
         for name, found in zip(('left', 'right'), at_rest, strict=True):
             # a wrong zero or unit is farther off
             if min(abs(found - design.D_s1), abs(found - design.D_s2)) > 0.5:
-                raise SettingsError(
-                    f'zero in the hello of the rig must make its ends rest at {design.D_s1:.3f} '
-                    f'or {design.D_s2:.3f} cells; the {name} one rests at {found:.3f}'
+                expected = (
+                    f'such that the {name} end rests at {design.D_s1:.3f} or {design.D_s2:.3f} '
+                    f'cells; it rests at {found:.3f}'
                 )
+                raise SettingsError(ErrorCode.CONFLICT, 'zero', said.zero, expected)
 
     def advance(
         self,

@@ -21,6 +21,7 @@ import numpy as np
 
 from mlmem import Array, DriverError, Settings, SettingsError
 from mlmem.parsing import DecodeError, decode_value, parse_json
+from mlmem.rejections import ErrorCode
 from mlmem.schema import describe_field, short_repr
 
 PROTOCOL_VERSION = 1
@@ -281,10 +282,8 @@ class Hello:
                 isinstance(said, dict)
                 and said.get('protocol', PROTOCOL_VERSION) != PROTOCOL_VERSION
             ):
-                raise DecodeError(
-                    f'the rig uses protocol version {short_repr(said["protocol"])}, this driver '
-                    f'{PROTOCOL_VERSION}'
-                )
+                expected = f'version {PROTOCOL_VERSION}, as that of this driver'
+                raise DecodeError.out_of_range('protocol', said['protocol'], expected)
             hello: Hello = decode_value(cls, said)
         except DecodeError as error:
             raise DriverError(f'the hello of the rig: {error}') from error
@@ -293,18 +292,12 @@ class Hello:
     def check(self, settings: Settings) -> None:
         """Raise `SettingsError` if settings do not fit this rig."""
         time, scale = settings.time, settings.scale
-        if missing := [end for end in ('left', 'right') if end not in self.can]:
-            raise SettingsError(
-                'can in the hello of the rig must have left and right, so that either end is '
-                f'driven and sensed; it lacks {", ".join(missing)}'
-            )
+        if not {'left', 'right'} <= set(self.can):
+            expected = 'left and right at least, so that the rig drives and senses either end'
+            raise SettingsError(ErrorCode.CONFLICT, 'can', self.can, expected)
         if not math.isclose(self.samples * self.dt, time.tick, rel_tol=1e-9):
-            raise SettingsError(
-                f'time.tick must be that of the rig, {self.samples * self.dt:.10g}; '
-                f'got {time.tick:g}'
-            )
+            expected = f'that of the rig, {self.samples * self.dt:.10g}'
+            raise SettingsError(ErrorCode.CONFLICT, 'time.tick', time.tick, expected)
         if not math.isclose(self.seconds / self.dt, scale.time, rel_tol=1e-6):
-            raise SettingsError(
-                f'scale.time must be that of the rig, {self.seconds / self.dt:.6g} s; '
-                f'got {scale.time:g}'
-            )
+            expected = f'that of the rig, {self.seconds / self.dt:.6g} s'
+            raise SettingsError(ErrorCode.CONFLICT, 'scale.time', scale.time, expected)

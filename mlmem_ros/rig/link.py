@@ -230,7 +230,8 @@ def open_line(address: str, patience: float) -> Transport:
         if parts.scheme == 'serial':
             baud = read_option(address, 'baud', 1_000_000)
             if not hasattr(termios, f'B{baud:.0f}'):
-                raise SettingsError(f'baud must be a rate that the system supports; got {baud:g}')
+                expected = 'one whose baud is a rate that the system supports'
+                raise SettingsError.out_of_range('device.address', address, expected)
             return Serial(parts.path, int(baud), patience)
         assert parts.hostname is not None
         assert parts.port is not None
@@ -253,7 +254,8 @@ def read_option(address: str, name: str, default: float) -> float:
     except ValueError:
         value = 0.0
     if not 0.0 < value < 1e9:  # false for NaN, too
-        raise SettingsError(f'{name} in device.address must be a number above 0; got {given[-1]}')
+        expected = f'one whose {name} is a number above 0'
+        raise SettingsError.out_of_range('device.address', address, expected)
     return value
 
 
@@ -264,8 +266,6 @@ def _split_address(address: str) -> SplitResult:
     except ValueError:
         good = None
     if not good or parts.scheme not in ('tcp', 'serial'):
-        raise SettingsError(
-            'device.address of a rig must be tcp://HOST:PORT or serial:///dev/PORT?baud=BAUD; got '
-            f'{address!r}'
-        )
+        expected = 'tcp://HOST:PORT or serial:///dev/PORT?baud=BAUD for a rig'
+        raise SettingsError.out_of_range('device.address', address, expected)
     return parts

@@ -244,9 +244,7 @@ def read_command(text: str) -> tuple[int, Command]:
     tick = decode_value(int, values.pop('tick', None), 'tick', given)
     kind = values.pop('kind', None)
     if not isinstance(kind, str) or kind not in COMMANDS_BY_NAME:
-        raise DecodeError(
-            f'kind must be one of {", ".join(COMMANDS_BY_NAME)}; got {short_repr(kind)}', 'kind'
-        )
+        raise DecodeError.out_of_range('kind', kind, f'one of {", ".join(COMMANDS_BY_NAME)}')
     return tick, decode_value(COMMANDS_BY_NAME[kind], values)
 
 

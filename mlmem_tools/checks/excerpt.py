@@ -61,7 +61,8 @@ def cut_excerpt(material: Material, low: float, high: float) -> Excerpt:
             j_0=(design.j_0 - before) % design.J_s, tail=max(0, last - (design.N - design.tail)),
         )  # fmt: skip
     except DesignError as error:  # with a gradient so steep that alpha is many times 1
-        raise StateError(f'the cells about {low:g} are not a valid element: {error}') from error
+        place = f'the cells about {low:g} are not a valid element'
+        raise StateError.of_error(error, place=place) from error
     cells = slice(before, last)
     alpha_factor = np.asarray(made.alpha_factor)[cells]
     if design.rise:  # the part has another last level

@@ -130,7 +130,8 @@ def find_depinning_strain(
     v = wall_profile(part.design, site + side, kink=kink) + part.made.offsets
     v = relax_to_equilibrium(part.made, v, np.zeros_like(v))
     if not measure_departure(v, np.zeros_like(v)) < MAX_PINNED_DISTANCE:
-        raise StateError(f'the defect at j = {defect} pins no {"kink" if kink else "wall"}')
+        why = f'the defect at j = {defect} pins no {"kink" if kink else "wall"}'
+        raise StateError(reason=why)
     shape, strain, step = sign * part.strain_shape, 0.0, 2e-3
     while step > tolerance:
         if strain + step > largest:

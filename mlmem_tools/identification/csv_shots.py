@@ -15,6 +15,7 @@ import numpy as np
 
 from mlmem.instrument.end import End, Shot
 from mlmem.parsing import DecodeError, read_file
+from mlmem.rejections import ErrorCode
 
 from ..csv_rows import parse_number, read_rows
 
@@ -36,15 +37,16 @@ def load_shot(path: Path) -> Shot:
     told = {name.strip(): value.strip() for name, *values in lines for value in values}
     absent = [name for name in SHOT_HEADINGS if name not in told]
     if absent or told['end'] not in list(End) or any(len(row) != 2 for row in rows):
-        raise DecodeError(
-            f'{path} must be a shot with {", ".join(SHOT_HEADINGS)}, end one of '
+        why = (
+            f'it must be a shot with {", ".join(SHOT_HEADINGS)}, end one of '
             f'{", ".join(End)}, and rows of 2 values; it lacks {", ".join(absent) or "none"}'
         )
+        raise DecodeError(ErrorCode.MISSING_FIELD, reason=why, place=str(path))
     omega_c, A, sigma, wall, strain, dt, left, right = (
-        parse_number(told[name], f'{path}: {name}') for name in SHOT_HEADINGS[1:]
+        parse_number(told[name], str(path), name) for name in SHOT_HEADINGS[1:]
     )
     if not dt > 0.0:
-        raise DecodeError(f'{path}: dt must be above 0; got {dt:g}')
+        raise DecodeError(ErrorCode.OUT_OF_RANGE, 'dt', dt, 'above 0', place=str(path))
     samples = np.array(rows).reshape(-1, 2).T.copy()
     return Shot(
         End(told['end']), omega_c, A, sigma, wall, strain, dt, np.array((left, right)), samples

@@ -24,6 +24,7 @@ from mlmem import SettingsError, element_file
 from mlmem.element_file import read_matching_element
 from mlmem.instrument.drivers import SIMULATION_NAME
 from mlmem.physics import INTEGRATORS
+from mlmem.rejections import ErrorCode
 from mlmem_ros.contract.answers import RequestError
 from mlmem_ros.contract.messages import build_status
 from mlmem_ros.contract.streams import STREAMS, decode_read_shot
@@ -131,10 +132,11 @@ def _build_monitor(memory: MemoryClient, twin: Path) -> ResidualMonitor:
     design, settings = element.design, element.settings
     # the derivatives by all cells take memory and time
     if settings.compares_waveforms or design.N > 1000:
-        raise SettingsError(
-            'the element must hold one wall that is read by delays, in at most '
-            '1000 cells; others compare every read with forecasts by themselves'
+        expected = (
+            'one that holds one wall and reads it by delays, in at most 1000 cells; others '
+            'compare every read with forecasts by themselves'
         )
+        raise SettingsError(ErrorCode.UNSUPPORTED, 'element', element, expected)
     simulated = parameters['device.driver'] == SIMULATION_NAME
     integrator = INTEGRATORS[settings.time.integrator] if simulated else None
     return ResidualMonitor(read_matching_element(twin, design), integrator)

@@ -25,7 +25,7 @@ from mlmem.physics import DesignError
 from mlmem.physics.curve import Curve
 from mlmem.physics.potential import Array
 from mlmem.physics.wall import next_wall_costs
-from mlmem.schema import short_repr
+from mlmem.rejections import ErrorCode
 
 from ..csv_rows import parse_number, read_rows
 
@@ -77,17 +77,19 @@ def load_run(path: Path) -> MeasuredCurve:
     forces = {'force_mN': 1e-3, 'force_N': 1.0, 'force_kN': 1e3}
     columns = [find_column(head, names, known) for known in (lengths, forces)]
     values = np.array([
-        [scale * parse_number(cells[k], f'{place}: {names[k]}') for k, scale in columns]
+        [scale * parse_number(cells[k], place, names[k]) for k, scale in columns]
         for place, cells in rows
     ])  # fmt: skip
     min_rows = 16  # fewest rows of a curve
     if len(values) < min_rows:
-        raise DecodeError(f'{path}: it must have at least {min_rows} rows; got {len(values)}')
+        expected = f'at least {min_rows} rows'
+        raise DecodeError(ErrorCode.OUT_OF_RANGE, '', len(values), expected, place=str(path))
     D, force = values.T
     turn = int(np.argmax(D))
     out, back = (_sort_rising(D[way], force[way]) for way in (slice(turn + 1), slice(turn, None)))
     if out.shape[1] < min_rows:
-        raise DecodeError(f'{path}: its displacement must rise over at least {min_rows} rows')
+        expected = f'a curve whose displacement rises over at least {min_rows} rows'
+        raise DecodeError(ErrorCode.OUT_OF_RANGE, '', out.shape[1], expected, place=str(path))
     return MeasuredCurve(str(path), (out, back) if back.shape[1] >= min_rows else (out,))
 
 
@@ -99,10 +101,8 @@ def find_column(place: str, names: Sequence[str], known: Mapping[str, float]) ->
     """
     found = [(names.index(name), scale) for name, scale in known.items() if name in names]
     if len(found) != 1:
-        raise DecodeError(
-            f'{place}: the header must name one of {", ".join(known)}; '
-            f'got {short_repr(",".join(names))}'
-        )
+        expected = f'a header that names one of {", ".join(known)}'
+        raise DecodeError(ErrorCode.OUT_OF_RANGE, '', ','.join(names), expected, place=place)
     return found[0]
 
 
@@ -220,7 +220,7 @@ def average_runs(runs: Sequence[MeasuredCurve], knots: int) -> Measured:
     low = max(run.range[0] for run in runs)
     high = min(run.range[1] for run in runs)
     if not low < high:
-        raise DecodeError('the runs must have displacements in common; got none')
+        raise DecodeError(reason='the runs have no displacements in common')
     places = np.linspace(low, high, knots)
     forces = np.array([run.force(places) for run in runs])
     mean = forces.mean(axis=0)
@@ -236,6 +236,7 @@ def average_runs(runs: Sequence[MeasuredCurve], knots: int) -> Measured:
             for force in (forces.mean(axis=0), *forces)
         )
     except DesignError as error:
-        raise DecodeError(f'these are no curves of an element: {error}') from error
+        place = 'these are no curves of an element'
+        raise DecodeError.of_error(error, place=place) from error
     spread = forces.std(axis=0, ddof=1).tolist() if len(runs) > 1 else ()
     return Measured(runs, mean_curve, each, spread)

@@ -62,9 +62,9 @@ class RigSensors:
             SettingsError: One is out of range.
         """
         if not 0.0 <= self.noise < math.inf:
-            raise SettingsError(f'noise must be at least 0; got {self.noise:g}')
+            raise SettingsError.out_of_range('noise', self.noise, 'at least 0')
         if min(self.gain) <= 0.0:
-            raise SettingsError(f'a gain must be above 0; got {min(self.gain):g}')
+            raise SettingsError.out_of_range('gain', self.gain, 'above 0')
         self._rng = np.random.default_rng(self.seed)
 
     def measure_ends(self, ends: Array) -> Array:
@@ -297,7 +297,7 @@ def _read_lead(payload: bytes) -> float:
     """
     greeting = parse_json(payload)
     if not isinstance(greeting, dict) or 'ahead' not in greeting:
-        raise DecodeError("the driver's hello must be an object with ahead")
+        raise DecodeError(reason="the driver's hello must be an object with ahead")
     return float(
         decode_value(float, greeting['ahead'], 'ahead', Description('', low=0.0, high=1e9))
     )

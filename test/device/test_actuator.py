@@ -180,7 +180,7 @@ def test_exactly_profiles_within_both_limits_are_taken(points, with_rates):
     over = max(np.abs(oracle).max() / 0.08, np.abs(np.diff(oracle) / np.diff(t)).max())
     assume(abs(over - 1.0) > 1e-3)
     if over > 1.0:
-        with pytest.raises(Refused, match=r'must stay within .* \(actuator\.max_'):
+        with pytest.raises(Refused, match=r'must be within .* \(actuator\.max_'):
             plan_profile(command, 0.0, LIMITS, UNIT)
     else:
         np.testing.assert_allclose(

@@ -144,7 +144,7 @@ def test_failing_tick_is_found_within_its_run(lost):
         def balk(*inputs, element=element, last=last, advance=advance):
             steps = len(inputs[0]) // len(element.driver.nodes)
             if element.chain.steps_done + steps > last:
-                raise StateError('no further')
+                raise StateError(reason='no further')
             return advance(*inputs)
 
         element.driver.advance = balk

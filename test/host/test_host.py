@@ -86,7 +86,7 @@ def test_write_is_saved_before_the_next_command(serve, file, kept):
 
 
 def fill_disk(path, taken):
-    raise StateError('the state cannot be saved: No space left on device')
+    raise StateError(reason='the state cannot be saved: No space left on device')
 
 
 def test_write_that_cannot_be_saved_fails(serve, kept, monkeypatch):

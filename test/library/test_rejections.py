@@ -59,7 +59,7 @@ REJECTED = {
          ErrorCode.UNKNOWN_FIELD, 'write.rump'),
         (lambda: decode_value(tuple[str, ...], 'text', 'names'),
          ErrorCode.OUT_OF_RANGE, 'names'),
-        (lambda: decode_value(Write, {}, 'command'), ErrorCode.MISSING_FIELD, 'command'),
+        (lambda: decode_value(Write, {}, 'command'), ErrorCode.MISSING_FIELD, 'command.level'),
         (lambda: decode_value(Settings, {'write': {'tension': 0.2}}),
          ErrorCode.CONFLICT, 'write.tension'),
     ],
@@ -74,25 +74,29 @@ def test_rejection_has_code_and_field(kind):
 
 
 def test_sentence_names_field_expected_and_value():
-    rejected = Rejected.of_value(ErrorCode.OUT_OF_RANGE, 'kick.late', 2.0, 'from 0 to 1')
+    rejected = Rejected(ErrorCode.OUT_OF_RANGE, 'kick.late', 2.0, 'from 0 to 1')
     assert str(rejected) == 'kick.late must be from 0 to 1; got 2.0'
     assert (rejected.value, rejected.expected) == (2.0, 'from 0 to 1')
 
 
-def test_within_prefixes_field_and_sentence():
-    inner = SettingsError.of_value(ErrorCode.CONFLICT, 'tension', 0.2, 'less')
-    outer = Refused.name_owner('write', inner)
+def test_owner_and_place_stand_in_front_of_field_and_sentence():
+    inner = SettingsError(ErrorCode.CONFLICT, 'tension', 0.2, 'less')
+    outer = Refused.of_error(inner, 'write', place='a.yaml, line 3')
     assert (outer.code, outer.field) == (ErrorCode.CONFLICT, 'write.tension')
-    assert str(outer).startswith('write.tension must be less')
+    assert str(outer) == 'a.yaml, line 3: write.tension must be less; got 0.2'
+    outer = Refused.of_error(ValueError('too late'), 'write')
+    assert (outer.code, outer.field) == (ErrorCode.OTHER, 'write')
+    assert str(outer) == 'write: too late'
 
 
 @pytest.mark.parametrize('again', [copy.copy, lambda error: pickle.loads(pickle.dumps(error))])
 def test_rejection_keeps_code_in_another_process(again):
     for error in (
-        SettingsError.of_value(ErrorCode.CONFLICT, 'a', 1, 'less'),
-        DecodeError('no', 'kick.late', ErrorCode.MALFORMED),
+        SettingsError(ErrorCode.CONFLICT, 'a', 1, 'less'),
+        DecodeError(ErrorCode.MALFORMED, 'kick.late', reason='no', place='a.yaml'),
     ):
         assert vars(again(error)) == vars(error)
+        assert str(again(error)) == str(error)
 
 
 def test_yaml_alias_counts_all_values_that_it_stands_for():

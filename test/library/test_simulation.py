@@ -118,7 +118,7 @@ def test_simulate_number_holds_driven_end():
 
 
 def test_wall_at_needs_one_place():
-    with pytest.raises(ValueError, match='level or position'):
+    with pytest.raises(ValueError, match='position, and not both'):
         wall_at()
     for design, level in ((CASE_II, 8), (replace(CASE_II, J=225), 0)):
         with expect_rejection(StateError, 'out_of_range', 'level'):

@@ -129,7 +129,7 @@ def test_next_pair_of_ground_states_begins_where_this_one_ends():
         ({'tail': 200}, r'J must be at most N - tail - 1 = 24, .*; got 25'),
         ({'s_min': 9.9}, r's_min must be far above max\(k_r, k_s\) = 1 .*10 times.*; got 9\.9'),
         ({'d': 8.0}, r's_min must be far above max\(k_r, k_s\) = 124\.4 .*; got 1000'),
-        ({'J': 225, 's_min': 1.0}, r'J must be .*; s_min must be'),
+        ({'J': 225, 's_min': 1.0}, r'J must be'),
     ],
     ids=str,
 )
@@ -182,13 +182,13 @@ def test_symbol_out_of_range_is_rejected(symbol, value):
     [
         ({'profile': '0.5 0.2', 'beta': 0.0}, r'profile must be an odd number .*; got 2'),
         ({'profile': '0.5 0.2 0.5'}, r'beta must be 0 with a profile, .*; got -0\.05'),
-        ({'b': -0.1}, r'at least two neighbouring ground states .* no ground state 1: .* -0\.1'),
-        ({'a': 1.0, 'b': -1e-3}, r'at least two neighbouring ground states .* no ground state 2'),
-        ({'N': 1, 'eta': -1, 'substrate': ''}, r'N must be .*; eta must be .*; substrate must'),
-        ({'beta': -1.0, 's_max': 1.0}, r'beta must be .*; s_max must be'),
+        ({'b': -0.1}, r'ground states 1 and 2: b must be .* no ground state 1: .* -0\.1'),
+        ({'a': 1.0, 'b': -1e-3}, r'ground states 1 and 2: b must be .* no ground state 2'),
+        ({'N': 1, 'eta': -1, 'substrate': ''}, r'N must be'),
+        ({'beta': -1.0, 's_max': 1.0}, r'beta must be'),
     ],
     ids=str,
 )
-def test_wrong_design_is_rejected_with_all_reasons(changes, message):
+def test_wrong_design_is_rejected_with_its_first_reason(changes, message):
     with pytest.raises(DesignError, match=f'^{message}'):
         changed(**changes)

@@ -124,8 +124,8 @@ def test_level_out_of_range_has_no_wall(level):
 @pytest.mark.parametrize(
     ('changes', 'message'),
     [
-        ({'beta': 0.0, 'gamma': -4e-3}, 'the defect at j = 100 pins no wall; none remains'),
-        ({'beta': 0.5}, 'the defect at j = 100 pins no wall; one at 86 remains'),
+        ({'beta': 0.0, 'gamma': -4e-3}, 'at its defect, j = 100, none remains'),
+        ({'beta': 0.5}, 'at its defect, j = 100, one at 86 remains'),
     ],
     ids=['a slope without defects', 'hard defects'],
 )

@@ -124,7 +124,7 @@ def test_driver_that_hangs_times_out(where):
         ('Rig', "'Rig'"),
         ('bench:', "'bench:'"),
         ('no_such_package:Rig', 'cannot be imported'),
-        ('bench:Rig', 'bench has no Rig'),
+        ('bench:Rig', 'one of the classes in bench'),
         ('bench:LEAD', 'a subclass of mlmem.Driver'),
         ('pathlib:Path', 'a subclass of mlmem.Driver'),
     ],
@@ -148,7 +148,7 @@ def test_driver_that_cannot_be_opened_says_why(bench):
     ],
 )
 def test_invalid_address_is_rejected(address):
-    with pytest.raises(SettingsError, match=r'device\.address|^baud'):
+    with pytest.raises(SettingsError, match=r'^device\.address must be'):
         drivers.open_driver('rig', address, CASE_II, Settings())
 
 

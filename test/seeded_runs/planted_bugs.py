@@ -19,7 +19,7 @@ from mlmem_ros.host import sessions, store, worker
 PLANTED_BUGS = {
     'strain_is_left_on_at_the_end': [
         (loop.Loop, '_release_strain',
-         lambda self: self._box.close(Refused(loop.SHUTDOWN_MESSAGE))),
+         lambda self: self._box.close(Refused(reason=loop.SHUTDOWN_MESSAGE))),
     ],
     'session_begun_within_a_tick': [
         (sessions, '_call_between_ticks', lambda loop, function: function()),
@@ -74,7 +74,7 @@ def division_by_zero_at_full_speed(_):
 @_register((loop.Loop, 'shut_down'), (mailbox.Mailbox, 'take_request'))
 def queue_cleared_between_look_and_pop(end, _):
     def hasty_end(self):
-        self._box.close(Refused(loop.SHUTDOWN_MESSAGE))
+        self._box.close(Refused(reason=loop.SHUTDOWN_MESSAGE))
         end(self)
 
     def take(self, queue):

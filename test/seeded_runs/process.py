@@ -129,7 +129,7 @@ class Process:
         def fails(*_):
             if not forever:
                 element.advance = advance
-            raise StateError('the chain stopped being finite, as it was told to')
+            raise StateError(reason='the chain stopped being finite, as it was told to')
 
         self.invariants.broken = True
         element.advance = fails

@@ -124,8 +124,9 @@ def test_scattered_register_is_read_by_its_twin():
 def test_twin_that_cannot_hold_every_word_is_rejected():
     element = MemoryElement(BYTE)
     known = element.reader.forecasts
-    with pytest.raises(SettingsError, match='cannot be held: walls at the levels'):
+    with pytest.raises(SettingsError) as rejected:
         element.adopt_twin(Specimen(BYTE.design, stuck=(104,)))
+    assert (rejected.value.code, rejected.value.field) == ('unsupported', 'word')
     assert (element.twin, element.reader.forecasts) == (None, known)
 
 

@@ -133,7 +133,7 @@ def fit_kink(design: Design) -> KinkFit:
 
     fit = least_squares(kink_residual, start, method='lm', xtol=1e-12, ftol=1e-15)
     if not fit.success:
-        raise StateError(f'the kink ansatz must converge; it did not: {fit.message}')
+        raise StateError(reason=f'the kink ansatz must converge; it did not: {fit.message}')
     return replace(KinkFit(*fit.x.tolist()), e_rms=_root_mean_square(fit.fun))
 
 
@@ -154,10 +154,8 @@ def fit_displacement(design: Design, displacement: Array, max_order: int = 40) -
         if e_rms < MAX_FIT_ERROR:
             a, b = solution[2 : 2 + q], solution[2 + q :]
             return DisplacementFit(float(solution[0]), float(solution[1]), a, b, length, e_rms)
-    raise StateError(
-        f'the bound must be met with an order of at most {max_order}; got {e_rms:.3g}, above '
-        f'{MAX_FIT_ERROR:.3g}'
-    )
+    expected = f'at most {MAX_FIT_ERROR:.3g} with an order of at most {max_order}'
+    raise StateError.out_of_range('e_rms', e_rms, expected)
 
 
 def strained_equilibrium(design: Design, strain: float) -> tuple[Array, Array]:

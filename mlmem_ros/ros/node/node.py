@@ -258,8 +258,8 @@ class MemoryNode(LifecycleNode):
     def _begin_anew(self) -> None:
         """Replace the present element by a new one, with `initial_content` or blank; inactive."""
         if self.host.element is not None and not self.host.element.is_simulated:
-            text = 'a real element cannot be reset; erase it'
-            raise Refused(text, code=ErrorCode.UNSUPPORTED)
+            why = 'a real element cannot be reset; erase it'
+            raise Refused(ErrorCode.UNSUPPORTED, reason=why)
         if self.host.loop is not None:
             self._run_transitions(self.trigger_deactivate)
         self._run_transitions(self.trigger_cleanup, self.trigger_configure, blank=True)

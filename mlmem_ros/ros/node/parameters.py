@@ -38,6 +38,7 @@ from mlmem import (
 )
 from mlmem.element_file import ELEMENT_NAMES, Element, ElementFileError, text_of
 from mlmem.procedure_table import CONTENT_NAMES, PROCEDURES, UNSET_CONTENT
+from mlmem.rejections import ErrorCode
 from mlmem.schema import Description, find_descriptions, short_repr
 
 from ...contract.requests import NODE_SERVICES
@@ -102,22 +103,21 @@ class ParameterSet:
         Raises:
             SettingsError: The given one has the wrong type or is out of range.
         """
+        given = self._node._parameter_overrides.get(name)
+        value = given.value if given else default
         try:
             self._node.declare_parameter(name, default, build_descriptor(description, default))
-        except (InvalidParameterTypeException, InvalidParameterValueException) as error:
-            kinds = {
-                bool: 'a bool', int: 'an integer',
-                float: 'a double (a number with a decimal point)', str: 'a string',
-            }  # fmt: skip
-            low, high = description.low, description.high
-            ends = '' if low is None else f' from {low} to {high}'
-            got = self._node._parameter_overrides[name].value
-            raise SettingsError(
-                f'parameter {name} must be {kinds[type(default)]}{ends}; got {got!r}'
-            ) from error
+        except InvalidParameterTypeException as error:
+            hint = ' (a number with a decimal point)' if isinstance(default, float) else ''
+            names = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
+            expected = f'{names[type(default)]}{hint}'
+            raise SettingsError.out_of_range(name, value, expected) from error
+        except InvalidParameterValueException as error:
+            expected = f'from {description.low} to {description.high}'
+            raise SettingsError.out_of_range(name, value, expected) from error
         if description.choices:
             self._choices[name] = description.choices
-            self._check_choice(name, self._get_value(name), 'parameter ')
+            self._check_choice(name, self._get_value(name))
 
     def _report_strange_overrides(self, description: str) -> None:
         """Warn of given parameters that there are not, and if the element is not the one whose
@@ -191,8 +191,8 @@ class ParameterSet:
                 },
             )
         except SettingsError as error:
-            named = ', '.join(f'{name} = {value}' for name, value in given.items())
-            raise SettingsError(f'parameters {named}: {error}') from error
+            named = ', '.join(f'{name} = {value}' for name, value in given.items() if value != '')
+            raise SettingsError.of_error(error, place=f'parameters {named}') from error
 
     def _load_source(self, source: str) -> Element:
         """Return a shipped element, or that in a file.
@@ -207,9 +207,7 @@ class ParameterSet:
                 else self._read_group('files').confine_path(source)
             )
         except (ElementFileError, SettingsError) as error:
-            text = str(error)
-            named = text if text.startswith('element ') else f'element: {text}'
-            raise SettingsError(named) from error
+            raise SettingsError.of_error(error, place='element') from error
 
     def lock_parameters(self) -> None:
         """Allow only live parameters from now on.
@@ -234,7 +232,7 @@ class ParameterSet:
         try:
             return type(defaults)(**values | changed)
         except SettingsError as error:
-            raise SettingsError(f'parameters {prefix}.*: {error}') from error
+            raise SettingsError.of_error(error, prefix) from error
 
     def _check_targets(self) -> None:
         for name in TARGETS.values():
@@ -245,13 +243,11 @@ class ParameterSet:
         if value == UNSET_CONTENT:
             return
         if name != (fitting := TARGETS[CONTENT_NAMES[element.settings.holds_words]]):
-            raise SettingsError(
-                f'{name} must be {UNSET_CONTENT} (not set) for an element that takes {fitting}; '
-                f'got {value}'
-            )
+            expected = f'{UNSET_CONTENT} (not set) for an element that takes {fitting}'
+            raise SettingsError(ErrorCode.UNSUPPORTED, name, value, expected)
         words = count_words(element.design, self._apply_overrides(element))
         if not 0 <= value < words:
-            raise SettingsError(f'parameter {name} must be from 0 to {words - 1}; got {value}')
+            raise SettingsError.out_of_range(name, value, f'from 0 to {words - 1}')
 
     def _complete_changes(self, changed: list[Parameter]) -> list[Parameter]:
         """Return the parameters to set: doubles as doubles, and with a new element its text, and
@@ -298,7 +294,8 @@ class ParameterSet:
             for name in given.keys() & TARGETS.values():
                 self._check_target(name, given[name], self._checked)
             if DESCRIPTION in given and given[DESCRIPTION] != text_of(self._checked):
-                raise SettingsError(f'{DESCRIPTION} follows from element; set that one')
+                why = 'it follows from element; set that one'
+                raise SettingsError(ErrorCode.CONFLICT, DESCRIPTION, reason=why)
             faults = {p.name.removeprefix('faults.'): p.value for p in changed if _is_fault(p)}
             if faults and self._host.element is not None:
                 self._host.element.specimen(self._read_group('faults', **faults))
@@ -316,36 +313,36 @@ class ParameterSet:
             SettingsError: It may not.
         """
         if not self._node.has_parameter(name):  # rclpy takes an empty name for a declared one
-            raise SettingsError(f'there is no parameter {short_repr(name)}')
+            raise SettingsError(ErrorCode.UNKNOWN_FIELD, reason=f'there is no {short_repr(name)}')
         own = (*LIVE_PARAMETERS, 'write.method', 'use_sim_time')
         live = name in own or name.partition('.')[0] in ('record', 'faults')
         changes = value != self._get_value(name)
         if changes and name == 'use_sim_time' and self._host.loop is not None:
-            raise SettingsError(f'{name} may be set only while the node is not active')
+            raise SettingsError(field=name, reason='set it only while the node is not active')
         # the running loop counts on when hashes are due
         if changes and self.locked and (not live or name == 'record.hash_every'):
-            raise SettingsError(f'{name} may be set only while the node is unconfigured')
+            raise SettingsError(field=name, reason='set it only while the node is unconfigured')
         if changes and name == 'files.root':
-            raise SettingsError(f'{name} may be set only at the start of the node')
+            raise SettingsError(field=name, reason='set it only at the start of the node')
         if name == 'time.speed':
             check_speed(value)
         if name in ('record.path', 'state.path', 'twin') and value:
             try:
                 self._read_group('files').confine_path(value)
             except SettingsError as error:
-                raise SettingsError(f'{name}: {error}') from error
+                raise SettingsError.of_error(error, place=name) from error
         self._check_choice(name, value)
 
-    def _check_choice(self, name: str, value: Any, kind: str = '') -> None:
+    def _check_choice(self, name: str, value: Any) -> None:
         """Raise `SettingsError` if a value is none of the words that may be set."""
         choices = self._choices.get(name, (value,))
         if value not in choices:
             hints = {  # of those whose choices follow from the start
-                'device.driver': '; a class may be named only at the start',
-                'device.address': '; with files.root it may be named only at the start',
+                'device.driver': ' (a class may be named only at the start)',
+                'device.address': ' (with files.root it may be named only at the start)',
             }
-            got = short_repr(value) + hints.get(name, '')
-            raise SettingsError(f'{kind}{name} must be one of {", ".join(choices)}; got {got}')
+            expected = f'one of {", ".join(choices)}{hints.get(name, "")}'
+            raise SettingsError.out_of_range(name, value, expected)
 
     def _apply_changes(self, changed: list[Parameter]) -> None:
         """Put changes into effect while time runs."""
