@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from .errors import SettingsError
 from .physics import Design, Material, Scatter, Specimen, as_design, draw_specimen
 from .progress import track_progress
+from .rejections import ErrorCode
 
 Measurement = Callable[[Specimen], 'float | Mapping[str, Any]']
 """What is measured of an element: a number, or several by name."""
@@ -104,7 +105,7 @@ def sweep(
             `depth_std`.
 
     Raises:
-        SettingsError: An axis is neither, or no list of values.
+        SettingsError: An axis is neither, or no list of values, or has the name of a measurement.
         DesignError: A value is out of range.
     """
     design = as_design(material)
@@ -128,7 +129,7 @@ def sweep(
     found = (map if executor is None else executor.map)(measure, elements)
     if progress:
         found = track_progress(found, len(points), 'sweeping')
-    rows = [point | _name_values(values) for point, values in zip(points, found, strict=True)]
+    rows = [_build_row(point, values) for point, values in zip(points, found, strict=True)]
     return Table(tuple(rows[0]), tuple(rows))
 
 
@@ -142,6 +143,14 @@ def _make_element(design: Design, point: Mapping[str, Any]) -> Specimen:
     return draw_specimen(replace(design, **values), Scatter(**deviations), seed)
 
 
-def _name_values(measured: Any) -> dict[str, Any]:
-    """Return the columns of a measurement: its own names, or `value` for a number."""
-    return dict(measured) if isinstance(measured, Mapping) else {'value': measured}
+def _build_row(point: Mapping[str, Any], measured: Any) -> dict[str, Any]:
+    """Return a point of the grid with its measurement: by its own names, or a number as `value`.
+
+    Raises:
+        SettingsError: A name of the measurement is one of the point.
+    """
+    named = measured if isinstance(measured, Mapping) else {'value': measured}
+    if taken := sorted(point.keys() & named.keys()):
+        expected = 'of other names than the axes and the seed'
+        raise SettingsError(ErrorCode.CONFLICT, 'measure', taken, expected)
+    return {**point, **named}

@@ -12,9 +12,11 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -274,15 +276,11 @@ def simulate(
         expected = f'one of {", ".join(INTEGRATORS)}'
         raise SettingsError.out_of_range('integrator', integrator, expected)
     method = INTEGRATORS[integrator]
-    if not 0.0 < duration < math.inf:
-        raise SettingsError.out_of_range('duration', duration, 'above 0 and finite')
+    _require_time('duration', duration)
     save_every = duration / 200.0 if save_every is None else save_every
-    if not 0.0 < save_every <= duration:
-        expected = f'above 0 and at most the duration, {duration:g}'
-        raise SettingsError.out_of_range('save_every', save_every, expected)
+    _require_time('save_every', save_every, duration)
     longest = default_step(specimen, method) if dt is None else dt
-    if not 0.0 < longest < math.inf:
-        raise SettingsError.out_of_range('dt', longest, 'above 0 and finite')
+    _require_time('dt', longest)
     steps = math.ceil(save_every / longest * (1.0 - 1e-12))
     chain = Chain(specimen, save_every / steps, method)
     inputs = _InputFunctions(strain, *_select_driven_end(drive, specimen.design.N))
@@ -299,6 +297,12 @@ def simulate(
     rows = np.array(frames, dtype=np.float64)
     times = np.asarray(save_every * np.arange(count + 1), dtype=np.float64)
     return Trajectory(specimen, times, *(np.array(rows[:, k]) for k in range(4)))
+
+
+def _require_time(name: str, value: object, longest: float = sys.float_info.max) -> None:
+    """Raise `SettingsError` unless this is a number above 0 and at most the longest time."""
+    if not (isinstance(value, Real) and 0.0 < float(value) <= longest):
+        raise SettingsError.out_of_range(name, value, f'above 0 and at most {longest:g}')
 
 
 @dataclass(frozen=True)
@@ -351,8 +355,10 @@ def _sample_function(name: str, function: TimeFunction | float, times: Array) ->
     """Return a function's values; one that takes no arrays is called time by time.
 
     Raises:
-        ValueError: They are not one for each time.
+        SettingsError: It is none, or its values are not one for each time.
     """
+    if not (callable(function) or isinstance(function, Real)):
+        raise SettingsError.out_of_range(name, function, 'a number or a function of time')
     if not callable(function):
         return np.full(len(times), float(function))
     try:

@@ -190,8 +190,7 @@ class Simulation(Driver):
         """
         dt = time.tick / (finer * steps_per_tick(material, time))
         chain = Chain(material, dt, INTEGRATORS[time.integrator])
-        if not isinstance(material, Design):
-            chain.place(make_blank(material))
+        chain.place(make_blank(material))
         return cls(chain)
 
     @property

@@ -8,8 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+from mlmem import SettingsError
 from mlmem.parameter_sweep import sweep
 from mlmem.physics import CASE_II, Scatter, draw_specimen
+from mlmem.rejections import ErrorCode
 
 
 def measure_eta(specimen):
@@ -75,6 +77,14 @@ def test_sweep_failing_measurement_reaches_caller():
 def test_sweep_bad_axis_is_named(axes, word):
     with pytest.raises(ValueError, match=word):
         sweep(CASE_II, measure=measure_eta, **axes)
+
+
+@pytest.mark.parametrize('name', ['eta', 'seed'])
+def test_sweep_measurement_with_the_name_of_an_axis_is_rejected(name):
+    with pytest.raises(SettingsError) as rejected:
+        sweep(CASE_II, measure=lambda specimen: {name: 1.0, 'other': 2.0}, eta=[0.002])
+    assert (rejected.value.code, rejected.value.field) == (ErrorCode.CONFLICT, 'measure')
+    assert rejected.value.value == [name]
 
 
 def test_sweep_takes_arrays():

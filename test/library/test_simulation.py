@@ -2,15 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Simulations without a device, against what the chain and closed forms say."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from rejection import expect_rejection
 
+from mlmem import SettingsError
+from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II, Scatter, Specimen, StateError, draw_specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall
-from mlmem.rejections import Rejected
+from mlmem.rejections import ErrorCode, Rejected
+from mlmem.settings import TimeSettings
 from mlmem.simulation import simulate, wall_at, walls_at
 
 KICK_SPEED = 0.0793
@@ -115,6 +119,34 @@ def test_simulate_bad_argument_is_named(arguments, word):
 def test_simulate_number_holds_driven_end():
     run = simulate(CASE_II, duration=50.0, drive={1: CASE_II.D_s1 + 0.01})
     assert run.displacement[1:, 0] == pytest.approx(CASE_II.D_s1 + 0.01, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ('name', 'values'),
+    [
+        ('duration', ('10', None, 0.0, math.nan, math.inf)),
+        ('save_every', ('1', 0.0, 11.0, math.nan)),
+        ('dt', ('0.1', 0.0, -1.0, math.inf)),
+        ('strain', ('0.01', [0.01])),
+    ],
+)
+def test_argument_that_is_no_number_in_range_is_rejected(name, values):
+    for value in values:
+        with pytest.raises(SettingsError) as rejected:
+            simulate(CASE_II, **{'duration': 10, name: value})
+        assert (rejected.value.code, rejected.value.field) == (ErrorCode.OUT_OF_RANGE, name)
+    times = {'duration': np.int64(10), 'save_every': np.float32(5.0), 'strain': np.float64(0.0)}
+    assert len(simulate(CASE_II, **times).t) == 3
+
+
+@pytest.mark.parametrize('integrator', ['pefrl', 'noh_bathe'])
+@pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
+def test_blank_of_a_design_is_that_of_its_specimen_to_the_bit(integrator, substrate):
+    design, time = replace(CASE_II, substrate=substrate), TimeSettings(integrator=integrator)
+    states = [
+        Simulation.build_blank(made, time).chain.state() for made in (design, Specimen(design))
+    ]
+    np.testing.assert_array_equal(*states)
 
 
 def test_wall_at_needs_one_place():
