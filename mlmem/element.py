@@ -132,6 +132,8 @@ class MemoryElement(Memory):
                 self.base.accept_acceleration(acceleration)
                 return None
             case commands.SetFaults(faults):
+                if not isinstance(faults, Faults):
+                    raise Refused.out_of_range('faults', faults, 'Faults')
                 before = self.faults
                 self.set_faults(faults)
                 if not faults.has_same_material(before):

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .commands import EchoReceived, Event, Outcome
+from .errors import SettingsError
 from .instrument.actuator import TransmissionState
 from .instrument.drivers import Driver
 from .instrument.echo import Echo
@@ -32,6 +33,7 @@ from .readers.calibration import Calibration, PulseCorrection, make_corrections
 from .readers.decoding import make_undecodable, primary_end
 from .readers.reader import choose_reader
 from .readers.reading import BLANK, UNDECODABLE, Reading, Unknown
+from .rejections import ErrorCode
 from .schema import describe_field
 from .settings import Settings
 
@@ -137,7 +139,14 @@ class Memory(Instrument):
         self.calibration = replace(self.calibration, pulse_corrections=known)
 
     def adopt_twin(self, twin: Specimen) -> None:
-        """Let the reader forecast by a twin; raises as `choose_reader`."""
+        """Let the reader forecast by a twin.
+
+        Raises:
+            SettingsError: It has other cells or defects than the design, or as `choose_reader`.
+        """
+        if not (isinstance(twin, Specimen) and twin.design.cells == self.design.cells):
+            expected = f'a specimen with N, J, J_s, tail = {self.design.cells}'
+            raise SettingsError(ErrorCode.CONFLICT, 'twin', twin, expected)
         self.reader = choose_reader(self.design, self.settings, twin)
         self.twin = twin
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass
+from numbers import Integral
 from typing import Any, NamedTuple
 
 from .schema import Description, describe_field, find_descriptions
@@ -50,7 +51,18 @@ def describe_content(name: str, content: int) -> str:
 
 
 @dataclass(frozen=True)
-class Write:
+class WholeNumbers:
+    """A command whose whole numbers may be of NumPy; it has those of Python."""
+
+    def __post_init__(self) -> None:
+        for field, _ in find_descriptions(self):
+            value = getattr(self, field.name)
+            if isinstance(value, Integral) and not isinstance(value, bool):
+                object.__setattr__(self, field.name, int(value))
+
+
+@dataclass(frozen=True)
+class Write(WholeNumbers):
     """Write a level, or a word of a register, and verify it."""
 
     level: int = describe_field(
@@ -90,7 +102,7 @@ class Locate:
 
 
 @dataclass(frozen=True)
-class Reset:
+class Reset(WholeNumbers):
     """Replace a simulated element by a fresh one."""
 
     content: int = describe_field(

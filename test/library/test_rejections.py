@@ -7,12 +7,15 @@ import math
 import pickle
 from dataclasses import fields, replace
 
+import numpy as np
 import pytest
 from rejection import expect_rejection
 
 from mlmem import (
     Faults,
     Refused,
+    Reset,
+    SetFaults,
     SetMethod,
     Settings,
     SettingsError,
@@ -20,11 +23,14 @@ from mlmem import (
     load_element,
 )
 from mlmem.element import MemoryElement
+from mlmem.law_file import LawFileError, read_law_file
 from mlmem.loop.timetable import check_speed
 from mlmem.parsing import DecodeError, decode_value, parse_json, parse_yaml, read_file
+from mlmem.physics import CASE_II, Specimen, StateError
 from mlmem.rejections import ErrorCode, Rejected
 from mlmem.schema import find_descriptions
 from mlmem.settings import ActuatorSettings, ElementSettings, RegisterSettings, WriteSettings
+from mlmem.snapshot import restore_snapshot, take_snapshot
 
 ROBUST = load_element('robust_words').settings
 
@@ -40,8 +46,18 @@ REJECTED = {
         (lambda: replace(ROBUST, register=RegisterSettings(), element=ElementSettings('40')),
          ErrorCode.CONFLICT, 'read.method'),
         (lambda: check_speed(-1.0), ErrorCode.OUT_OF_RANGE, 'time.speed'),
+        *(
+            (lambda twin=twin: MemoryElement(load_element('robust_words')).adopt_twin(twin),
+             ErrorCode.CONFLICT, 'twin')
+            for twin in (Specimen(CASE_II), CASE_II, 'x')
+        ),
     ],
     Refused: [
+        *(
+            (lambda faults=faults: MemoryElement(load_element('bits_1')).apply(SetFaults(faults)),
+             ErrorCode.OUT_OF_RANGE, 'faults')
+            for faults in ('x', None, {'seed': 1})
+        ),
         (lambda: MemoryElement(load_element('bits_1')).apply(SetMethod('luck')),
          ErrorCode.OUT_OF_RANGE, 'write.method'),
     ],
@@ -73,6 +89,17 @@ def test_rejection_has_code_and_field(kind):
             make()
 
 
+def test_whole_number_of_numpy_is_one_of_python():
+    """So that a command with it can be recorded."""
+    for made, field in ((Write(np.int64(1)), 'level'), (Reset(seed=np.int8(1)), 'seed')):
+        assert type(getattr(made, field)) is int
+    element = MemoryElement(load_element('bits_1'))
+    assert element.check_arguments(Write(np.uint8(1))) == {'level': 1}
+    for wrong in (np.float64(1.0), np.bool_(True), True, '1'):
+        with pytest.raises(Refused):
+            element.check_arguments(Write(wrong))
+
+
 def test_sentence_names_field_expected_and_value():
     rejected = Rejected(ErrorCode.OUT_OF_RANGE, 'kick.late', 2.0, 'from 0 to 1')
     assert str(rejected) == 'kick.late must be from 0 to 1; got 2.0'
@@ -97,6 +124,47 @@ def test_rejection_keeps_code_in_another_process(again):
     ):
         assert vars(again(error)) == vars(error)
         assert str(again(error)) == str(error)
+
+
+@pytest.mark.parametrize(
+    ('text', 'code', 'field'),
+    [
+        ('{format: 1, law: {low: 0.0, high: 1.0, force: 3}}', 'out_of_range', 'law.force'),
+        ('{format: 1, law: {low: 0.0, high: 1.0, force: [1, 2]}}', 'out_of_range', 'law.force'),
+        ('{format: 1, law: {low: 0.0, force: [1, 2]}}', 'missing_field', 'law.high'),
+        ('{format: 1, unit: SI, unit: mm}', 'malformed', 'unit'),
+        ('{format: 1', 'malformed', ''),
+        (None, 'unreadable', ''),
+    ],
+)
+def test_law_file_that_is_none_is_rejected_by_code_and_field(tmp_path, text, code, field):
+    path = tmp_path / 'law.yaml'
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(LawFileError) as rejected:
+        read_law_file(path)
+    assert (rejected.value.code, rejected.value.field) == (code, field)
+    assert rejected.value.place == str(path)
+
+
+@pytest.mark.parametrize(
+    ('change', 'code', 'field'),
+    [
+        ({'ticks': -1}, 'out_of_range', 'ticks'),
+        ({'ticks': 1}, 'conflict', 'chain.steps'),
+        ({'last_moved': 7}, 'conflict', 'last_moved'),
+        ({'chain': None}, 'conflict', 'chain'),
+        ({'strange': 1}, 'unknown_field', 'strange'),
+        ({'design': CASE_II.as_dict()}, 'conflict', 'design'),
+    ],
+)
+def test_snapshot_of_another_device_is_rejected_by_code_and_field(change, code, field):
+    element = MemoryElement(load_element('bits_1'))
+    taken = take_snapshot(element)
+    with pytest.raises(StateError) as rejected:
+        restore_snapshot(element, taken | change)
+    assert (rejected.value.code, rejected.value.field) == (code, field)
+    assert take_snapshot(element) == taken
 
 
 def test_yaml_alias_counts_all_values_that_it_stands_for():
