@@ -76,7 +76,7 @@ def test_service_takes_the_word_from_target_word(robot, client):
         with pytest.raises(RequestRefused, match=name):
             client.set_parameters({name: value}).wait()
     client.set_parameters({'target_word': -1}).wait()
-    assert 'word must be given' in robot.trigger('write')['error']
+    assert 'must be given: write takes' in robot.trigger('write')['error']
     with pytest.raises(RequestRefused, match='word'):
         client.request('write', word=256).wait()
     assert client.read().wait().word == OTHER
