@@ -16,6 +16,7 @@ from .instrument.base import NO_SHAKES, Shakes
 from .instrument.blocks import MAX_RUN_TICKS
 from .instrument.drivers import Driver, Simulation
 from .instrument.end import End
+from .instrument.faults import Faults
 from .instrument.instrument import Progress
 from .memory import Memory
 from .physics import Material, as_design

@@ -100,7 +100,7 @@ def restore_snapshot(element: MemoryElement, snapshot: Mapping[str, Any]) -> Non
             raise StateError(ErrorCode.CONFLICT, *conflict)
         specimen = element.specimen(saved.faults)
     except (KeyError, ValueError, Refused) as error:
-        raise StateError.of_error(error, place='this is not a snapshot of this device') from error
+        raise StateError.of_error(error, place='snapshot') from error
     key = calibration_key(element.design, element.settings)
     if saved.calibration_key in ('', key):  # '' in a replay
         element.calibration = saved.calibration

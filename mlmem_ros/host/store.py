@@ -98,7 +98,8 @@ class Store:
         try:
             snapshot.restore_snapshot(element, saved)
         except StateError as error:
-            raise StateError.of_error(error, place=str(path)) from error
+            place = f'{path} does not belong to this design'
+            raise StateError.of_error(error, place=place) from error
         what = 'state' if element.is_simulated else 'calibration and statistics'
         self._log.info(f'{what} restored from {path}')
 

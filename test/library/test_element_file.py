@@ -125,6 +125,8 @@ def test_element_file_keeps_fitted_element_with_settings(tmp_path):
         (('late: 0.5', 'late: ]'), 4, '', 'malformed'),
         (('kick:', 'format: 1\nkick:'), 3, 'format', 'malformed'),
         (('d: 0.038', 'd: 0.038, d: 0.04'), 2, 'design.d', 'malformed'),
+        (('kick:', 'plan: {steps: [{peak: 1, peak: 2}]}\nkick:'), 3, 'plan.steps.peak',
+         'malformed'),
         (('format: 1', 'k_r: [1.0, 2.0]\nformat: 1'), 1, 'k_r', 'conflict'),
     ],
 )  # fmt: skip
