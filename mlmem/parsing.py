@@ -305,10 +305,7 @@ def _describe_fields(kind: type) -> dict[str, tuple[Any, Description, bool]]:
 def _decode_object(kind: type, data: Any, name: str) -> Any:
     fields = _describe_fields(kind)
     if not isinstance(data, Mapping):
-        if not name:
-            why = f'it must be an object; got {_describe_kind(data)}'
-            raise DecodeError(ErrorCode.OUT_OF_RANGE, reason=why)
-        _raise_mismatch(name, 'an object', data)
+        _raise_mismatch(name, 'an object', data if name else _describe_kind(data))
     known = ', '.join(fields)
     if not name and data and fields and not any(key in fields for key in data):
         raise DecodeError(ErrorCode.UNKNOWN_FIELD, reason=f'it has none of the keys {known}')

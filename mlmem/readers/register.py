@@ -63,7 +63,7 @@ def pin_walls(made: Specimen, levels: Sequence[int]) -> Array:
         made, [design.defect_site(level) + DEFECT_OFFSET_CELLS for level in levels]
     )
     if find_wall_levels(design, v) != tuple(sorted(levels)):
-        found = sorted(wall.position for wall in find_walls(design, v))
+        found = sorted(round(wall.position, 2) for wall in find_walls(design, v))
         expected = f'one whose walls rest at its levels; they rest at {found}'
         raise StateError(ErrorCode.UNSUPPORTED, 'content', list(levels), expected)
     return v
@@ -392,7 +392,7 @@ def _build_word_parts(
         try:
             v = pin_walls(made, code.walls(int(word)))
         except StateError as error:
-            expected = f'one that can be held: {error}'
+            expected = 'one whose walls rest at its levels'
             raise SettingsError(ErrorCode.UNSUPPORTED, 'word', int(word), expected) from error
         stiffness, mass, spring = linearize_cells(made, v)
         for level, number in enumerate(chosen[word]):

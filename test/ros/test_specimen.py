@@ -85,7 +85,7 @@ def test_twin_that_cannot_be_used_ends_the_start(refused, tmp_path):
     made = draw_specimen(BYTE, Scatter(alpha=0.1), 3)
     element_file.write_element_file(file, element_file.Element(made, np.zeros(BYTE.N)))
     given = {'element': 'byte', 'design.check': 'skip'}
-    assert '01011001 cannot be held' in refused(given | {'twin': str(file)})
+    assert 'word must be one whose walls rest at its levels; got 89' in refused(given | {'twin': str(file)})
     assert 'twin: /nowhere.yaml: ' in refused(given | {'twin': '/nowhere.yaml'})
 
 
@@ -107,7 +107,7 @@ def test_stuck_cell_of_the_file_is_reported(start_robot, tmp_path):
 def test_monitor_of_a_register_ends_with_the_reason(start, byte):
     start(node_of(byte, **{'write.method': 'kick'}))
     with run_monitor(byte, stderr=subprocess.PIPE, text=True) as process:
-        assert 'the element must hold one wall' in process.communicate(timeout=60.0)[1]
+        assert 'element must be one that holds one wall' in process.communicate(timeout=60.0)[1]
         assert process.returncode == 1
 
 
