@@ -82,8 +82,8 @@ def find_parameter_types(name: Any, given: Iterable[str]) -> dict[str, Any]:
     types = {'request': str, **REQUEST_ARGUMENTS[name], **more}
     for parameter in given:
         if parameter not in types:
-            known = ', '.join(REQUEST_ARGUMENTS[name]) or f'no arguments of {name}'
-            raise Refused(ErrorCode.UNKNOWN_FIELD, str(parameter), expected=known)
+            known = ', '.join(REQUEST_ARGUMENTS[name]) or 'none'
+            raise Refused(ErrorCode.UNKNOWN_FIELD, str(parameter), expected=known, place=name)
     return types
 
 

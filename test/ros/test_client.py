@@ -204,7 +204,7 @@ def test_wait_ends_with_its_context(node, context):
         (lambda client: client.write(-1), 'level'),
         (lambda client: client.request('write', level=2.5), 'level'),
         (lambda client: client.request('explode'), 'request'),
-        (lambda client: client.request('write', levl=3), 'write takes'),
+        (lambda client: client.request('write', levl=3), 'write: there is no'),
         (lambda client: client.read(timeout=float('nan')), 'timeout'),
         (lambda client: client.read(timeout=0), 'timeout'),
         (lambda client: client.read(end=3), 'end'),

@@ -87,7 +87,7 @@ def test_bad_parameter_ends_the_start(refused, parameter, value, words):
 def test_parameter_of_a_wrong_type_ends_the_start(refused, tmp_path, name, value, kind):
     file = tmp_path / 'wrong.yaml'
     file.write_text(f'/**: {{ros__parameters: {{{name}: {value}}}}}')
-    assert f'cannot start: parameter {name} must be {kind}' in refused(file=file)
+    assert f'cannot start: {name} must be {kind}' in refused(file=file)
 
 
 @pytest.mark.parametrize('text', ['/**:\n  ros__parameters:\n    write: {tension: 0.048\n', None])

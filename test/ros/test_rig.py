@@ -132,7 +132,7 @@ def test_rig_that_was_off_or_lost_is_taken_back(start, monkeypatch):
 @pytest.mark.parametrize(
     ('given', 'word'),
     [
-        ({'device.retry': 1.0, 'device.address': 'slot 2'}, 'device.address of a rig must be'),
+        ({'device.retry': 1.0, 'device.address': 'slot 2'}, 'device.address must be tcp://'),
         ({'device.address': 'tcp://127.0.0.1:1'}, 'no rig at tcp://127.0.0.1:1'),
     ],
     ids=['wrong address', 'no retry'],

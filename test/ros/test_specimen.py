@@ -85,7 +85,8 @@ def test_twin_that_cannot_be_used_ends_the_start(refused, tmp_path):
     made = draw_specimen(BYTE, Scatter(alpha=0.1), 3)
     element_file.write_element_file(file, element_file.Element(made, np.zeros(BYTE.N)))
     given = {'element': 'byte', 'design.check': 'skip'}
-    assert 'word must be one whose walls rest at its levels; got 89' in refused(given | {'twin': str(file)})
+    word = 'word must be one whose walls rest at its levels; got 89'
+    assert word in refused(given | {'twin': str(file)})
     assert 'twin: /nowhere.yaml: ' in refused(given | {'twin': '/nowhere.yaml'})
 
 
