@@ -346,8 +346,8 @@ def read_matching_element(path: Path, design: Design, settings: Settings | None 
         expected = f'one with the N, J, J_s and tail of the other, {design.cells}'
         raise ElementFileError(ErrorCode.CONFLICT, 'design', found, expected, place=str(path))
     if settings and element.plan and element.plan.schedule != hash_schedule(settings):
-        found, expected = element.plan.schedule, 'for these settings; `mlmem plan` finds a new one'
-        raise ElementFileError(ErrorCode.CONFLICT, 'plan', found, expected, place=str(path))
+        planned, expected = element.plan.schedule, 'for these settings, as `mlmem plan` makes one'
+        raise ElementFileError(ErrorCode.CONFLICT, 'plan', planned, expected, place=str(path))
     return element
 
 
