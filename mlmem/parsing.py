@@ -149,25 +149,26 @@ def _value_loader() -> Any:
     return loader
 
 
-def _require_single_keys(node: Any) -> None:
+def _require_single_keys(document: Any) -> None:
     """Raise `DecodeError` if a key stands twice in a mapping of a YAML document."""
-    waiting, seen = [('', node)], set()
+    import yaml
+
+    waiting, seen = [('', document)], set()
     while waiting:
         name, node = waiting.pop()
-        if id(node) in seen or not isinstance(getattr(node, 'value', None), list):
+        if id(node) in seen:  # an alias stands for it
             continue
-        seen.add(id(node))  # aliases stand for it, too
-        lines: dict[Any, int] = {}
-        for each in node.value:
-            key, value = each if isinstance(each, tuple) else (None, each)
-            waiting.append((_join_path(name, key.value) if key else name, value))
-            if key is None or isinstance(key.value, list):
-                continue
-            line = key.start_mark.line + 1
-            if key.value in lines:
-                why = f'it stands twice, in line {lines[key.value]} and in line {line}'
-                raise DecodeError(ErrorCode.MALFORMED, _join_path(name, key.value), reason=why)
-            lines[key.value] = line
+        seen.add(id(node))
+        if isinstance(node, yaml.SequenceNode):
+            waiting += [(name, each) for each in node.value]
+        lines: dict[str, int] = {}
+        for key, value in node.value if isinstance(node, yaml.MappingNode) else ():
+            field, line = _join_path(name, key.value), key.start_mark.line + 1
+            if (text := str(key.value)) in lines:
+                why = f'it stands twice, in line {lines[text]} and in line {line}'
+                raise DecodeError(ErrorCode.MALFORMED, field, reason=why)
+            lines[text] = line
+            waiting.append((field, value))
 
 
 def find_line(text: str, field: str) -> int:

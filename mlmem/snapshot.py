@@ -142,15 +142,9 @@ def _find_conflicts(element: MemoryElement, saved: Snapshot) -> Iterator[Problem
     for name in ('last_moved', 'random_since'):
         if (tick := getattr(saved, name)) > saved.ticks:
             yield Problem(name, tick, f'a past tick, at most ticks = {saved.ticks}')
-    yield from _find_sample_conflicts(element, saved)
-    if saved.chain is None:
+    if (chain := saved.chain) is None:
         yield Problem('chain', None, 'that of a simulated element')
-    else:
-        yield from _find_chain_conflicts(element, saved, saved.chain)
-
-
-def _find_sample_conflicts(element: MemoryElement, saved: Snapshot) -> Iterator[Problem]:
-    """Yield the samples of transducers and sensors that do not fit the device."""
+        return
     transducer, sensors = saved.transducer, saved.sensors
     if transducer.returns.keys() != set(End):
         yield Problem('transducer.returns', list(transducer.returns), 'of both ends')
@@ -159,21 +153,14 @@ def _find_sample_conflicts(element: MemoryElement, saved: Snapshot) -> Iterator[
         ('transducer.recent', transducer.recent, [element.transducer.recent.shape]),
         ('sensors.late', sensors.late, [(2, 0), (2, late)]),
         ('sensors.slow', sensors.slow, [(2,)]),
+        ('chain.values', chain.values, [element.chain.state().shape]),
     ):
         if values is not None and values.shape not in shapes:
             yield Problem(name, values.shape, f'of shape {shapes[-1]}')
-
-
-def _find_chain_conflicts(
-    element: MemoryElement, saved: Snapshot, chain: ChainState
-) -> Iterator[Problem]:
-    """Yield what of a chain does not fit the clock, the design, and the strain of the device."""
-    if chain.steps != (steps := saved.ticks * element.steps_per_tick):
-        yield Problem('chain.steps', chain.steps, f'{steps} by time.tick and time.integrator')
-    if (found := chain.values.shape) != (shape := element.chain.state().shape):
-        yield Problem('chain.values', found, f'of shape {shape}')
     if (largest := np.abs(chain.values).max()) > 1e12:  # far beyond any real state
         yield Problem('chain.values', largest, 'at most 1e12')
+    if chain.steps != (steps := saved.ticks * element.steps_per_tick):
+        yield Problem('chain.steps', chain.steps, f'{steps} by time.tick and time.integrator')
     if (commanded := saved.linkage.commanded) != (strain := saved.actuator.strain):
         yield Problem('linkage.commanded', commanded, f'{strain:g}, the strain of the actuator')
     V_N = element.design.end_displacement(saved.linkage.strain)
