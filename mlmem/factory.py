@@ -86,7 +86,8 @@ def _relax_wall(made: Specimen, level: int) -> Array:
     try:
         return find_pinned_wall(made, level)
     except StateError as error:
-        raise SettingsError.of_error(error) from error
+        expected = f'one at which a wall settles ({error})'
+        raise SettingsError(ErrorCode.UNSUPPORTED, 'level', level, expected) from error
 
 
 def _measure_echoes(twin: Instrument, v: Array, ends: tuple[End, ...]) -> dict[End, Echo]:

@@ -226,9 +226,9 @@ def _extend_listening(design: Design, settings: Settings) -> Settings:
     """Return settings whose read listens until the pulse comes back from the farthest cell."""
     probe = settings.register.probe
     if design.substrate == 'elastic' or design.N > 1000:
-        cells = settings.element.bad_cells
-        expected = 'empty beyond 1000 cells, and over an elastic substrate'
-        raise SettingsError(ErrorCode.UNSUPPORTED, 'bad_cells', cells, expected)
+        found = design.N, design.substrate
+        expected = 'among at most 1000 cells, over a rigid substrate'
+        raise SettingsError(ErrorCode.UNSUPPORTED, 'bad_cells', found, expected)
     one, other = (pass_band(k_s) for k_s in (design.k_s1, design.k_s2))
     low, high = max(one[0], other[0]), min(one[1], other[1])
     if not low < probe.omega_c < high:

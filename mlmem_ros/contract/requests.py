@@ -202,7 +202,7 @@ def build_command(name: str, given: Mapping[str, Any], content_name: str = '') -
     needed = (field.name for field in fields(kind) if field.default is MISSING)
     for argument in needed:
         if argument not in values:
-            raise Refused(ErrorCode.MISSING_FIELD, argument, expected=f'{name} has no default')
+            raise Refused(ErrorCode.MISSING_FIELD, argument, expected=f'{name} needs it')
     return kind(**values)
 
 
