@@ -22,7 +22,6 @@ from .physics.equilibrium import find_pinned_wall, make_blank
 from .physics.potential import Array
 from .procedures.writing import erase, write
 from .readers.calibration import Calibration, DelayTable
-from .readers.decoding import primary_end
 from .readers.listening import probe_ends
 from .readers.reading import BLANK
 from .rejections import ErrorCode
@@ -78,7 +77,7 @@ def compute_calibration(made: Specimen, design: Design, settings: Settings) -> C
         for end in End
     )
     found = Calibration(left, right)
-    found.check(design.levels, primary_end(settings.read))
+    found.check(design.levels, settings.read.primary_end)
     return found
 
 

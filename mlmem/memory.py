@@ -30,7 +30,7 @@ from .physics.equilibrium import make_blank
 from .physics.potential import Array
 from .procedure_table import CONTENT_NAMES, describe_content
 from .readers.calibration import Calibration, PulseCorrection, make_corrections
-from .readers.decoding import make_undecodable, primary_end
+from .readers.decoding import make_undecodable
 from .readers.reader import choose_reader
 from .readers.reading import BLANK, UNDECODABLE, Reading, Unknown
 from .rejections import ErrorCode
@@ -115,7 +115,7 @@ class Memory(Instrument):
         Raises:
             SettingsError: The calibration has a different number of levels.
         """
-        calibration.check(design.levels, primary_end(settings.read))
+        calibration.check(design.levels, settings.read.primary_end)
         super().__init__(design, settings, driver)
         self.calibration = calibration
         self.forecast: Calibration | None = None

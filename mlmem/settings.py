@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from .errors import Checked, SettingsError
+from .instrument.end import End
 from .moves.clearing_pulse import ClearingPulseSettings
 from .moves.kick import KickSettings
 from .moves.strain_cycle import EraseSettings, WriteSettings
@@ -118,6 +119,11 @@ class ReadSettings(Checked):
         low=1.0,
         high=100.0,
     )
+
+    @property
+    def primary_end(self) -> End:
+        """The end whose echo names the level; the other end must confirm it."""
+        return End.RIGHT if self.end == End.RIGHT else End.LEFT
 
     def amplify_probe(self, probe: ProbeSettings) -> ProbeSettings:
         """Return a pulse, and its threshold, times `kicked_gain`; raises `SettingsError`."""

@@ -26,7 +26,6 @@ from .memory import MemoryStatistics
 from .parsing import decode_value, encode_value
 from .physics import Design, StateError
 from .readers.calibration import Calibration, calibration_key
-from .readers.decoding import primary_end
 from .readers.reading import UNDECODABLE, Reading, Unknown
 from .rejections import ErrorCode
 from .schema import Problem, describe_field
@@ -126,7 +125,7 @@ def _find_conflicts(element: MemoryElement, saved: Snapshot) -> Iterator[Problem
     """
     if saved.design != element.design:
         yield Problem('design', saved.design, 'that of the device')
-    saved.calibration.check(element.design.levels, primary_end(element.settings.read))
+    saved.calibration.check(element.design.levels, element.settings.read.primary_end)
     counted = len(element.statistics.level_writes)
     for name in ('level_writes', 'level_ticks'):
         if (found := len(getattr(saved.statistics, name))) != counted:

@@ -37,11 +37,6 @@ Phases = tuple[int | None, int | None]
 """Of the left and the right end; see `Instrument.phase`."""
 
 
-def primary_end(settings: ReadSettings) -> End:
-    """Return the end whose echo names the level; the other end must confirm it."""
-    return End.RIGHT if settings.end == End.RIGHT else End.LEFT
-
-
 @dataclass(frozen=True)
 class Decoder:
     """Decodes the echoes of one wall.
@@ -69,7 +64,7 @@ class Decoder:
         if len(echoes) == 1:
             (echo,) = echoes.values()
             return self._decode_echo(echo, phases)
-        first = primary_end(self.settings)
+        first = self.settings.primary_end
         reading = self._decode_echo(echoes[first], phases)
         reading = self._confirm_reading(reading, echoes[first.opposite], phases)
         reading = self._check_amplitude(reading, echoes)

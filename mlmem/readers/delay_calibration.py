@@ -12,7 +12,7 @@ from ..errors import ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
 from ..instrument.end import End
 from .calibration import Calibration, DelayTable, PulseCorrection
-from .decoding import Decoder, primary_end
+from .decoding import Decoder
 from .listening import wait_until_pinned
 from .reader import Writer
 from .reading import BLANK, UNDECODABLE, Reading, describe_level
@@ -44,7 +44,7 @@ def measure_delays(element: Memory, writer: Writer) -> Procedure[Calibration]:
             for end in End
         )
         measured = replace(element.calibration, left=left, right=right)
-        measured.check(element.design.levels, primary_end(element.settings.read))
+        measured.check(element.design.levels, element.settings.read.primary_end)
     except (ProcedureFailed, SettingsError) as error:
         raise ProcedureFailed(f'the calibration was not taken: {error}') from error
     return measured
@@ -191,7 +191,7 @@ def _level_margin(element: Memory, level: int, reading: Reading) -> tuple[float,
         if (delay := reading.get_delay(end)) is None:
             return -math.inf, f'level {level} gives no echo at the {end} end'
         nearest, clear = element.calibration.table(end).find_nearest(delay)
-        if end is primary_end(element.settings.read):
+        if end is element.settings.read.primary_end:
             margin, right = clear, nearest == level
         else:
             low, high, _ = reading.shapes[end]

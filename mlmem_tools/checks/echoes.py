@@ -25,7 +25,7 @@ from mlmem.physics import INTEGRATORS, PEFRL, Design, Integrator, Specimen, Stat
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.physics.values import Array, Complex
 from mlmem.readers.calibration import Calibration, DelayTable
-from mlmem.readers.decoding import find_exchanged_levels, primary_end
+from mlmem.readers.decoding import find_exchanged_levels
 from mlmem.settings import ProbeSettings, ReadSettings
 
 from .concern import Finding, Subject, Verdict, find_worst_verdict, grade_finding, judge_value
@@ -131,7 +131,7 @@ def check(subject: Subject, max_calibration_cell_steps: float = 1.5e8) -> Iterat
         margins = {level: echo.threshold_margin for level, echo in echoes.items()}
         delays = [math.nan if echo.delay is None else echo.delay for echo in echoes.values()]
         loudest = max(loudest, max(margins.values(), default=0.0))
-        yield _judge_echoes(end, margins, delays, end is primary_end(settings.read))
+        yield _judge_echoes(end, margins, delays, end is settings.read.primary_end)
         latest = max(latest, *delays, 0.0)
         apart[end] = _find_least_spacing(probe, echoes)
     work = len(End) * subject.design.levels * subject.design.N * latest / dt
