@@ -10,6 +10,7 @@ client and the command line read it without importing the device.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass
 from numbers import Integral
@@ -63,7 +64,7 @@ class WholeNumbers:
 
 @dataclass(frozen=True)
 class Write(WholeNumbers):
-    """Write a level, or a word of a register, and verify it."""
+    """Write a level or word and verify it by an echo."""
 
     level: int = describe_field(
         MISSING, 'level or word to write, from 0; in decimal or as 0xa7', low=0, high=2**53 - 1
@@ -72,7 +73,7 @@ class Write(WholeNumbers):
 
 @dataclass(frozen=True)
 class Read:
-    """Probe both ends, and decode."""
+    """Fire a probe pulse at either end and decode the echoes."""
 
     end: str = describe_field(
         '',
@@ -93,17 +94,17 @@ class Calibrate:
 
 @dataclass(frozen=True)
 class SelfTest:
-    """Write and read every level, test actuator and transducers, then restore the content."""
+    """Test transducers, actuator, erase and every level, then restore the content."""
 
 
 @dataclass(frozen=True)
 class Locate:
-    """Measure where the wall is, between levels too; of a register, every wall."""
+    """Measure the position of the wall in cells, or of every wall of a register."""
 
 
 @dataclass(frozen=True)
 class Reset(WholeNumbers):
-    """Replace a simulated element by a fresh one."""
+    """Replace a simulated element by a fresh one, blank or with a given content."""
 
     content: int = describe_field(
         BLANK, 'level or word that the new element holds; -1: blank', low=BLANK, high=2**53 - 1
@@ -118,12 +119,16 @@ class Reset(WholeNumbers):
 
 @dataclass(frozen=True)
 class Survey:
-    """Pulse the element in several states and record both ends, then restore the content."""
+    """Publish pulses through the element in several states for `mlmem fit`, then restore the
+    content.
+    """
 
 
 @dataclass(frozen=True)
 class Kick:
-    """Kick a wall off from the left end, or a kink that takes one away."""
+    """Kick a wall off from the left end, or a kink that takes one away; what rests then is not
+    known until a read.
+    """
 
     speed: float = describe_field(
         MISSING, 'mean speed of the end in cells per time unit', low=1e-4, high=10.0
@@ -157,11 +162,17 @@ class Procedure(NamedTuple):
     """
 
     command: type[Any]
-    meaning: str
     changes: bool = True
     action: bool = True
     both_ends: bool = False
     listens: bool = True
+
+    @property
+    def meaning(self) -> str:
+        """What it does, as the first paragraph of its command says."""
+        first, _, _ = (inspect.getdoc(self.command) or '').partition('\n\n')
+        text = ' '.join(first.split()).removesuffix('.')
+        return text[:1].lower() + text[1:]
 
     @property
     def arguments(self) -> Iterator[tuple[str, str, Any, Description]]:
@@ -186,47 +197,15 @@ class Procedure(NamedTuple):
 
 
 PROCEDURES = {
-    'write': Procedure(Write, 'write a level or word and verify it by an echo'),
-    'read': Procedure(
-        Read, 'fire a probe pulse at either end and decode the echoes', changes=False
-    ),
-    'erase': Procedure(Erase, 'make the element blank'),
-    'calibrate': Procedure(
-        Calibrate, 'measure the echo delay of every level, then restore the content'
-    ),
-    'self_test': Procedure(
-        SelfTest, 'test transducers, actuator, erase and every level, then restore the content'
-    ),
-    'locate': Procedure(
-        Locate,
-        'measure the position of the wall in cells, or of every wall of a register',
-        changes=False,
-        action=False,
-        both_ends=True,
-    ),
-    'reset': Procedure(
-        Reset,
-        'replace a simulated element by a fresh one, blank or with a given content',
-        action=False,
-    ),
-    'survey': Procedure(
-        Survey,
-        'publish pulses through the element in several states for `mlmem fit`, then restore the '
-        'content',
-        both_ends=True,
-    ),
-    'kick': Procedure(
-        Kick,
-        'kick a wall off from the left end, or a kink that takes one away; what rests then is '
-        'not known until a read',
-        action=False,
-        listens=False,
-    ),
-    'abort': Procedure(
-        Abort,
-        'stop the running procedure and bring the strain to zero',
-        action=False,
-        listens=False,
-    ),
+    'write': Procedure(Write),
+    'read': Procedure(Read, changes=False),
+    'erase': Procedure(Erase),
+    'calibrate': Procedure(Calibrate),
+    'self_test': Procedure(SelfTest),
+    'locate': Procedure(Locate, changes=False, action=False, both_ends=True),
+    'reset': Procedure(Reset, action=False),
+    'survey': Procedure(Survey, both_ends=True),
+    'kick': Procedure(Kick, action=False, listens=False),
+    'abort': Procedure(Abort, action=False, listens=False),
 }
 """All procedures by name."""
