@@ -6,20 +6,13 @@ missing.
 
 from __future__ import annotations
 
-import functools
 from importlib import metadata
-from importlib.metadata import EntryPoint, EntryPoints, entry_points
-
-
-@functools.cache
-def list_entry_points() -> EntryPoints:
-    """Return all entry points; to find them, every installed package is looked into."""
-    return entry_points()
+from importlib.metadata import EntryPoint, entry_points
 
 
 def find_entry_points(group: str) -> dict[str, EntryPoint]:
     """Return what is installed of a group of entry points, by name."""
-    return {each.name: each for each in list_entry_points().select(group=group)}
+    return {each.name: each for each in entry_points(group=group)}
 
 
 def find_tool(name: str) -> EntryPoint:

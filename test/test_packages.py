@@ -55,6 +55,6 @@ def test_advice_fits_the_missing_package(name, words):
     ids=lambda words: f'{words[0]} {words[-1]}',
 )
 def test_command_without_the_laboratory_says_what_to_install(words, monkeypatch, capsys):
-    monkeypatch.setattr(packages, 'list_entry_points', EntryPoints)
+    monkeypatch.setattr(packages, 'entry_points', lambda group: EntryPoints())
     assert cli.main(words) == 1
     assert 'the laboratory is missing; in a checkout: pip install' in capsys.readouterr().err
