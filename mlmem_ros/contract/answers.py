@@ -6,7 +6,7 @@ A field of an `Answer` made by `declare_field` is all the declaration there is: 
 type, its unit and what stands for it where there is none. From it follow the JSON object of a
 service and the texts of `~/outcome` (`outcome_to_dict`), the result of an action
 (`build_result`), what a client makes of either (`decode_answer`), the line of a command, the
-table of the reference, and the definition of the action (`describe_wire_fields`).
+table of the reference, and the definition of the action.
 """
 
 from __future__ import annotations
@@ -360,18 +360,6 @@ def wire_fields(name: str, row: ResultField) -> Iterator[tuple[str, str]]:
         yield from ((f'{end}_{name}', end) for end in ('left', 'right'))
     else:
         yield row.short or name, ''
-
-
-def describe_wire_fields(kind: type[Answer]) -> Iterator[tuple[str, str, str]]:
-    """Yield type, name and meaning of the fields that an answer has in an action's result."""
-    for name, row in describe_fields(kind):
-        unit = f' [{row.unit}]' if row.unit else ''
-        absent = 'NaN' if row.absent != row.absent else f'{row.absent}'
-        is_explained = row.absent is None or absent in row.text
-        unknown = '' if is_explained else f'; {absent}: not known'
-        for field_name, end in wire_fields(name, row):
-            text = f'{end} end: {row.text}' if end else row.text
-            yield row.wire, field_name, f'{text}{unit}{unknown}'
 
 
 def _to_plain(value: Any) -> Any:

@@ -61,9 +61,8 @@ def generate_actions() -> dict[str, str]:
     """Return the text of every action whose result is declared, by the name of its file."""
     texts = {}
     for request, kind in ACTION_TYPE_NAMES.items():
-        fields = list(
-            answers.describe_wire_fields(answers.ANSWER_TYPES.get(request, answers.Decoded))
-        )
+        answer = answers.ANSWER_TYPES.get(request, answers.Decoded)
+        fields = list(_describe_wire_fields(answer))
         if not fields:  # a self-test reports checks
             continue
         path = ACTION_FOLDER / f'{kind}.action'
@@ -72,6 +71,18 @@ def generate_actions() -> dict[str, str]:
         lines = (f'{f"{wire} {name}":26}# {meaning}\n' for wire, name, meaning in fields)
         texts[path.name] = '---\n'.join([goal, error + ''.join(lines), feedback])
     return texts
+
+
+def _describe_wire_fields(kind: type[answers.Answer]) -> Iterator[tuple[str, str, str]]:
+    """Yield type, name and meaning of the fields that an answer has in an action's result."""
+    for name, row in answers.describe_fields(kind):
+        unit = f' [{row.unit}]' if row.unit else ''
+        absent = 'NaN' if row.absent != row.absent else f'{row.absent}'
+        is_explained = row.absent is None or absent in row.text
+        unknown = '' if is_explained else f'; {absent}: not known'
+        for field_name, end in answers.wire_fields(name, row):
+            text = f'{end} end: {row.text}' if end else row.text
+            yield row.wire, field_name, f'{text}{unit}{unknown}'
 
 
 def _list_topics(chosen: Iterable[Topic]) -> str:
