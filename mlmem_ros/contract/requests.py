@@ -279,38 +279,29 @@ NODE_SERVICES = (
 """All of them. Procedures answer when they have ended, with one JSON object."""
 
 SIMULATOR_SERVICES = tuple(
-    Service(name, f'simulation_interfaces/srv/{kind}', meaning)
-    for name, kind, meaning in (
-        (
-            'get_simulator_features',
-            'GetSimulatorFeatures',
-            'all of these; resets only of a simulated element',
-        ),
+    Service(name, f'simulation_interfaces/srv/{name.title().replace("_", "")}', meaning)
+    for name, meaning in (
+        ('get_simulator_features', 'all of these; resets only of a simulated element'),
         (
             'get_entities',
-            'GetEntities',
             'the full names of the elements of its process; filters are not supported',
         ),
         (
             'get_simulation_state',
-            'GetSimulationState',
             'playing or paused while active, stopped while inactive, without a world while '
             'unconfigured',
         ),
         (
             'set_simulation_state',
-            'SetSimulationState',
             'play, pause or stop; a stopped element begins anew, as by `~/reset_simulation`. 102: '
             'it could not be reached',
         ),
         (
             'step_simulation',
-            'StepSimulation',
             'run ticks while paused, answered once the events of the last are published',
         ),
         (
             'reset_simulation',
-            'ResetSimulation',
             'begin anew at tick 0 with `initial_content` and the random numbers of `faults.seed`; '
             'state and time are reset together (scope 0, 3 or 255)',
         ),
