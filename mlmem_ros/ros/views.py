@@ -35,21 +35,14 @@ COLOUR_TABLE = np.stack(
 """Red, green and blue of every index, shape (256, 3)."""
 
 
-class Palette:
-    """Turns configurations of one design into indices of `COLOUR_TABLE`."""
-
-    def __init__(self, design: Design) -> None:
-        span = design.D_s2 - design.D_s1
-        overshoot = 0.2 * span  # of the scale beyond either phase
-        self._low = design.D_s1 - overshoot
-        self._scale = 255.0 / (span + 2.0 * overshoot)
-
-    def colour_indices(self, configuration: Array) -> np.ndarray:
-        """Return the index of each value's colour, clipped to the scale."""
-        index = configuration - self._low
-        index *= self._scale
-        np.maximum(index, 0.0, out=index)
-        return np.minimum(index, 255.0, out=index).astype(np.uint8)
+def find_colours(configuration: Array, design: Design) -> np.ndarray:
+    """Return the index in `COLOUR_TABLE` of each value, whose ends lie a little beyond the phases
+    of the design.
+    """
+    overshoot = 0.2 * (design.D_s2 - design.D_s1)
+    low, high = design.D_s1 - overshoot, design.D_s2 + overshoot
+    index = (configuration - low) * (255.0 / (high - low))
+    return np.clip(index, 0.0, 255.0).astype(np.uint8)
 
 
 class Contour:
@@ -71,7 +64,6 @@ class Contour:
         self._frame_id = frame_id
         self._every = every
         self._columns = columns
-        self._palette = Palette(element.design)
         # of more than 512 rows, only every second, third ... cell is shown
         self._stride = math.ceil(element.design.N / 512)
         rows = len(range(0, element.design.N, self._stride))
@@ -88,7 +80,7 @@ class Contour:
             return
         self._seen += due
         shown = self._element.chain.configuration[:: self._stride]
-        column = self._palette.colour_indices(shown[::-1])
+        column = find_colours(shown[::-1], self._element.design)
         for _ in range(min(due, self._columns)):
             self._indices[self._taken % self._columns] = column
             self._taken += 1
@@ -117,7 +109,6 @@ class ChainMarkers:
     def __init__(self, element: MemoryElement, settings: PublishSettings) -> None:
         design, self._unit = element.design, element.settings.scale.length
         self._element = element
-        self._palette = Palette(design)
         self._width = design.N * self._unit / 25.0  # length of the drawn chain over its width
         self._stride = math.ceil(design.N / 500)  # cells shown at most
         text = min(0.8 * self._width, 0.35 * design.J * self._unit)
@@ -173,7 +164,7 @@ class ChainMarkers:
         places = ((self._element.design.sites + displacement)[shown] * unit).tolist()
         for point, place in zip(self._cells.points, places, strict=True):
             point.x = place
-        indices = self._palette.colour_indices(configuration[shown]).tolist()
+        indices = find_colours(configuration[shown], self._element.design).tolist()
         self._cells.colors = [self._colours[index] for index in indices]
         for label, site in zip(self._labels, self._defects, strict=True):
             label.pose.position.x = (site + float(substrate[site - 1])) * unit

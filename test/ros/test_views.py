@@ -19,7 +19,7 @@ from mlmem_ros.ros.views import (
     COLOUR_TABLE,
     ChainMarkers,
     Contour,
-    Palette,
+    find_colours,
 )
 
 NOW = Time(sec=12, nanosec=34)
@@ -67,7 +67,7 @@ def test_image_columns_are_configurations_and_move_left():
         contour.take_columns()
         image = pixels(contour.build_image(NOW))
         assert image.shape == (225, 50, 3)
-        colours = Palette(CASE_II).colour_indices(element.chain.configuration)
+        colours = find_colours(element.chain.configuration, CASE_II)
         expected, column = COLOUR_TABLE[colours][::-1], image[:, -1]
         assert (column[others] == expected[others]).all()
         assert (column[defects].sum(axis=1) < expected[defects].sum(axis=1)).all()
