@@ -4,7 +4,7 @@
 
 import pytest
 
-from mlmem import Loop, Write, snapshot
+from mlmem import BLANK, Loop, Write, snapshot
 
 from . import rig
 
@@ -27,7 +27,7 @@ def written(climb):
 
     def written(level, **settings):
         element = rig.device(**settings)
-        if level is not None:
+        if level != BLANK:
             snapshot.restore_snapshot(element, climb[level][1])
         return element
 

@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 
 from mlmem import (
+    BLANK,
     MemoryElement,
     Outcome,
     Read,
     Settings,
     factory_calibration,
     load_element,
+    physics,
     snapshot,
 )
 from mlmem.instrument.drivers import Simulation
@@ -51,7 +53,7 @@ def change(settings, **groups):
     return dataclasses.replace(settings, **changed)
 
 
-def device(level=None, *, design=DESIGN, calibration=None, **settings):
+def device(level=BLANK, *, design=DESIGN, calibration=None, **settings):
     """Return a device with its wall resting at a level, or blank, with unknown content.
 
     Settings are changed as by `change`. The calibration is the factory's for the default settings,
@@ -59,7 +61,7 @@ def device(level=None, *, design=DESIGN, calibration=None, **settings):
     """
     calibration = calibration or factory_calibration(design, Settings())
     element = MemoryElement(design, change(Settings(), **settings), calibration)
-    return element if level is None else settle(element, find_pinned_wall(design, level))
+    return element if level == BLANK else settle(element, find_pinned_wall(design, level))
 
 
 def shipped(name, made=None, **settings):
@@ -197,22 +199,17 @@ def succeed(element, command):
 
 
 def wall(element):
-    """Return the true position of the one wall, or None for a blank element."""
-    found = find_walls(element.design, element.chain.configuration)
-    if not found:
-        assert element.chain.configuration[0] < element.design.D_barrier, 'all active, not blank'
-        return None
-    (only,) = found
+    """Return the true position of the one wall."""
+    (only,) = find_walls(element.design, element.chain.configuration)
     assert only.anti_kink
     return only.position
 
 
-def holds(element, level):
-    """Return whether the true wall rests within a cell of a level's defect; None means blank."""
-    position = wall(element)
-    if level is None or position is None:
-        return level is position
-    return abs(position - element.design.defect_site(level)) < 1.0
+def true_level(element, tolerance=1.0):
+    """Return the level within so many cells of which the true wall is, `BLANK` if all cells are
+    inactive, or `UNDECODABLE`.
+    """
+    return physics.find_level(element.design, element.chain.configuration, tolerance)
 
 
 def bits(element):

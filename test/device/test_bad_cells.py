@@ -28,7 +28,7 @@ from mlmem import (
     element_file,
     load_element,
 )
-from mlmem.physics import Specimen, find_level
+from mlmem.physics import Specimen
 from mlmem.readers.bad_cells import list_wall_sets
 from mlmem_tools import checks
 from mlmem_tools.checks import Verdict
@@ -81,7 +81,7 @@ def place(element, *levels):
 
 
 def true_level(element):
-    return find_level(element.design, element.chain.configuration, 0.5 * element.design.J)
+    return rig.true_level(element, 0.5 * element.design.J)
 
 
 def written(element, level):

@@ -15,6 +15,7 @@ from rejection import expect_rejection
 from sampled import sampled
 
 from mlmem import (
+    BLANK,
     UNDECODABLE,
     Disturb,
     EchoReceived,
@@ -29,7 +30,7 @@ from mlmem import (
     factory_calibration,
 )
 from mlmem.instrument.base import Base, BaseState
-from mlmem.physics import CASE_II, find_level
+from mlmem.physics import CASE_II
 from mlmem.settings import DisturbanceSettings, ScaleSettings
 
 from . import rig
@@ -73,7 +74,7 @@ def test_acceleration_that_makes_all_cells_slide_is_rejected():
         element.apply(Disturb(1.01 * hold))
     element.apply(Disturb(0.5 * hold))  # met within a tick: the cells swing about where they rest
     rig.ticks(element, 100)
-    assert find_level(design, element.chain.configuration) == -1
+    assert rig.true_level(element) == BLANK
 
 
 # --- reads: right or undecodable, never wrong -------------------------------------------------
@@ -199,7 +200,7 @@ def test_read_of_far_level_is_right_at_15_m_per_s2(end, reads):
         assert outcome.success, outcome.error
         assert outcome.reading.level == 7
         assert len(heard) == 2, 'one pulse from either end suffices: they confirm each other'
-    assert rig.holds(element, 7)
+    assert rig.true_level(element) == 7
 
 
 def test_echo_hidden_by_shaking_is_reported_after_4_pulses():
@@ -278,4 +279,4 @@ def test_self_test_names_sensor_that_is_too_noisy():
     assert left.values['raised'] > 1.4
     assert right.passed
     assert element.actuator.motion.target == 0.0
-    assert rig.holds(element, 0)
+    assert rig.true_level(element) == 0

@@ -44,7 +44,7 @@ from mlmem.moves.kick import (
 )
 from mlmem.moves.move import blank_content
 from mlmem.moves.planner import find_moves, find_route, move_families
-from mlmem.physics import Scatter, draw_specimen, find_level, find_walls
+from mlmem.physics import Scatter, draw_specimen, find_walls
 
 from . import rig
 
@@ -61,10 +61,6 @@ def element(name, **changes):
     """Return a blank element that is written by kicks, with changed settings by group."""
     design, settings = use_kicks(load_element(name)).design_and_settings
     return MemoryElement(design, rig.change(settings, **changes), calibration(name))
-
-
-def level(element):
-    return find_level(element.design, element.chain.configuration, CELL)
 
 
 def by_method(name, method):
@@ -100,7 +96,7 @@ def test_kick_out_of_scattered_element_leaves_blank(speed, scatter):
         driver = Simulation.build_blank(made, settings.time)
         erased = rig.pin(MemoryElement(design, settings, calibration('kick_2'), driver), start)
         run(erased, kick_out(erased))
-        assert level(erased) == BLANK
+        assert rig.true_level(erased, CELL) == BLANK
 
 
 @pytest.mark.parametrize(
@@ -118,7 +114,7 @@ def test_erase_after_kink_that_stopped_short_leaves_blank(name, start, speed, pr
     outcome = short.perform(Erase())
     assert outcome.success, outcome.error
     assert outcome.attempts == attempts
-    assert level(short) == BLANK
+    assert rig.true_level(short, CELL) == BLANK
 
 
 @pytest.mark.parametrize('gain', [1.0, 0.0])
@@ -143,7 +139,7 @@ def test_kick_by_hand_leaves_wall_unknown_until_read():
         outcome = kicked.perform(Kick(speed))
         assert (outcome.success, outcome.reading, kicked.reading) == (True, None, None)
         assert (kicked.unknown.reason, kicked.unknown.since) == ('kicked by hand', begun)
-        assert kicked.perform(Read()).level == level(kicked) == expected
+        assert kicked.perform(Read()).level == rig.true_level(kicked, CELL) == expected
 
 
 def test_kick_by_hand_releases_strain_first():
@@ -205,7 +201,7 @@ def test_wall_that_ran_out_comes_back_without_actuator(seed):
     for command in (Erase(), Write(4)):
         outcome = alone.perform(command)
         assert outcome.success, outcome.error
-    assert level(alone) == 4
+    assert rig.true_level(alone, CELL) == 4
 
 
 def test_calibration_of_level_without_kick_uses_step():
@@ -222,7 +218,7 @@ def test_calibration_of_level_without_kick_uses_step():
     outcome = odd.perform(Write(1))
     assert outcome.success
     assert outcome.attempts == 1
-    assert level(odd) == 1
+    assert rig.true_level(odd, CELL) == 1
 
 
 def test_stuck_actuator_is_left_alone_by_kicks():
@@ -236,7 +232,7 @@ def test_stuck_actuator_is_left_alone_by_kicks():
         else:
             outcome = stuck.perform(command)
             assert outcome.success, outcome.error
-    assert level(stuck) == 1
+    assert rig.true_level(stuck, CELL) == 1
     checks = {check.name: check.passed for check in stuck.perform(SelfTest()).checks}
     assert [name for name, passed in checks.items() if not passed] == ['actuator']
     assert 'level 3' in checks
@@ -254,7 +250,7 @@ def test_kick_that_missed_its_level_is_corrected(speed):
     outcome = missing.perform(Write(4))
     assert outcome.success
     assert outcome.attempts == 2
-    assert level(missing) == 4
+    assert rig.true_level(missing, CELL) == 4
     assert missing.chain.V_N == 0.0
 
 
@@ -269,7 +265,7 @@ def test_calibration_learns_speeds_by_bisection(wrong):
     for target in (3, 0, 2, 1):
         outcome = learning.perform(Write(target))
         assert outcome.attempts == 1, outcome.error
-        assert level(learning) == target
+        assert rig.true_level(learning, CELL) == target
 
 
 def find_names(design, settings, start, target):

@@ -27,7 +27,7 @@ from mlmem import (
     load_element,
 )
 from mlmem.instrument.echo import Echo
-from mlmem.physics import CASE_II, find_walls
+from mlmem.physics import CASE_II
 from mlmem.procedures import surveying, writing
 from mlmem.readers.delay_reader import locate_reflector
 from mlmem.readers.reading import WELL_ERROR_CELLS
@@ -43,10 +43,6 @@ def located(element):
     outcome = rig.run(element, Locate())
     assert outcome.success, outcome.error
     return outcome.found
-
-
-def first(element):
-    return find_walls(element.design, element.chain.configuration)[0].position
 
 
 @pytest.mark.parametrize(
@@ -66,7 +62,7 @@ def test_wall_is_located_at_levels_and_between_them(name, near):
     found = located(element)
     assert found['walls'] == 1
     assert name != 'case_2' or found['position_std'] < 0.5
-    assert found['position'] == pytest.approx(first(element), abs=MOST * found['position_std'])
+    assert found['position'] == pytest.approx(rig.wall(element), abs=MOST * found['position_std'])
 
 
 def test_blank_element_has_no_wall_and_no_position():
@@ -147,9 +143,9 @@ def test_error_of_position_grows_with_samples_and_noise(step, floor):
 
 def test_locating_moves_nothing_and_leaves_content_to_read(written):
     element = written(3)
-    before = first(element)
+    before = rig.wall(element)
     located(element)
-    assert first(element) == pytest.approx(before, abs=0.05)  # it still rings a little
+    assert rig.wall(element) == pytest.approx(before, abs=0.05)  # it still rings a little
     assert rig.succeed(element, Read()).level == 3
 
 
@@ -169,7 +165,7 @@ def test_survey_pulses_every_state_and_restores_content(surveyed):
     element, (*_, outcome) = surveyed
     assert outcome.success, outcome.error
     assert outcome.reading.level == 1
-    assert rig.holds(element, 1)
+    assert rig.true_level(element) == 1
     shots = shots_of(surveyed[1])
     assert outcome.found == {'shots': len(shots)}
     walls = {shot.wall for shot in shots}
@@ -196,7 +192,7 @@ def test_survey_without_actuator_kicks_and_restores_level():
     rig.succeed(element, Write(2))
     *events, outcome = rig.events(element, Survey())
     assert outcome.success, outcome.error
-    assert rig.holds(element, 2)
+    assert rig.true_level(element) == 2
     assert element.chain.V_N == 0.0
     shots = shots_of(events)
     assert len(shots) == sum(map(len, surveying.AIMS))

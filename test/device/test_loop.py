@@ -22,7 +22,6 @@ from mlmem import (
     Refused,
     SetStrain,
     Write,
-    snapshot,
 )
 from mlmem.loop.mailbox import MAX_PENDING_REQUESTS, Cancel, OpenRequests, Request
 from mlmem.loop.timetable import LoopStatistics
@@ -84,7 +83,7 @@ def test_procedure_is_answered_after_its_outcome_was_published(start):
     loop.shut_down()
     assert answered == [False]
     assert [type(event) for event in events] == 4 * [EchoReceived] + [Outcome]
-    assert rig.holds(loop.element, 2)
+    assert rig.true_level(loop.element) == 2
 
 
 def test_cancel_ends_procedure_of_its_own_command_in_next_tick(start):
@@ -130,19 +129,6 @@ def test_withdrawn_request_is_not_executed(start):
     assert result(kept) is None
     assert [command for _, command in stamped] == [SetStrain(0.0)]
     assert loop.failure is None
-
-
-def test_function_is_called_between_ticks_in_thread_of_loop(start):
-    loop = start(rig.device())
-    here = threading.get_ident()
-    assert result(loop.call(threading.get_ident)) != here
-    taken = result(loop.call(lambda: snapshot.take_snapshot(loop.element)))
-    snapshot.restore_snapshot(rig.device(), taken)
-    with pytest.raises(ZeroDivisionError):
-        result(loop.call(lambda: 1 / 0))
-    assert loop.failure is None, 'it is the failure of who called'
-    ticks = hold(loop)
-    assert result(loop.call(lambda: loop.element.ticks)) == ticks, 'paused, too'
 
 
 @pytest.mark.parametrize('started', [True, False])
@@ -205,22 +191,6 @@ def test_newer_acceleration_replaces_pending_one(start):
     assert all(request.answer.result(0.0) is None for request in answers[1:-1])
     loop.step().answer.result(PATIENCE)
     assert [command for _, command in stamped] == [asked[0], asked[-1]]
-
-
-def test_pause_counts_tick_in_progress(start):
-    begun, end = threading.Event(), threading.Event()
-
-    def tick(*_):
-        begun.set()
-        end.wait(PATIENCE)
-
-    loop = start(rig.device(), tick)
-    assert begun.wait(PATIENCE)
-    held = loop.pause(True)
-    assert not held.done()
-    end.set()
-    assert result(held) == loop.element.ticks
-    assert result(loop.step().answer) == result(held) + 1
 
 
 def test_pause_is_not_overrun(start):

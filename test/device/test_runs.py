@@ -189,7 +189,7 @@ def test_device_can_be_saved_and_goes_on_after_lost_tick():
     with pytest.raises(StateError, match=r'left the range|stopped being finite'):
         rig.ticks(element, 5)
     assert element.is_still
-    assert rig.holds(element, 3)
+    assert rig.true_level(element) == 3
     snapshot.restore_snapshot(other, snapshot.take_snapshot(element))
     for each in (element, other):
         rig.ticks(each, 20)

@@ -164,12 +164,6 @@ def test_element_of_unknown_user_is_rejected(function):
         function('~nobody-has-this-name/element.yaml')
 
 
-def test_element_has_a_short_repr():
-    assert repr(mlmem.load_element('kick_2')) == (
-        "Element('kick_2', Specimen(99 cells, as designed))"
-    )
-
-
 @pytest.mark.parametrize('number', ['1e6', '1.0e6', '.1E7', '+10.e+5'])
 def test_element_file_number_has_any_exponent(tmp_path, number):
     element = load_text(tmp_path, f'{SMALL}\nscale: {{stiffness: {number}}}\n')

@@ -131,18 +131,17 @@ def test_copy_of_design_with_law_takes_phase_of_that_law():
             replace(chosen, law=own)
 
 
-def test_law_and_design_have_a_short_repr():
+def test_values_of_many_numbers_have_a_short_repr():
     own = Potential.from_function(double_well, -1.8, 1.8)
-    assert repr(own) == 'Curve(1024 forces from -1.8 to 1.8, d=1)'
-    assert len(repr(replace(CASE_II, law=own))) < 400
-
-
-def test_specimen_and_trajectory_have_a_short_repr():
     made = mlmem.draw_specimen(CASE_II, mlmem.Scatter(alpha=0.01), seed=1)
     run = mlmem.simulate(made, duration=10.0, save_every=5.0, progress=False)
-    assert repr(mlmem.Specimen(CASE_II)) == 'Specimen(225 cells, as designed)'
-    expected = 'Trajectory(3 states up to t = 10, Specimen(225 cells, with deviations))'
-    assert repr(run) == expected
+    assert [repr(each) for each in (own, made, run, mlmem.load_element('kick_2'))] == [
+        'Curve(1024 forces from -1.8 to 1.8, d=1)',
+        'Specimen(225 cells, with deviations)',
+        'Trajectory(3 states up to t = 10, Specimen(225 cells, with deviations))',
+        "Element('kick_2', Specimen(99 cells, as designed))",
+    ]
+    assert len(repr(replace(CASE_II, law=own))) < 400
 
 
 def test_chain_simulation_and_device_have_one_default_integrator():
