@@ -80,10 +80,12 @@ class Service:
         self.events = []
         self.host = Host(log.write, time.time_ns, failed=self.failed.set)
 
-    def activate(self, pacer=None):
+    def activate(self, pacer=None, paused=False):
         self.host.adopt_device(self.host.prepare_device(self.given))
         plan = self.plan(self.given.record)
-        self.host.activate(self.given, plan, self.events.extend, pacer or SteadyPacer(), 0.0)
+        self.host.activate(
+            self.given, plan, self.events.extend, pacer or SteadyPacer(), 0.0, paused=paused
+        )
         return self.host
 
     def poison(self):

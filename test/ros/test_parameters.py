@@ -120,6 +120,7 @@ def test_dump_starts_the_same_node_and_is_loaded_again(declared, file, levels):
             ({'element': 'bits_2'}, 'element', value)
             for value in ('bits_7', '', 4, [1.5], '/nowhere/element.yaml', '/')
         ],
+        ({'element': 'bits_2'}, 'target_level', 4),
         ({}, 'write.method', 'euler'),
         ({}, 'read.end', 'euler'),
         ({'element': 'byte', 'target_word': 5}, 'target_level', 5),
