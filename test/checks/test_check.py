@@ -30,11 +30,10 @@ from mlmem_tools.checks import (
     schedule,
     steps,
 )  # fmt: skip
-from mlmem_tools.checks.concern import Subject, sample_levels
+from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.echoes import forecast_echo
 from mlmem_tools.checks.launch import simulate_launch
 from mlmem_tools.cli.main import main
-from mlmem_tools.json_values import to_json_value
 
 
 @pytest.fixture(scope='module')
@@ -77,15 +76,6 @@ def test_case_i_warns_of_its_carriers_only(case_i):
     names = [finding.name for finding in case_i.findings]
     assert 'launch_write' in names
     assert 'write_steps' not in names
-
-
-def test_finding_has_a_text_and_fits_json(case_ii):
-    findings = case_ii.findings
-    names = [finding.name for finding in findings]
-    assert len(names) == len(set(names))
-    assert all(finding.text for finding in findings)
-    text = json.dumps(to_json_value(findings), allow_nan=False)
-    assert 'peierls_nabarro' in text
 
 
 def test_brief_check_leaves_out_what_passes(capsys, monkeypatch):
@@ -230,9 +220,6 @@ def test_actuator_rate_stretches_the_durations(case_ii):
     assert stretched == pytest.approx(2 * 1.5 * 0.048 / 1e-5 + 600.0 + 1500.0)
 
 
-# --- echoes ----------------------------------------------------------------------------------
-
-
 def test_forecast_margin_is_that_of_the_device():
     element, wall = MemoryElement(CASE_II), find_pinned_wall(CASE_II, 7)
     element.chain.place(wall)
@@ -242,15 +229,6 @@ def test_forecast_margin_is_that_of_the_device():
         element.advance()
     echo = forecast_echo(CASE_II, wall, Settings().probe, End.LEFT, 0.5)
     assert echo.threshold_margin == pytest.approx(detector.threshold_margin, rel=0.05)
-
-
-# --- large elements --------------------------------------------------------------------------
-
-
-def test_levels_are_sampled_in_pairs():
-    assert sample_levels(5) == [0, 1, 2, 3, 4]
-    assert sample_levels(256) == [0, 1, 128, 129, 254, 255]
-    assert sample_levels(0) == []
 
 
 def test_register_is_not_judged_as_one_wall():

@@ -90,4 +90,4 @@ def test_kicked_element_passes_and_register_is_not_judged():
         finding.name for finding in check(*load_element('byte').design_and_settings).findings
     }
     assert 'words' in judged
-    assert not judged & {'read_disturb', 'echo_left', 'transducer_stroke', 'launch'}
+    assert not judged & {'read_disturb', 'echo_left', 'apart', 'transducer_stroke', 'launch_write'}

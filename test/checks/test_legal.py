@@ -37,7 +37,10 @@ def judge(design, settings):
     if refusal:
         assert re.search('(time.tick|omega_c) must be at (most|least)', refusal)
         return None
+    names = [finding.name for finding in report.findings]
+    assert len(names) == len(set(names))
     for finding in report.findings:
+        assert finding.text
         numberless = [name for name, value in finding.values.items() if math.isnan(value)]
         assert not numberless or NONE.fullmatch(finding.name), finding
         assert not numberless or finding.verdict is not Verdict.PASS or 'back' in str(numberless)

@@ -35,13 +35,21 @@ def test_excerpt_has_the_cells_of_the_element(low, high):
         assert (getattr(part.made, values) == getattr(made, values)[cells]).all()
 
 
-def test_wall_in_an_excerpt_is_that_of_the_element():
+@pytest.mark.parametrize('X', [40.0, 140.0, 200.0])
+def test_wall_in_an_excerpt_is_that_of_the_element(X):
     """The error is exp(-DECAY) = 6e-6 of the strain's effect on a free edge."""
-    part = compute_held_landscape(CASE_II, 140.0, 148.0, strain=0.02)
+    part = compute_held_landscape(CASE_II, X, X + 8.0, strain=0.02)
     V = CASE_II.end_displacement(0.02) * CASE_II.strain_shape
     whole = hold_walls(CASE_II, part.X, V).energy
     assert np.ptp(whole) > 4e-3
     assert part.energy == pytest.approx(whole - whole[0], abs=2e-7)
+
+
+def test_excerpt_is_shorter_and_has_the_springs_of_its_cells():
+    part = cut_excerpt(CASE_II, 110, 140)
+    assert part.design.N < CASE_II.N
+    s = CASE_II.s[part.before : part.before + part.design.N - 1]
+    assert part.design.s == pytest.approx(s, rel=1e-13)
 
 
 @pytest.mark.parametrize(
