@@ -153,7 +153,7 @@ class Memory(Instrument):
     @property
     def content_name(self) -> str:
         """What its content is called: `level` of one wall, or `word` of a register."""
-        return CONTENT_NAMES[self.reader.holds_words]
+        return CONTENT_NAMES[self.settings.holds_words]
 
     def describe_content(self, content: int) -> str:
         """Return a content in words: a word of a register, or a level."""

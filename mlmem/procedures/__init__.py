@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 
 from ..commands import Outcome
 from ..instrument.blocks import Procedure, run
+from ..procedure_table import BLANK
 from ..readers.listening import expected_wait
 from . import maintenance, surveying, writing
 
@@ -23,7 +24,10 @@ STEPS: Mapping[str, tuple[Callable[..., Procedure[Outcome]], Callable[..., float
         lambda element, end: element.reader.report_content(element, end),
         lambda element, end: expected_wait(element) + element.reader.read_duration(element),
     ),
-    'erase': (writing.erase, writing.estimate_erase),
+    'erase': (
+        writing.erase,
+        lambda element: writing.writing_time(element, writing.find_content(element), BLANK),
+    ),
     'calibrate': (maintenance.calibrate, maintenance.estimate_all_levels),
     'self_test': (maintenance.self_test, maintenance.estimate_all_levels),
     'locate': (
@@ -36,7 +40,10 @@ STEPS: Mapping[str, tuple[Callable[..., Procedure[Outcome]], Callable[..., float
     ),
     'survey': (surveying.survey, surveying.estimate_survey),
     'kick': (writing.kick_by_hand, writing.estimate_kick),
-    'abort': (writing.abort, writing.estimate_abort),
+    'abort': (
+        writing.abort,
+        lambda element: element.settings.erase.release if element.actuator.strain else 0.0,
+    ),
 }
 """How a procedure of the table is done: what begins its generator, and what estimates how long it
 will take, in time units. Both take the element and the arguments of its command."""

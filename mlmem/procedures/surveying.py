@@ -81,7 +81,7 @@ def survey(element: Memory) -> Procedure[Outcome]:
             be restored.
     """
     design = element.design
-    if element.reader.holds_words:
+    if element.settings.holds_words:
         raise ProcedureFailed(
             'a survey drives one wall from level to level: survey a register as the same element '
             'for one wall, such as case_2 for byte'

@@ -121,7 +121,7 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Outcome]:
 
 def seems_blank(element: Memory) -> Procedure[bool]:
     """Return whether the ends are those of a blank element, which tells nothing of many walls."""
-    if element.reader.holds_words:
+    if element.settings.holds_words:
         return False
     yield from catch_up(element)
     return element.phases == (0, 0)
@@ -236,11 +236,6 @@ def estimate_write(element: Memory, level: int) -> float:
     return writing_time(element, present, level)
 
 
-def estimate_erase(element: Memory) -> float:
-    """Return the time of an erase."""
-    return writing_time(element, find_content(element), BLANK)
-
-
 def estimate_kick(element: Memory, speed: float) -> float:
     """Return the time of a kick by hand.
 
@@ -257,8 +252,3 @@ def estimate_kick(element: Memory, speed: float) -> float:
             f'at least {stroke:.3g}, the stroke of a kick',
         )
     return kick_duration(design, settings.kick, speed, settings.kick.settle)
-
-
-def estimate_abort(element: Memory) -> float:
-    """Return the time of an abort."""
-    return element.settings.erase.release if element.actuator.strain else 0.0

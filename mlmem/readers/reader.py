@@ -52,7 +52,6 @@ class Reader(ABC):
     """One way to read an element.
 
     Attributes:
-        holds_words: Whether contents are words of a register, with many walls, rather than levels.
         content_count: How many contents it tells apart, as numbers from 0.
         unusable_reasons: Why a content cannot be used, by content; empty if all can.
         limits: Which contents cannot be used and why, in words; empty if no cell is known to be
@@ -60,7 +59,6 @@ class Reader(ABC):
         single_walls: The content with one wall, by level, for every level that can be used.
     """
 
-    holds_words = False
     content_count: int
     unusable_reasons: Mapping[int, str] = MappingProxyType({})
     limits = ''

@@ -158,13 +158,11 @@ class Forecasts:
         parts: In the band, shape (contents, 4 lines); see `Listener`.
         listener: Makes parts.
         end: The end that fires the pulse.
-        holds_words: Whether contents are words of a register, rather than levels of one wall.
         lost: Why a content cannot be used, by its number.
         hidden_part: The forecasts of the part that a stuck cell hides from the pulse, or None.
     """
 
     end = End.LEFT
-    holds_words = False
     lost: Mapping[int, str] = MappingProxyType({})
     hidden_part: HiddenPart | None = None
 
@@ -302,8 +300,6 @@ class Register(Forecasts):
     Attributes:
         code: The words.
     """
-
-    holds_words = True
 
     def __init__(self, code: Code, parts: Array, listener: Listener) -> None:
         words = range(code.words)

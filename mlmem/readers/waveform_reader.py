@@ -55,7 +55,6 @@ class WaveformReader(Reader):
         """Read by these forecasts, which are those of the element as made."""
         self.forecasts, self.made = forecasts, made
         self._loss_factor = 1.0
-        self.holds_words = forecasts.holds_words
         self.content_count = forecasts.content_count
         self.unusable_reasons = forecasts.lost
         self.limits = forecasts.describe_limits()
@@ -129,7 +128,7 @@ class WaveformReader(Reader):
             raise ProcedureFailed(reading.reason)
         sites = [element.design.defect_site(level) for level in self.list_walls(reading.level)]
         found: dict[str, float | str] = {'walls': len(sites)}
-        if self.holds_words:
+        if element.settings.holds_words:
             kinds = ('wall', 'kink') * len(sites)
             found['cells'] = ' '.join(map(str, sites))
             # they alternate from the right
@@ -150,7 +149,7 @@ class WaveformReader(Reader):
         levels = range(element.design.levels)
         found: dict[str, float] = {}
         kicked = all(map(element.settings.is_kicked, levels))
-        if kicked and len(levels) > 1 and not self.holds_words:
+        if kicked and len(levels) > 1 and not element.settings.holds_words:
             with keep_unless_measured(element):
                 found = yield from self._find_factors(element, writer)
         for each in self.single_walls.values():

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Diagnostics: a status for every component, and lasting warnings."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from unittest.mock import ANY
 
@@ -15,6 +16,7 @@ from mlmem.instrument.end import End
 from mlmem.loop.timetable import LoopStatistics, SteadyPacer
 from mlmem.physics import CASE_II
 from mlmem.readers.calibration import Calibration, DelayTable
+from mlmem.settings import RegisterSettings
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.contract.topics import ERROR, OK, WARN, Status
 from mlmem_ros.ros.node import diagnostics
@@ -46,9 +48,10 @@ def test_two_walls_at_rest_are_a_warning(element):
     health = diagnostics.report_material(element)
     assert health.severity == WARN
     assert health.text.startswith('2 walls')
-    element.reader.holds_words = True  # and are the content
-    assert diagnostics.report_material(element).severity == OK
-    element.reader.holds_words = False
+    one_wall = element.settings
+    element.settings = replace(one_wall, register=RegisterSettings(spacing=1))
+    assert diagnostics.report_material(element).severity == OK  # they are the content
+    element.settings = one_wall
     element.apply(SetStrain(0.02))
     element.advance()
     assert diagnostics.report_material(element).severity == OK  # not while it is driven

@@ -167,7 +167,7 @@ def evaluate_run(proof: Proof, values: Values) -> dict[str, Any]:
         done = len(outcomes) - (not passed)
     else:
         made, reader = proof.made, element.reader
-        many = reader.holds_words
+        many = element.settings.holds_words
         element.chain.place(
             pin_walls(made, reader.list_walls(begin)) if many else find_pinned_wall(made, begin)
         )

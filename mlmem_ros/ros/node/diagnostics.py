@@ -31,7 +31,7 @@ def report_material(element: MemoryElement) -> Status:
     if not element.is_simulated:
         return Status(OK, 'a real element', values)
     found = values['walls']
-    if element.is_released and found > 1 and not element.reader.holds_words:
+    if element.is_released and found > 1 and not element.settings.holds_words:
         return Status(WARN, f'{found} walls: erase before writing', values)
     return Status(OK, 'stable', values)
 

@@ -81,7 +81,7 @@ class Publishers:
         self._node = node
         self._host = host
         self._element = element
-        streams = select_streams(element.reader.holds_words, element.is_simulated)
+        streams = select_streams(element.settings.holds_words, element.is_simulated)
         group = MutuallyExclusiveCallbackGroup()  # the node's remembers all that ever was in it
         self._publishers = {
             stream.name: node.create_publisher(
