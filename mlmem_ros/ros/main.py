@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 
 from .. import __version__
-from .node_process import received_signals, use_profile
+from .node_process import handle_signals, ignore_signals, received_signals, use_profile
 
 
 def parse_node_arguments(arguments: Sequence[str]) -> list[str]:
@@ -122,7 +122,7 @@ def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
     We handle signals ourselves: rclpy's handler would shut the context down before the session
     file is closed and pending requests are answered.
     """
-    received_signals.handle_signals()
+    handle_signals()
     use_profile(os.environ)
     given = sys.argv if arguments is None else arguments
     given, elements = (
@@ -131,7 +131,7 @@ def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
     from .node.run import run_nodes  # takes a second or two, in which a signal must not raise
 
     if received_signals:
-        received_signals.ignore()
+        ignore_signals()
         return 0
     return run_nodes(given, received_signals, elements)
 

@@ -23,28 +23,21 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-
-class Signals(list[int]):
-    """The signals that have come, in their order."""
-
-    _handled = signal.SIGINT, signal.SIGTERM
-
-    def handle_signals(self) -> None:
-        """Take note of SIGINT and SIGTERM from now on."""
-        for number in self._handled:
-            signal.signal(number, self._note_signal)
-
-    def ignore(self) -> None:
-        """Let no further signal cut the end of the process short."""
-        for number in self._handled:
-            signal.signal(number, signal.SIG_IGN)
-
-    def _note_signal(self, number: int, _: Any) -> None:
-        self.append(number)
+received_signals: list[int] = []
+"""The signals that have come to this process, in their order, since it handles them."""
 
 
-received_signals = Signals()
-"""Those of this process, if it is ours."""
+def handle_signals() -> None:
+    """Take note of SIGINT and SIGTERM from now on."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, _: received_signals.append(number))
+
+
+def ignore_signals() -> None:
+    """Let no further signal cut the end of the process short."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+
 
 PROFILE_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 """Variables that name a profile: of Fast DDS 2, which Jazzy has, and of Fast DDS 3."""

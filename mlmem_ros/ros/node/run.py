@@ -25,7 +25,7 @@ from rclpy.task import Future
 
 from ...host import REFUSALS, ThrottledLog
 from ..middleware import create_events_executor
-from ..node_process import received_signals
+from ..node_process import ignore_signals
 from .node import MemoryNode
 
 ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
@@ -64,7 +64,7 @@ def run_nodes(
     gc.freeze()  # or collecting the compiler's garbage stops time for 70 ms
     spin_nodes(executor, stop)
     await_last_clients(nodes, executor, stop)
-    received_signals.ignore()
+    ignore_signals()
     status = end_nodes(nodes, executor, lambda: exit_within(LEAVE_TIMEOUT_S))
     if any(node.preparing for node in nodes):  # Python cannot end while LLVM compiles
         os._exit(status)
