@@ -5,30 +5,22 @@
 import fcntl
 import os
 import pickle
-from contextlib import contextmanager
 
 
-@contextmanager
-def alone(factory, name):
-    """Keep other workers out of a block of this name; yield its file.
+def once(factory, name, compute):
+    """Return what `compute` returns, or has returned in another worker; it is pickled.
 
     Args:
         factory: The fixture `tmp_path_factory`.
-        name: Of the file.
+        name: Of its file.
+        compute: Takes nothing.
     """
     folder = factory.getbasetemp()
     if 'PYTEST_XDIST_WORKER' in os.environ:
         folder = folder.parent
     with (folder / f'{name}.pickle').open('ab+') as file:
         fcntl.flock(file, fcntl.LOCK_EX)
-        yield file
-
-
-def once(factory, name, compute):
-    """Return what `compute` returns, or has returned in another worker; it is pickled."""
-    with alone(factory, name) as file:
-        file.seek(0)
-        if not file.read(1):
+        if file.seek(0, os.SEEK_END) == 0:  # it may have been written since it was opened
             pickle.dump(compute(), file)
             file.flush()
         file.seek(0)

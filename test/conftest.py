@@ -102,18 +102,6 @@ def quick_disk():
         yield
 
 
-@pytest.fixture(scope='session', autouse=True)
-def compiled_once(tmp_path_factory):
-    """Let one worker compile the default loop while others wait: in a fresh clone all would."""
-    if 'PYTEST_XDIST_WORKER' in os.environ:
-        from computed import alone
-
-        from mlmem.physics import CASE_II, Chain
-
-        with alone(tmp_path_factory, 'compiled'):
-            Chain(CASE_II).advance_steps(1)
-
-
 @pytest.fixture(scope='module')
 def driver():
     """The driver of a module's nodes."""

@@ -116,24 +116,13 @@ class LocalDriver(Driver):
         return self._simulation.end(site)
 
 
-class FailingDriver(LocalDriver):
-    """Calls a function while opening, playing or closing."""
-
-    def __init__(self, where, act):
-        super().__init__()
-        self._where, self._act = where, act
-        self._pass('opening')
-
-    def _pass(self, here):
-        if here == self._where:
-            self._act()
-
-    def advance(self, *given):
-        self._pass('playing')
-        return super().advance(*given)
-
-    def close(self):
-        self._pass('closing')
+def make_failing_driver(where, act):
+    """Return a driver that calls a function while opening, playing or closing."""
+    if where == 'opening':
+        act()
+    driver = LocalDriver()
+    setattr(driver, {'playing': 'advance'}.get(where, 'close'), act)
+    return driver
 
 
 def raising(error):

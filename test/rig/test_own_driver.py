@@ -17,7 +17,7 @@ from mlmem.instrument.drivers import Simulation, Watchdog
 from mlmem.physics import CASE_II, HeldCell, substep_times
 from mlmem.settings import TimeSettings
 
-from .lines import FailingDriver, raising
+from .lines import make_failing_driver, raising
 
 PAGE = Path(__file__).parents[2] / 'docs' / 'drivers.md'
 UM = 1e4  # micrometres of a cell
@@ -94,7 +94,7 @@ def test_driver_of_the_page_writes_and_reads(bench):
 
 def use(where, act, **options):
     """Open, advance and close a driver that calls a function in one of these."""
-    driver = Watchdog('bench:Bench', lambda: FailingDriver(where, act), 1e-4, **options)
+    driver = Watchdog('bench:Bench', lambda: make_failing_driver(where, act), 1e-4, **options)
     MemoryElement(CASE_II, driver=driver).advance()
     driver.close()
 
@@ -113,7 +113,7 @@ def test_driver_that_hangs_times_out(where):
     over = threading.Event()
     try:
         with pytest.raises(DriverError, match=f'hangs: {where} takes longer than 0.05'):
-            use(where, over.wait, timeout=0.05)
+            use(where, lambda *_: over.wait(), timeout=0.05)
     finally:
         over.set()
 

@@ -42,12 +42,6 @@ MADE = draw_specimen(replace(DESIGN, eta=1.1 * DESIGN.eta), Scatter(alpha=0.01, 
 """An element whose damping differs from the design's, and its cells from each other."""
 
 
-def simulated(made, dt):
-    """Return the driver of an element with a step of its own."""
-    chain = Chain(made, dt, PEFRL)
-    return Simulation(chain)
-
-
 @pytest.fixture
 def element():
     return MemoryElement(CHOSEN, driver=Simulation.build_blank(MADE, CHOSEN.settings.time))
@@ -81,9 +75,8 @@ def test_wrong_clock_is_simulated_by_masses_and_damping():
 
     file = element_file.Element(unknowns.specimen(x), np.zeros(DESIGN.N), time_unit=1.01)
     time = replace(CHOSEN.settings.time, tick=1.0, integrator='pefrl')
-    element = Instrument(
-        DESIGN, replace(CHOSEN.settings, time=time), simulated(file.timed_specimen, 0.25)
-    )
+    chain = Chain(file.timed_specimen, 0.25, PEFRL)
+    element = Instrument(DESIGN, replace(CHOSEN.settings, time=time), Simulation(chain))
     recorder = element.transducer.record_pulse(
         End.LEFT, ProbeSettings(omega_c=shot.omega_c, A=shot.A, sigma=shot.sigma)
     )
