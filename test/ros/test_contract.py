@@ -228,7 +228,7 @@ def test_strain_follows_set_points_and_trajectories(robot):
     assert sorted(state.name) == ['substrate', 'transducer']
     assert [len(state.position), len(state.velocity)] == [2, 2]
     assert math.isfinite(state.effort[state.name.index('substrate')])
-    robot.follow((10, 0.02), (60, 0.02), (80, -0.01))
+    robot.follow((10, 0.02), (1000, 0.02), (1020, -0.01))  # long enough for a busy machine
     robot.wait(lambda: strain_is(robot, 0.02), 'the first strain, which is held')
     robot.wait(lambda: strain_is(robot, -0.01), 'the last strain')
     robot.follow((20, 0.0, 0.0))
