@@ -190,7 +190,8 @@ class Simulation(Driver):
         """
         dt = time.tick / (finer * steps_per_tick(material, time))
         chain = Chain(material, dt, INTEGRATORS[time.integrator])
-        chain.place(make_blank(material))
+        if not isinstance(material, Design):
+            chain.place(make_blank(material))
         return cls(chain)
 
     @property

@@ -10,11 +10,9 @@ import pytest
 from rejection import expect_rejection
 
 from mlmem import SettingsError
-from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II, Scatter, Specimen, StateError, draw_specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.rejections import ErrorCode, Rejected
-from mlmem.settings import TimeSettings
 from mlmem.simulation import simulate, wall_at, walls_at
 
 KICK_SPEED = 0.0793
@@ -137,16 +135,6 @@ def test_argument_that_is_no_number_in_range_is_rejected(name, values):
         assert (rejected.value.code, rejected.value.field) == (ErrorCode.OUT_OF_RANGE, name)
     times = {'duration': np.int64(10), 'save_every': np.float32(5.0), 'strain': np.float64(0.0)}
     assert len(simulate(CASE_II, **times).t) == 3
-
-
-@pytest.mark.parametrize('integrator', ['pefrl', 'noh_bathe'])
-@pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
-def test_blank_of_a_design_is_that_of_its_specimen_to_the_bit(integrator, substrate):
-    design, time = replace(CASE_II, substrate=substrate), TimeSettings(integrator=integrator)
-    states = [
-        Simulation.build_blank(made, time).chain.state() for made in (design, Specimen(design))
-    ]
-    np.testing.assert_array_equal(*states)
 
 
 def test_wall_at_needs_one_place():
