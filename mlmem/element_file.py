@@ -308,9 +308,8 @@ def parse(text: str, source: str, name: str = '') -> Element:
             given.design, given.alpha_factor, k_r_factor=given.k_r, mass=given.mass,
             offset=given.offset, stuck=given.stuck,
         )  # fmt: skip
-    except ValueError as error:
-        field = error.field if isinstance(error, Rejected) else ''
-        line = find_line(text, field) if field else 0
+    except Rejected as error:
+        line = find_line(text, error.field) if error.field else 0
         place = f'{source}, line {line}' if line else source
         raise ElementFileError.of_error(error, place=place) from error
     deviations = np.zeros(given.design.N) if given.alpha_std is None else given.alpha_std

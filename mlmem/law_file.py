@@ -48,7 +48,7 @@ def read_law_file(path: Path | str, length: float = 1.0, stiffness: float = 1.0)
     """
     try:
         given: _File = decode_value(_File, parse_yaml(read_file(path)))
-    except ValueError as error:
+    except DecodeError as error:
         raise LawFileError.of_error(error, place=str(path)) from error
     law = given.law
     try:

@@ -239,12 +239,12 @@ def decode_value(
         return kind(decode_value(str, data, name, Description('', choices=words)))
     if kind is str and given.words and not isinstance(data, str):
         if not isinstance(data, list):
-            _raise_mismatch(name, 'a list', data)
+            raise DecodeError.out_of_range(name, data, 'a list')
         data = ' '.join(map(str, data))
     if not is_valid_value(data, kind.__name__, given):
-        _raise_mismatch(name, describe_expected(kind.__name__, given), data)
+        raise DecodeError.out_of_range(name, data, describe_expected(kind.__name__, given))
     if kind is int and not -(2**63) <= data < 2**63:
-        _raise_mismatch(name, 'a whole number of 64 bits', data)
+        raise DecodeError.out_of_range(name, data, 'a whole number of 64 bits')
     return float(data) if kind is float else data
 
 
@@ -278,10 +278,6 @@ def encode_array(values: Any) -> dict[str, Any]:
     return {'shape': list(values.shape), 'f8': base64.b64encode(data).decode('ascii')}
 
 
-def _raise_mismatch(name: str, what: str, data: Any) -> NoReturn:
-    raise DecodeError.out_of_range(name, data, what)
-
-
 def _join_path(name: str, key: object) -> str:
     short = make_printable(str(key), 40)
     return f'{name}.{short}' if name else short
@@ -306,7 +302,7 @@ def _describe_fields(kind: type) -> dict[str, tuple[Any, Description, bool]]:
 def _decode_object(kind: type, data: Any, name: str) -> Any:
     fields = _describe_fields(kind)
     if not isinstance(data, Mapping):
-        _raise_mismatch(name, 'an object', data if name else _describe_kind(data))
+        raise DecodeError.out_of_range(name, data if name else _describe_kind(data), 'an object')
     known = ', '.join(fields)
     if not name and data and fields and not any(key in fields for key in data):
         raise DecodeError(ErrorCode.UNKNOWN_FIELD, reason=f'it has none of the keys {known}')
@@ -353,11 +349,11 @@ def _decode_list(
     origin: Any, kinds: Sequence[Any], data: Any, name: str, given: Description
 ) -> Any:
     if not isinstance(data, (list, tuple)):
-        _raise_mismatch(name, 'a list', data)
+        raise DecodeError.out_of_range(name, data, 'a list')
     if origin is not tuple or kinds[-1:] == (...,):
         kinds = [kinds[0]] * len(data)
     elif len(data) != len(kinds):
-        _raise_mismatch(name, f'a list of {len(kinds)}', data)
+        raise DecodeError.out_of_range(name, data, f'a list of {len(kinds)}')
     values = (
         decode_value(kind, value, f'{name}[{place}]', given)
         for place, (kind, value) in enumerate(zip(kinds, data, strict=True))
@@ -370,7 +366,7 @@ def _decode_mapping(
 ) -> dict[Any, Any]:
     key, value = kinds
     if not isinstance(data, Mapping):
-        _raise_mismatch(name, 'an object', data)
+        raise DecodeError.out_of_range(name, data, 'an object')
     return {
         decode_value(key, each, f'a key of {name}'): decode_value(
             value, item, _join_path(name, each), given
@@ -390,14 +386,16 @@ def _decode_array(data: Any, name: str, given: Description) -> Any:
             found = np.array([_parse_number(each) for each in data], dtype=np.float64)
         else:
             found = np.float64(_parse_number(data))
-    except (LookupError, TypeError, ValueError, OverflowError):
-        _raise_mismatch(name, what, data)
+    except (LookupError, TypeError, ValueError, OverflowError) as error:
+        raise DecodeError.out_of_range(name, data, what) from error
     low = -np.inf if given.low is None else given.low
     high = np.inf if given.high is None else given.high
     right = np.isfinite(found) & (found >= low) & (found <= high)
     if not right.all():
         worst = float(np.atleast_1d(found)[~np.atleast_1d(right)].flat[0])
-        _raise_mismatch(name, f'{what}: each {describe_expected("float", given)}', worst)
+        raise DecodeError.out_of_range(
+            name, worst, f'{what}: each {describe_expected("float", given)}'
+        )
     return np.asarray(found)
 
 
