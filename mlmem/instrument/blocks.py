@@ -12,6 +12,7 @@ from ..errors import NotFollowed
 from .motion import Cycle
 
 if TYPE_CHECKING:
+    from .end import BoundaryMotion, End
     from .instrument import Instrument
 
 MAX_RUN_TICKS = 50
@@ -103,7 +104,9 @@ def follow_ramps(element: Instrument, cycle: Cycle, delay: float = 0.0) -> Proce
             yield from ramp_strain(element, motion.target, motion.duration, delay)
 
 
-def wait_for_ends(element: Instrument) -> Procedure[None]:
-    """Wait while an end is driven."""
+def move_end(element: Instrument, end: End, motion: BoundaryMotion) -> Procedure[None]:
+    """Make an end follow a motion, and wait until it is released."""
+    element.progress.phase = 'launching'
+    element.transducer.drive_end(end, motion)
     while element.transducer.is_driving:
         yield element.count_ticks_to_check(element.transducer.remaining_time)

@@ -296,13 +296,15 @@ class EchoDetector:
             self._floor, self.delay, self.threshold_margin = floor, None, 0.0
             self._find_crossing(0)
 
-    def build_echo(self, end: End, *, shaken: bool = False, spoiled: bool = False) -> Echo:
+    def build_echo(
+        self, end: End, shot: Shot | None = None, *, shaken: bool = False, spoiled: bool = False
+    ) -> Echo:
         """Return everything received at an end, up to the time where v_c is known."""
         n = len(self._v_c)
         t = np.arange(1.0, n + 1.0) * self._dt
         return Echo(
             end, self.probe, t, self._v_m[:n], self._v_c, self.delay, self.threshold_margin,
-            self._floor, shaken, spoiled,
+            self._floor, shaken, spoiled, shot,
         )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from ..errors import Checked
-from ..instrument.blocks import Procedure, wait, wait_for_ends
+from ..instrument.blocks import Procedure, move_end, wait
 from ..instrument.echo import pulse_duration
 from ..instrument.end import End, Pulse
 from ..physics import Design
@@ -49,10 +49,8 @@ class ClearingPulse(Move):
         end = End(settings.end)
         element.require_phase(end)
         element.begin_cycle('cleared')
-        element.progress.phase = 'launching'
         rest = element.transducer.measure_rest(end)
-        element.transducer.drive_end(end, Pulse(rest, settings))
-        yield from wait_for_ends(element)
+        yield from move_end(element, end, Pulse(rest, settings))
         element.last_moved = element.ticks
         yield from wait(element, settings.settle)
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from ..errors import Checked, ProcedureFailed
-from ..instrument.blocks import Procedure, catch_up, wait, wait_for_ends
+from ..instrument.blocks import Procedure, catch_up, move_end, wait
 from ..instrument.end import End
 from ..physics import Design
 from ..physics.potential import Array
@@ -360,10 +360,8 @@ def kick_to(
     """
     settings = element.settings.kick
     element.begin_cycle('kicked')
-    element.progress.phase = 'launching'
     speed = min(speed, element.settings.transducer.max_speed / settings.peak_speed_ratio)
     start = element.transducer.find_displacement(end)
-    element.transducer.drive_end(end, KickMotion(start, target, speed, settings))
-    yield from wait_for_ends(element)
+    yield from move_end(element, end, KickMotion(start, target, speed, settings))
     element.last_moved = element.ticks
     yield from wait(element, settings.settle if settle is None else settle)

@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..errors import ProcedureFailed
-from ..instrument.blocks import Procedure, catch_up, follow_ramps, wait_for_ends
+from ..instrument.blocks import Procedure, catch_up, follow_ramps, move_end
 from ..instrument.end import End, EndMove
 from ..instrument.motion import Cycle, CycleSettings
 from ..physics import Design
 from ..readers.calibration import PulseCorrection
 from ..readers.reading import BLANK, UNDECODABLE, Reading, describe_level
 from ..schema import describe_field, describe_time, make_field_factory
-from .move import Drive, Move, bring_back
+from .move import Drive, Move, bring_ends_back
 
 if TYPE_CHECKING:
     from ..instrument.instrument import Instrument
@@ -120,7 +120,8 @@ class Launch(Move):
     def drive(self, element: Memory, how: Drive) -> Procedure[None]:
         """Launch the wall; raises `NotFollowed`."""
         element.begin_cycle()
-        write = apply_correction(element.settings, how.corrections[self.target]).write
+        write, limit = element.settings.write, element.settings.actuator.max_strain
+        write = correct_write(write, how.corrections[self.target], limit)
         yield from launch_wall(element, write, element.design.D_s2)
 
 
@@ -133,12 +134,15 @@ class StepUp(Move):
 
     def drive(self, element: Memory, how: Drive) -> Procedure[None]:
         """Strain the element once, gently if it is read after it; raises `NotFollowed`."""
-        design = element.design
+        design, actuator, write = element.design, element.settings.actuator, element.settings.write
         element.begin_cycle()
-        settings = apply_correction(element.settings, how.corrections[self.target], how.is_last)
-        delay = half_period(design) if settings.write.shaped else 0.0
-        cycle = step_cycle(design, settings, self.start, how.strain_factor)
-        yield from follow_ramps(element, cycle, delay)
+        if how.is_last:
+            write = replace(write, release=max(write.release, write.last_release))
+        limit = actuator.max_strain
+        write = correct_write(write, how.corrections[self.target], limit)
+        peak = how.strain_factor * select_peak(write, design.is_freed_by_compression(self.start))
+        cycle = Cycle.plan_cycle(write, max(-limit, min(peak, limit)), actuator.max_rate)
+        yield from follow_ramps(element, cycle, half_period(design) if write.shaped else 0.0)
 
 
 @dataclass(frozen=True)
@@ -163,10 +167,7 @@ class KinkDrive(Move):
         cycles = 2 * design.levels + 2
         kink, meeting = 0, _cycles_until_meeting(element)
         for _ in range(cycles):
-            yield from catch_up(element)
-            for end in (End.RIGHT, End.LEFT):
-                if element.phase(end) is None:
-                    yield from bring_back(element, end)
+            yield from bring_ends_back(element, (End.RIGHT, End.LEFT))
             if element.phase(End.LEFT) != 0:
                 element.begin_cycle()
                 yield from launch_wall(element, settings, design.D_s1)
@@ -211,18 +212,6 @@ def moves_from(
     yield KinkDrive(start, BLANK, (place + 2) * kink.duration + ringing_time(design))
 
 
-def step_cycle(design: Design, settings: Settings, start: int, factor: float = 1.0) -> Cycle:
-    """Return the strain of a step up from a level.
-
-    `factor` is on its peak, within the actuator's limit.
-    """
-    limit = settings.actuator.max_strain
-    wanted = factor * select_peak(settings.write, design.is_freed_by_compression(start))
-    return Cycle.plan_cycle(
-        settings.write, max(-limit, min(wanted, limit)), settings.actuator.max_rate
-    )
-
-
 def half_period(design: Design) -> float:
     """Return half a period of the inactive cells swinging in phase, as after a ramp.
 
@@ -244,10 +233,8 @@ def launch_wall(
     rise, *rest = Cycle.plan_cycle(times, times.start_strain).motions
     yield from follow_ramps(element, Cycle((rise,)))
     yield from catch_up(element)  # where is the end?
-    element.progress.phase = 'launching'
     start = element.transducer.find_displacement(End.LEFT)
-    element.transducer.drive_end(End.LEFT, EndMove(start, target, times.launch_speed))
-    yield from wait_for_ends(element)
+    yield from move_end(element, End.LEFT, EndMove(start, target, times.launch_speed))
     yield from follow_ramps(element, Cycle(tuple(rest)))
 
 
@@ -273,18 +260,6 @@ def _cycles_until_meeting(element: Memory) -> int:
     if not element.settings.erase.trust_reading or reading is None or reading.level < 1:
         return 0
     return reading.level - 1 + element.design.is_freed_by_compression(reading.level)
-
-
-def apply_correction(
-    settings: Settings, correction: PulseCorrection, is_last: bool = False
-) -> Settings:
-    """Return settings that make every step with the corrected pulse; `is_last` says whether it
-    ends as gently as the last one of a write.
-    """
-    write = settings.write
-    if is_last:
-        write = replace(write, release=max(write.release, write.last_release))
-    return replace(settings, write=correct_write(write, correction, settings.actuator.max_strain))
 
 
 def correct_write(

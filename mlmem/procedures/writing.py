@@ -145,7 +145,7 @@ def abort(element: Memory) -> Procedure[Outcome]:
     """Release a held cell and bring the strain to zero, smoothly.
 
     As slowly as an erase: at the highest rate, one element in twenty was left with cells in a
-    third ground state, which no strain clears (see `bring_back`).
+    third ground state, which no strain clears (see `bring_ends_back`).
     """
     times = element.settings.erase
     element.transducer.release_ends()

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -208,9 +207,7 @@ def _probe_ends_once(element: Instrument, wanted: tuple[End, ...]) -> Procedure[
     shots = {recorder.end: recorder.shot(0.0, strain, dt) for recorder in transducer.recorders}
     transducer.release_ends()
     return {
-        end: replace(
-            detector.build_echo(end, shaken=shaken or spoiled, spoiled=spoiled), shot=shots[end]
-        )
+        end: detector.build_echo(end, shots[end], shaken=shaken or spoiled, spoiled=spoiled)
         for end, detector in detectors.items()
     }
 

@@ -17,7 +17,7 @@ from mlmem.element import MemoryElement
 from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.motion import Cycle
-from mlmem.moves.strain_cycle import EraseSettings, WriteSettings, apply_correction, launch_wall
+from mlmem.moves.strain_cycle import EraseSettings, WriteSettings, correct_write, launch_wall
 from mlmem.physics import StateError, find_walls
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.settings import RegisterSettings
@@ -45,7 +45,9 @@ def simulate_launch(subject: Subject, name: str) -> float | None:
     part = dataclasses.replace(few.design, substrate='rigid')
     few = dataclasses.replace(few, design=part)
     if name == 'write' and subject.corrections:
-        settings = apply_correction(settings, subject.corrections[0])
+        write, limit = settings.write, settings.actuator.max_strain
+        write = correct_write(write, subject.corrections[0], limit)
+        settings = dataclasses.replace(settings, write=write)
     group: WriteSettings | EraseSettings = getattr(settings, name)
     # The strain of the first cells when the whole element has that of the settings.
     local = design.end_displacement(1.0) * subject.made.strain_shape[part.N - 1] / part.N

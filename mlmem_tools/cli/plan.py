@@ -17,7 +17,7 @@ from typing import Any
 from mlmem import Element, load_element
 from mlmem.element_file import read_element_file, write_element_file
 from mlmem.moves.kick import kick_speed
-from mlmem.moves.strain_cycle import apply_correction, select_peak
+from mlmem.moves.strain_cycle import correct_write, select_peak
 from mlmem.parsing import DecodeError
 from mlmem.physics import DesignError
 
@@ -83,7 +83,8 @@ def _describe_step(intended: Element, step: Step) -> dict[str, Any]:
             step,
             kick=step.correction.speed * kick_speed(*intended.design_and_settings, step.level),
         )
-    write = apply_correction(intended.settings, step.correction).write
+    limit = intended.settings.actuator.max_strain
+    write = correct_write(intended.settings.write, step.correction, limit)
     peak = write.start_strain
     if step.level:
         peak = select_peak(write, intended.design.is_freed_by_compression(step.level - 1))

@@ -25,7 +25,7 @@ from mlmem import (
     snapshot,
 )
 from mlmem.instrument.end import End
-from mlmem.moves.strain_cycle import apply_correction
+from mlmem.moves.strain_cycle import correct_write
 from mlmem.physics import CASE_II, Scatter, StateError, draw_specimen
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.procedures import writing
@@ -268,11 +268,12 @@ def test_corrections_of_another_schedule_are_ignored():
 
 
 def test_correction_scales_strains_within_actuators_limit():
-    settings = apply_correction(BITS_2.settings, PulseCorrection(peak=7.0, times=0.5))
-    assert settings.write.ramp == 0.5 * BITS_2.settings.write.ramp
-    assert settings.write.ease_to == BITS_2.settings.write.ease_to
-    assert settings.write.compression == -BITS_2.settings.actuator.max_strain
-    assert apply_correction(BITS_2.settings, PulseCorrection()) == BITS_2.settings
+    known, limit = BITS_2.settings.write, BITS_2.settings.actuator.max_strain
+    write = correct_write(known, PulseCorrection(peak=7.0, times=0.5), limit)
+    assert write.ramp == 0.5 * known.ramp
+    assert write.ease_to == known.ease_to
+    assert write.compression == -limit
+    assert correct_write(known, PulseCorrection(), limit) == known
 
 
 def test_factory_measures_with_fourth_order_method_for_any_device():
