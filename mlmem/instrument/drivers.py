@@ -263,7 +263,6 @@ def open_driver(
             )
         return Simulation.build_blank(made or design, settings.time)
     make = load_driver_class(name)
-
     return Watchdog(name, lambda: make(design, settings, address), settings.scale.time)
 
 
@@ -302,11 +301,7 @@ class Watchdog(Driver):
     """
 
     def __init__(
-        self,
-        name: str,
-        make: Callable[[], Driver],
-        seconds: float,
-        timeout: float = 10.0,
+        self, name: str, make: Callable[[], Driver], seconds: float, timeout: float = 10.0
     ) -> None:
         """Open a driver by calling `make`; its name is for messages.
 

@@ -205,10 +205,7 @@ class Mailbox:
                 request.refuse(refusal)
 
     def _post_request(
-        self,
-        queue: deque[Request[T]],
-        request: Request[T],
-        refusal: Refused | None = None,
+        self, queue: deque[Request[T]], request: Request[T], refusal: Refused | None = None
     ) -> Request[T]:
         """Leave a request, or refuse it; call with the lock held."""
         if (refusal := self._closed or refusal) is not None:
