@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bad cells that are known: what the element answers with them, and which levels are left.
 
-A stuck cell lets no wall pass, and no pulse: of the two ends one hears the wall, and no delay of
+A stuck cell lets no wall pass, and no pulse: of the two ends one detects the wall, and no delay of
 that end alone proves a level. So an element with known bad cells is read as registers are: by one
 pulse inside both pass bands, whose waveform at both ends is compared with the forecast for every
 level. The pulse passes the wall and comes back from the cell, too, which confirms both. Behind a
-stuck cell a pulse of the right end must hear no wall.
+stuck cell a pulse of the right end must detect no wall.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class BadCells(Forecasts):
         alike.pop(UNDECODABLE, None)
         self.lost: Mapping[int, str] = dict(sorted({**alike, **lost}.items()))
         for row, each in enumerate(contents):
-            if each.number in self.lost:  # what sounds like it is refused anyway
+            if each.number in self.lost:  # what is like it is refused anyway
                 self.nearest_distances[row] = MAX_FORECAST_DISTANCE * pulse
         levels = {each.number for each in contents if len(each.walls) == 1}
         self.usable = tuple(sorted(levels - set(self.lost)))

@@ -64,7 +64,7 @@ class DelayTable:
             raise SettingsError.out_of_range('shapes', self.shapes, 'of echoes louder than 0')
 
     def check(self) -> None:
-        """Raise `SettingsError` unless every level can be told from the others."""
+        """Raise `SettingsError` unless every level can be distinguished from the others."""
         steps = np.diff(self.delays)
         if not ((steps > 0).all() or (steps < 0).all()):
             delays = [round(delay, 2) for delay in self.delays]
@@ -120,10 +120,10 @@ class DelayTable:
         """Return how much nearer an echo is to a level than to any other, and the worst other.
 
         It is 1 at the level's own times, 0 half-way to the other's and -1 at these; -1, too, of
-        two levels that sound the same. How far two echoes are apart is the sum over the crossings
+        two levels with the same echo. How far two echoes are apart is the sum over the crossings
         that all have, and one before listening begins is as any other such. That is a metric:
         an echo within half of the distance of two levels of one is below 0 for the other, whatever
-        they are. With a single level there is nothing to tell apart: 1, and itself.
+        they are. With a single level there is nothing to distinguish: 1, and itself.
         """
         if len(self.delays) == 1:
             return 1.0, level
@@ -247,7 +247,7 @@ class Calibration:
     def check(self, levels: int, first: End | None = None) -> None:
         """Raise `SettingsError` unless the tables have this number of levels.
 
-        If given, the end that names the level must be able to tell all levels apart.
+        If given, the end that names the level must distinguish all levels.
         """
         if first is not None:
             self.table(first).check()

@@ -1,11 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Decoding: from the echoes at the ends to a reading; both ends must hear the same wall.
+"""Decoding: from the echoes at the ends to a reading; both ends must detect the same wall.
 
-No error of one end alone turns one level into another, whatever it hears and which of them names
-the level: either end by itself must tell the level from all others. So where one is wrong, the
-other hears its own level and no other, and they disagree. `find_exchanged_levels` proves it for a
-calibration.
+No error of one end alone turns one level into another, whatever it detects and which of them names
+the level: either end by itself must distinguish the level from all others. So where one is wrong,
+the other detects its own level and no other, and they disagree. `find_exchanged_levels` proves it
+for a calibration.
 """
 
 from __future__ import annotations
@@ -138,8 +138,8 @@ class Decoder:
         )
 
     def _min_level_margin(self, echo: Echo) -> float:
-        """Return the least level margin at either end. A strong cell before a wall has both ends
-        hear it near the next level, but not as near as a wall there.
+        """Return the least level margin at either end. With a strong cell before it, both ends
+        detect a wall near the next level, but not as near as a wall there.
         """
         return max(self.settings.min_margin, self.settings.shaken_margin if echo.shaken else 0.0)
 
@@ -174,10 +174,10 @@ class Decoder:
         """Return a reading from one end that the echo at the other end confirms, or an undecodable
         one.
 
-        A single wall is heard from both ends, each time from its own side. Whatever else answers
-        (a stuck or damaged cell, a second wall, a pulse that still bounces) does so before the
-        wall, and on one side: then the other end does not hear the wall where this one does. What
-        makes both ends hear late or early, like weak sensors, moves the two places apart.
+        Both ends detect a single wall, each from its own side. Whatever else reflects (a stuck or
+        damaged cell, a second wall, a pulse that still bounces) does so before the wall, and on
+        one side: then the other end does not detect the wall where this one does. What makes both
+        ends detect late or early, like weak sensors, moves the two places apart.
         """
         reading = replace(
             reading,
@@ -214,10 +214,10 @@ class Decoder:
         return make_undecodable(reading, text)
 
     def _check_amplitude(self, reading: Reading, echoes: Mapping[End, Echo]) -> Reading:
-        """Return a reading if no echo is much louder than that of its level; noise adds to both.
+        """Return a reading if no echo is much stronger than that of its level; noise adds to both.
 
-        Both are heard up to the same time, `ECHO_TAIL_TIME` after the later echo of that level: a
-        faint one may cross late, and grows as one listens on.
+        Both are measured up to the same time, `ECHO_TAIL_TIME` after the later echo of that level:
+        a faint one may cross late, and grows as one listens on.
         """
         if reading.level < 0:
             return reading
@@ -245,7 +245,7 @@ class Decoder:
     def measure_agreement(
         self, probe: ProbeSettings, end: End, level: int, crossings: Crossings
     ) -> tuple[float, int | None]:
-        """Return the level margin with which an end hears a wall at a level that the other one
+        """Return the level margin with which an end detects a wall at a level that the other one
         names, and another level that its echo may as well be of, or None.
 
         Each crossing, of the threshold and of 0.8 and 1.25 of it, is compared with its own of that
@@ -286,9 +286,9 @@ def find_exchanged_levels(
     """Return what an error of one end alone does to levels: the erring end, what may be said, and
     the level of the wall; `UNDECODABLE` is said of a level that no echo proves.
 
-    Whatever the erring end hears, the other one hears the wall as calibrated. So it is enough that
-    this end by itself accepts its level and no other, whether it names levels or confirms them.
-    The list is empty if that is so at every `read.end`.
+    Whatever the erring end detects, the other one detects the wall as calibrated. So it is enough
+    that this end by itself accepts its level and no other, whether it names levels or confirms
+    them. The list is empty if that is so at every `read.end`.
     """
     found, levels, least = [], range(design.levels), settings.read.min_margin
     decoder = Decoder(design, settings.read, calibration)

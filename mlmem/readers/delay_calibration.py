@@ -168,7 +168,7 @@ class KickSearch:
 
 
 def _find_side(element: Memory, level: int, reading: Reading) -> int:
-    """Return whether a wall is heard beyond a level, 1, short of it, -1, or neither, 0."""
+    """Return whether a wall is detected beyond a level, 1, short of it, -1, or neither, 0."""
     if element.phase(End.LEFT) == 0:
         return -1  # it fell back
     if element.phase(End.RIGHT) == 1:
@@ -181,7 +181,7 @@ def _find_side(element: Memory, level: int, reading: Reading) -> int:
 
 
 def _level_margin(element: Memory, level: int, reading: Reading) -> tuple[float, str]:
-    """Return the margin with which the end that names levels hears one, or why an end does not.
+    """Return the margin with which the end that names levels detects one, or why an end does not.
 
     The reading itself does not say, because the calibration may be off while it is measured.
     """
@@ -195,7 +195,7 @@ def _level_margin(element: Memory, level: int, reading: Reading) -> tuple[float,
             margin, right = clear, nearest == level
         else:
             low, high, _ = reading.shapes[end]
-            # The wall still swings: the other end says which of two that sound alike here.
+            # The wall still swings: the other end distinguishes two that are alike here.
             probe = element.transducer.probes[end]
             agreed, _ = decoder.measure_agreement(probe, end, level, (low, delay, high))
             # least margin at the end that does not name levels: far from it, delays of an

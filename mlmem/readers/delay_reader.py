@@ -97,15 +97,15 @@ class DelayReader(Reader):
         """Probe from every end, and turn delays into cells between the levels of the calibration.
 
         Found are `walls`, 0 or 1, and of a wall `position` and `position_std` in cells from the
-        left. Both ends must hear the wall at the same place. Where only one end tells the place,
+        left. Both ends must detect the wall at the same place. Where only one end shows the place,
         a read must prove the level, and the error is that which a read allows. In a blank element
         it is the site of a `stuck_cell` instead, as `element.bad_cells` takes it. A read that
         follows knows no more than before.
 
         Raises:
             ProcedureFailed: The base shakes, an echo is missing or unclear, the wall has left, the
-                ends hear different places, there are two walls or more, or an end rests in neither
-                phase.
+                ends detect different places, there are two walls or more, or an end rests in
+                neither phase.
         """
         yield from wait_for_decay(element)
         phases = element.phases
@@ -134,7 +134,7 @@ class DelayReader(Reader):
 
 
 def _find_detecting_ends(element: Memory) -> tuple[End, ...]:
-    """Return the ends that can hear something: both, if the wall lies between their phases."""
+    """Return the ends that can detect something: both, if the wall lies between their phases."""
     if element.phase(End.LEFT) == 0:
         return (End.RIGHT,)
     if element.phase(End.RIGHT) == 1:
@@ -224,7 +224,7 @@ def _interpolation_error(delays: Array, sites: Array) -> float:
 def _combine_places(
     element: Memory, reading: Reading, echoes: Mapping[End, Echo]
 ) -> tuple[float, float]:
-    """Return position and deviation of the wall that the ends hear.
+    """Return position and deviation of the wall that the ends detect.
 
     An echo that begins before listening does comes from near its end, but does not say how near.
     """

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def wait_for_decay(element: Instrument) -> Procedure[None]:
-    """Wait until the strain stands still and nothing audible to an echo detector is on its way.
+    """Wait until the strain stands still and no detectable wave is on its way.
 
     All that was excited must have had the time to reach an end; from then on what the ends have
     seen bounds what they may see (see `reverberation`). Sensor noise never ends, so it raises the
@@ -50,14 +50,14 @@ def wait_for_decay(element: Instrument) -> Procedure[None]:
 
 
 def try_wait_for_decay(element: Instrument, longest: float) -> Procedure[None]:
-    """Wait until the element is quiet, at most for a given time."""
+    """Wait until no wave is detectable, at most for a given time."""
     end = element.ticks + math.ceil(longest / element.tick)
     while element.ticks < end and not has_decayed(element):
         yield 1
 
 
 def has_decayed(element: Instrument) -> bool:
-    """Whether nothing is on its way that an echo detector would hear."""
+    """Whether nothing is on its way that an echo detector would detect."""
     return element.base.is_still and not _estimate_decay(element)[0]
 
 
@@ -71,7 +71,7 @@ def expected_wait(element: Instrument) -> float:
 
 def _estimate_decay(element: Instrument) -> tuple[int, str]:
     """Return after how many ticks, at the earliest, no wave is left that an echo detector would
-    hear, and what there is until then; 0 if none is left, or the base shakes.
+    detect, and what there is until then; 0 if none is left, or the base shakes.
     """
     if not element.base.is_still:
         return 0, ''
@@ -224,7 +224,7 @@ def swinging_time(element: Instrument) -> float:
     """
     if element.design.eta == 0.0:
         return 0.0
-    if not element.base.is_still:  # it was heard as often as may be
+    if not element.base.is_still:  # it was probed as often as may be
         return 0.0
     # A wall swings by half a cell once substrate and ends stand still, which makes an echo 1.5
     # times as large. After ten damping times the swing is below 4e-3 cells.
@@ -236,7 +236,7 @@ def record_waveforms(
 ) -> Procedure[tuple[Shot, float]]:
     """Wait until the ends are quiet in the band of the pulse, fire it at one, and record both.
 
-    Of an element that rests, a moment tells; otherwise a passage.
+    For an element at rest one look suffices; otherwise a passage.
 
     Returns:
         The shot, and the noise before it (`Listener.noise`).

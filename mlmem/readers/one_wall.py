@@ -4,7 +4,7 @@
 design or from a fitted twin.
 
 An element with strong defects returns echoes of the defects as loud as that of the wall, so no
-single delay tells the level. The whole waveform does. `read.end` selects which end is driven:
+single delay gives the level. The whole waveform does. `read.end` selects which end is driven:
 `left` or `right` drives that end and compares its record alone; `both` drives the left end and
 compares the records of both.
 """
@@ -38,9 +38,9 @@ class WallForecasts(Forecasts):
     """What the ends do after a pulse, for the blank element and for every level of one wall.
 
     Pairs of walls are forecast too, so that two walls are never read as a blank element. So are
-    walls behind the last level, which name no content: between two levels the margin tells. And
-    so is every content heard late by one end, which looks like another content: the right end
-    alone tells the upper levels of an element with strong defects.
+    walls behind the last level, which name no content: between two levels the margin shows it. And
+    so is every content received late by one end, which looks like another content: the right end
+    alone distinguishes the upper levels of an element with strong defects.
     """
 
     def __init__(

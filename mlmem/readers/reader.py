@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a reader is: one way to tell the content of an element by pulses at its ends.
+"""What a reader is: one way to find the content of an element by pulses at its ends.
 
 The reader of an element is chosen once, from its settings. The contents of an element belong to
 its reader: how many there are, which can be used, and at which levels each has its walls. So do
@@ -52,7 +52,7 @@ class Reader(ABC):
     """One way to read an element.
 
     Attributes:
-        content_count: How many contents it tells apart, as numbers from 0.
+        content_count: How many contents it distinguishes, as numbers from 0.
         unusable_reasons: Why a content cannot be used, by content; empty if all can.
         limits: Which contents cannot be used and why, in words; empty if no cell is known to be
             bad.
@@ -162,9 +162,9 @@ def choose_reader(
     cells are known to be bad, by the rehearsed forecasts `bad_cells`.
 
     Raises:
-        SettingsError: Its contents cannot be forecast, or not be told; see `forecast_words`,
-            `forecast_bad_cells`, `forecast_levels`, `forecast_records` and `RecordReader`. Or
-            cells are known to be bad, which a twin has already.
+        SettingsError: Its contents cannot be forecast, or not be distinguished; see
+            `forecast_words`, `forecast_bad_cells`, `forecast_levels`, `forecast_records` and
+            `RecordReader`. Or cells are known to be bad, which a twin has already.
     """
     if not settings.compares_waveforms:
         from .delay_reader import DelayReader

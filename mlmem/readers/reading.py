@@ -41,7 +41,7 @@ class Reading:
         distance: Distance from the end to the wall in cells; infinite without an echo. For both
             ends, from the left.
         reason: Why it could not be decoded; empty otherwise.
-        walls: Number of walls, as far as the ends can tell: 0, 1, 2 or 3 (three or more); None if
+        walls: Number of walls, as far as the ends show it: 0, 1, 2 or 3 (three or more); None if
             they cannot.
         right_delay: Echo delay at the right end if it was probed.
         left_delay: Echo delay at the left end if it was probed.

@@ -135,13 +135,13 @@ def pin_contents(
 
 
 class Match(NamedTuple):
-    """A content beside what was heard.
+    """A content beside what was received.
 
     Attributes:
         content: The nearest.
         left: What remains when its forecast is taken off.
         nearest: Distance of its forecast from any other (`Forecasts.nearest`).
-        along: How far what is heard is on the way to any other: 0 at the forecast, 1 at the other.
+        along: How far it is on the way to any other: 0 at the forecast, 1 at the other.
     """
 
     content: Content
@@ -211,12 +211,12 @@ class Forecasts:
 
     @property
     def least_distance(self) -> float:
-        """The least distance between what is told apart."""
+        """The least distance between contents that are distinguished."""
         return float(self.nearest_distances.min())
 
     @cached_property
     def max_noise(self) -> float:
-        """Noise (`Listener.noise`) up to which every content can be told from all others."""
+        """Noise (`Listener.noise`) up to which every content is distinguished from all others."""
         distance = self.least_distance
         # the noise during a read may be twice that before it
         return MAX_RESIDUAL_RATIO * MAX_RESIDUAL_RATIO * distance * distance / 2.0
@@ -308,10 +308,10 @@ class Register(Forecasts):
         self.code = code
 
     def tighten_limits(self, parts: Array, odd: Array) -> None:
-        """Let every word leave less, if need be, so that nothing is read as one that is none.
+        """Tighten the residual limits so that no off-level state decodes as a word.
 
         Args:
-            parts: What is heard of walls that are elsewhere, shape (m, 4 lines).
+            parts: Forecasts of walls that are elsewhere, shape (m, 4 lines).
             odd: Whether there is an odd number of them, shape (m,).
         """
         least = MAX_RESIDUAL_RATIO / OFF_LEVEL_SHARE

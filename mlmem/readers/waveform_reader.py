@@ -5,8 +5,8 @@ content, or with the record of every content that a calibration has made.
 
 Forecasts read many walls, one wall next to known bad cells, and one wall among strong defects.
 
-Records read one wall by one transducer, which is at the left end; nothing is at the other end.
-One end alone cannot tell a wall from a bad cell by what an ideal element does. So a calibration
+Records read one wall by one transducer, which is at the left end; nothing is at the other end. One
+end alone cannot distinguish a wall from a bad cell by what an ideal element does. So a calibration
 records what this element does in every content, and a read compares with these records. A cell
 that breaks later fits none of them, and the element asks for a new calibration.
 """
@@ -217,7 +217,7 @@ class WaveformReader(Reader):
         """Return those of some factors that take the wall to a level.
 
         They rise until it goes too far: a wall that runs against what is behind the last level
-        comes back, and what is read then tells nothing.
+        comes back, and what is read then means nothing.
         """
         good, least = [], element.settings.write.min_margin
         for factor in factors:
@@ -246,10 +246,10 @@ class RecordReader(WaveformReader):
             departed: The forecast of an element whose wall has left it, shape (1, 2 lines).
 
         Raises:
-            SettingsError: The left end does not tell the levels well enough.
+            SettingsError: The left end does not distinguish the levels well enough.
         """
         # In elements that scatter, a wall at the last level is often nearer to the forecast of
-        # one behind it. Their own records tell them.
+        # one behind it. Their own records distinguish them.
         known = copy.copy(forecasts)
         known.tail_parts = departed
         super().__init__(known)

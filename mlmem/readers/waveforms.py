@@ -40,7 +40,7 @@ NO_DELAYS: Delays = (0.0, 0.0)
 
 
 class Listener:
-    """What is heard after the pulse of a read: the part of both ends' motion in its band.
+    """What is received after the pulse of a read: the part of both ends' motion in its band.
 
     Attributes:
         ticks: Ticks for which both ends are recorded.
@@ -108,7 +108,7 @@ class Listener:
 
 
 class Ends:
-    """Forecasts what a listener hears of small waves in an element.
+    """Forecasts what a listener receives of small waves in an element.
 
     Attributes:
         tones: The frequencies of the forecast.
