@@ -147,6 +147,7 @@ class Instrument:
             and self.is_faultless
             and goal == self.transmission.state.commanded
             and self.driver.at_rest(goal * self.design.end_displacement(1.0))
+            and self.transducer.has_last_displacements
         )
 
     @property

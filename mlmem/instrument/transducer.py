@@ -237,7 +237,7 @@ class Transducer:
 
     @property
     def at_rest(self) -> bool:
-        """Whether nothing is driven or recorded, and the ends are where all recent samples are."""
+        """Whether nothing is driven or recorded, and all recent samples of an end are the same."""
         if self.is_driving or self.detectors or self.recorders:
             return False
         for each in self.reverberation.values():
@@ -249,7 +249,12 @@ class Transducer:
             if assumed or recent[0, -1] != recent[0, -2] or (recent != recent[:, -1:]).any():
                 return False
             self._flat, self._hums = recent, {}
-        return all(self.find_displacement(end) == recent[end.row, -1] for end in End)
+        return True
+
+    @property
+    def has_last_displacements(self) -> bool:
+        """Whether both ends are where they were last recorded."""
+        return all(self.find_displacement(end) == self.recent[end.row, -1] for end in End)
 
     def find_displacement(self, end: End) -> float:
         """Return the displacement of an end now, or that of its phase if nothing senses it."""

@@ -41,8 +41,8 @@ class Code(NamedTuple):
         return range(max(0, level - self.spacing + 1))
 
     def walls(self, word: int) -> tuple[int, ...]:
-        """Return the levels of a word, the lowest first."""
-        return _list_words(self)[word][::-1]
+        """Return the levels of a word, the lowest first; none of a blank element, -1 or 0."""
+        return _list_words(self)[max(word, 0)][::-1]
 
     def word(self, walls: Sequence[int]) -> int:
         """Return the word of levels."""
