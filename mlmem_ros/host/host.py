@@ -43,7 +43,6 @@ from .worker import REFUSALS, ThrottledLog, Worker, WriteLine
 
 if TYPE_CHECKING:
     from .recording import Recording
-    from .store import Store
 
 T = TypeVar('T')
 
@@ -59,7 +58,6 @@ class Host:
     Each is answered, or refused and counted.
 
     Attributes:
-        element: The element; None while unconfigured.
         loop: Its running loop; None while it is not active.
         stopped: Why there is no device, if it has stopped or is waited for; empty otherwise.
         preparing: What is being done to configure the device; empty if nothing is.
@@ -83,7 +81,6 @@ class Host:
             failed: Called in the loop's thread when the device has failed: `fail` is due.
         """
         self.log = ThrottledLog(write_line)
-        self.element: MemoryElement | None = None
         self.loop: Loop | None = None
         self.sessions = Sessions(self.log, now)
         self.stopped = self.preparing = self.held_up = ''
@@ -92,9 +89,14 @@ class Host:
         self._unsaved = False  # the content, at the end of the last life
         self._name = name
         self._failed = failed
-        self._store: Store | None = None
+        self._device: Built | None = None
         self._disk = Worker('mlmem-store', self.log)
         self._rescued: dict[str, Any] | None = None  # of a failed device, for the next one
+
+    @property
+    def element(self) -> MemoryElement | None:
+        """The element; None while unconfigured."""
+        return None if self._device is None else self._device.element
 
     @property
     def failure(self) -> BaseException | None:
@@ -149,17 +151,21 @@ class Host:
 
     def discard_device(self, device: Built) -> None:
         """Release a device that is not adopted."""
-        self._close_device(device.store, device.element)
+        device.store.close()
+        with self.log.guard_errors('releasing the element'):
+            try:
+                device.element.driver.close()
+            except DriverError as error:
+                self.log.error(str(error))
+                self.log.log_cause(error)
 
     def adopt_device(self, device: Built, blank: bool = False) -> MemoryElement:
         """Put a device that was built into service, with what a failed one held unless `blank`."""
-        element, store = device
-        self.stopped = ''
-        self.element, self._store = element, store
+        self.stopped, self._device = '', device
         rescued, self._rescued = self._rescued, None
         if rescued is not None and not blank:
-            self._restore_rescued(element, rescued)
-        return element
+            self._restore_rescued(device.element, rescued)
+        return device.element
 
     def activate(
         self,
@@ -186,9 +192,8 @@ class Host:
         Raises:
             One of `REFUSALS`: Nothing is changed.
         """
-        assert self.element is not None
-        assert self._store is not None
-        element, store = self.element, self._store
+        assert self._device is not None
+        element, store = self._device
         if given.record.path:
             self.sessions.begin(plan, element)
         if given.record.last_seconds:
@@ -250,8 +255,8 @@ class Host:
     def release_failed(self) -> None:
         """Save what can be saved of a failed device, and release it."""
         loop, self.loop = self.loop, None
-        element = self.element
-        if loop is not None and element is not None:
+        if loop is not None:
+            element = loop.element
             loop.shut_down()
             self.stopped = f'the device has stopped: {loop.failure}'
             self.log.error(self.stopped)
@@ -267,19 +272,9 @@ class Host:
 
     def release_device(self) -> None:
         """Release the device."""
-        self._close_device(self._store, self.element)
-        self.element = self._store = None
-
-    def _close_device(self, store: Store | None, element: MemoryElement | None) -> None:
-        if store is not None:
-            store.close()
-        if element is not None:
-            with self.log.guard_errors('releasing the element'):
-                try:
-                    element.driver.close()
-                except DriverError as error:
-                    self.log.error(str(error))
-                    self.log.log_cause(error)
+        device, self._device = self._device, None
+        if device is not None:
+            self.discard_device(device)
 
     def close(self) -> None:
         """Shut down, whatever the device is doing: stop, save and release it."""
@@ -296,8 +291,8 @@ class Host:
         self.sessions.on_timer()
         if self.loop is not None:
             self.loop.refuse_expired()
-        if self._store is not None:
-            self._store.on_timer(self.loop)
+        if self._device is not None:
+            self._device.store.on_timer(self.loop)
 
     # --- requests -----------------------------------------------------------------------
 
@@ -393,9 +388,10 @@ class Host:
     def _save_stopped(self, element: MemoryElement) -> bool:
         """Save all of a device whose time has stopped; return whether that succeeded."""
         self.sessions.close(element)
-        assert self._store is not None
-        kept = self._store.save_state(element)
-        saved = self._store.flush() and kept.exception() is None
+        assert self._device is not None
+        store = self._device.store
+        kept = store.save_state(element)
+        saved = store.flush() and kept.exception() is None
         self._unsaved = not saved
         return saved
 
@@ -409,11 +405,8 @@ class Host:
         if not release_strain(element, self.log):
             self._unsaved = True
             return 'its content is as last saved'
-        if (
-            self._save_stopped(element)
-            and self._store is not None
-            and self._store.path is not None
-        ):
+        assert self._device is not None
+        if self._save_stopped(element) and self._device.store.path is not None:
             return 'its content is saved'
         self._rescued = snapshot.take_snapshot(element)
         return 'its content is kept until the next configuration'
