@@ -18,7 +18,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
-from mlmem import DriverError, DriverHangs, Event, Pacer, Refused, SteadyPacer, threads
+from mlmem import DriverError, DriverHangs, Event, Refused, SteadyPacer, threads
 from mlmem.rejections import ErrorCode
 
 from ...contract.requests import NODE_SERVICES
@@ -102,7 +102,6 @@ class MemoryNode(LifecycleNode):
         self._diagnostics = Diagnostics(self, self.host, callback_guard)
         self._published: Publishers | None = None
         self._starting = self._blank = self._held = False
-        self._sim_time: SimTimePacer | None = None
         self._refusal: Exception | None = None
         self._building: Future[Built] | None = None  # the device, in a thread of its own
         self._prepared: Future[None] | None = None  # done, in the executor, when it is built
@@ -368,23 +367,24 @@ class MemoryNode(LifecycleNode):
     def _start_time(self) -> None:
         given, published = self._given.values(), self._published
         assert published is not None
+
+        def publish_tick(events: Sequence[Event]) -> None:
+            published.publish_tick(events)
+            for action in self._actions:
+                action.publish_feedback()
+
+        simulated = self.get_parameter('use_sim_time').value
         self.host.activate(
             given,
             build_session_plan(self, given),
-            self._after_tick,
-            self._create_pacer(),
+            publish_tick,
+            SimTimePacer(self.get_clock()) if simulated else SteadyPacer(),
             self.get_parameter('time.speed').value,
             published.has_subscribers,
             published.find_period,
             self._held,
         )
         self.host.log.info('active: time is paused' if self._held else 'active: time runs')
-
-    def _create_pacer(self) -> Pacer:
-        """Return the clock that time follows: the machine's, or with `use_sim_time` /clock."""
-        simulated = self.get_parameter('use_sim_time').value
-        self._sim_time = SimTimePacer(self.get_clock()) if simulated else None
-        return self._sim_time or SteadyPacer()
 
     def _deactivate_device(self) -> None:
         self.host.deactivate()
@@ -402,13 +402,6 @@ class MemoryNode(LifecycleNode):
         self._given.locked = False
 
     # --- while active --------------------------------------------------------------------
-
-    def _after_tick(self, events: Sequence[Event]) -> None:
-        """Publish what happened, in the loop's thread."""
-        if self._published is not None:
-            self._published.publish_tick(events)
-        for action in self._actions:
-            action.publish_feedback()
 
     def _handle_failure(self) -> None:
         """Leave the active state through error handling, if the device failed: unconfigured."""
@@ -463,8 +456,8 @@ class MemoryNode(LifecycleNode):
     def _check_clock(self) -> None:
         """Say in `host.held_up` if simulated time stands still; log that once."""
         before, problem = self.host.held_up, ''
-        if self._sim_time is not None and self.host.loop is not None:
-            problem = self._sim_time.find_problem()
+        if self.host.loop is not None and isinstance(self.host.loop.pacer, SimTimePacer):
+            problem = self.host.loop.pacer.find_problem()
         if problem not in ('', before):
             self.host.log.warning(problem)
         self.host.held_up = problem
