@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 T = TypeVar('T')
 
-Listener = Callable[[Sequence[Event]], None]
+TickListener = Callable[[Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""
 
 
@@ -171,7 +171,7 @@ class Host:
         self,
         given: Parameters,
         plan: SessionPlan,
-        listener: Listener,
+        listener: TickListener,
         pacer: Pacer,
         speed: float,
         has_subscribers: Callable[[], bool] = lambda: True,

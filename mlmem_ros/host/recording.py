@@ -28,7 +28,7 @@ from ..session.records import SessionTopic
 from .settings import SessionPlan
 from .worker import ThrottledLog
 
-Message = tuple[str, bytes, int]
+LoggedMessage = tuple[str, bytes, int]
 """Topic, CDR, and log time in nanoseconds."""
 
 
@@ -47,7 +47,7 @@ class Recording(ABC):
         self._types = {topic.name: topic.type for topic in plan.topics}
 
     @abstractmethod
-    def keep_message(self, message: Message) -> object:
+    def keep_message(self, message: LoggedMessage) -> object:
         """Keep a message: cheap, never blocks, from any thread."""
 
     def takes_topic(self, topic: str) -> bool:
@@ -93,7 +93,7 @@ class Recording(ABC):
 @dataclass
 class _Segment:
     tick: int
-    messages: list[Message] = field(default_factory=list)  # the header first
+    messages: list[LoggedMessage] = field(default_factory=list)  # the header first
     size: int = 0
 
 
@@ -133,7 +133,7 @@ class PreTriggerBuffer(Recording):
         if element.ticks - newest >= self._ticks / 4 and not element.procedure:
             self._begin_segment(element)
 
-    def keep_message(self, message: Message) -> None:
+    def keep_message(self, message: LoggedMessage) -> None:
         """Keep a message in the newest segment, and drop the oldest ones if they take too much."""
         with self._lock:
             if self._segments:
@@ -141,7 +141,7 @@ class PreTriggerBuffer(Recording):
                 while self._size > self.max_bytes:
                     self._drop_segment()
 
-    def list_messages(self) -> list[Message]:
+    def list_messages(self) -> list[LoggedMessage]:
         """Return what is kept as one session, with the header of each segment; nothing is kept
         until an idle tick has come.
         """
@@ -174,7 +174,7 @@ class PreTriggerBuffer(Recording):
             while len(self._segments) > 1 and self._tick - self._segments[1].tick >= self._ticks:
                 self._drop_segment()
 
-    def _append_message(self, message: Message) -> None:
+    def _append_message(self, message: LoggedMessage) -> None:
         self._segments[-1].messages.append(message)
         size = len(message[1]) + 200  # memory in addition to the CDR
         self._segments[-1].size += size
@@ -200,7 +200,7 @@ class BagRecording(Recording):
         log: ThrottledLog,
         now: Callable[[], int],
         writer: BagWriter,
-        before: Sequence[Message],
+        before: Sequence[LoggedMessage],
     ) -> None:
         """Record into an open bag, which begins with some messages."""
         super().__init__(plan, log, now)
@@ -215,7 +215,7 @@ class BagRecording(Recording):
         since = f', with the previous {len(before) - 1} messages' if before[1:] else ''
         log.info(f'recording a session into {writer.path}{since}')
 
-    def keep_message(self, message: Message) -> None:
+    def keep_message(self, message: LoggedMessage) -> None:
         """Queue a message."""
         self.bag.put(*message)
 
@@ -242,7 +242,9 @@ class BagRecording(Recording):
             )
 
 
-def build_header(plan: SessionPlan, element: MemoryElement, now: Callable[[], int]) -> Message:
+def build_header(
+    plan: SessionPlan, element: MemoryElement, now: Callable[[], int]
+) -> LoggedMessage:
     """Return the state of a device, with which a session begins; raise `Refused` unless idle."""
     header = records.build_header(element, plan.node, plan.parameters or {})
     return f'{plan.node}/{SessionTopic.HEADER}', header, now()

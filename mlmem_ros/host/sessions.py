@@ -19,7 +19,7 @@ from .settings import SessionPlan
 from .worker import Overdue, ThrottledLog, Worker
 
 if TYPE_CHECKING:
-    from .recording import BagRecording, Message, PreTriggerBuffer, Recording
+    from .recording import BagRecording, LoggedMessage, PreTriggerBuffer, Recording
 
 T = TypeVar('T')
 
@@ -132,7 +132,7 @@ class Sessions:
         recorder = _import_recorder()
         writer = recorder.open_bag(plan)
 
-        def attach_recording(before: list[Message]) -> None:
+        def attach_recording(before: list[LoggedMessage]) -> None:
             self.current = recorder.BagRecording(plan, self._log, self._now, writer, before)
             if self.buffer is not None:
                 self.buffer.clear()

@@ -66,7 +66,7 @@ def use_profile(environment: MutableMapping[str, str]) -> None:
         environment[find_profile_variable(environment)] = str(profile)
 
 
-Parameters = Mapping[str, bool | int | float | str]
+ParameterValues = Mapping[str, bool | int | float | str]
 
 
 def run_node_process(
@@ -104,7 +104,9 @@ def _end_with_parent() -> None:
 
 
 def build_node_arguments(
-    element: str, parameters: Parameters | None = None, file: str | PathLike[str] | None = None
+    element: str,
+    parameters: ParameterValues | None = None,
+    file: str | PathLike[str] | None = None,
 ) -> list[str]:
     """Return the ROS command line of a node, from its full name, parameters and a file."""
     namespace, _, name = element.rpartition('/')

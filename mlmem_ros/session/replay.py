@@ -33,7 +33,7 @@ from .data import SessionData
 from .records import collect_versions, name_errors
 from .report import ComparedEvents, ReplayReport, describe_ending
 
-Progress = Callable[[int, int], None]
+ReportProgress = Callable[[int, int], None]
 """Called periodically with the ticks done and the ticks to do."""
 
 
@@ -63,7 +63,7 @@ def build_element(session: SessionData) -> MemoryElement:
     return element
 
 
-def run_replay(session: SessionData, progress: Progress | None = None) -> ReplayReport:
+def run_replay(session: SessionData, progress: ReportProgress | None = None) -> ReplayReport:
     """Run a session again and compare states, levels and events.
 
     Raises:
@@ -105,7 +105,7 @@ class _Player:
         }
 
     def play_commands(
-        self, stamped: Sequence[tuple[int, Command]], last: int, progress: Progress | None
+        self, stamped: Sequence[tuple[int, Command]], last: int, progress: ReportProgress | None
     ) -> None:
         """Apply the commands at their ticks and advance until the last tick is done."""
         due: defaultdict[int, list[Command]] = defaultdict(list)

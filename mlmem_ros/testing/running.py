@@ -32,7 +32,7 @@ from ..ros.main import parse_node_arguments
 from ..ros.node.node import MemoryNode
 from ..ros.node.run import NodeOptions, end_nodes, spin_nodes, start_nodes
 from ..ros.node_process import (
-    Parameters,
+    ParameterValues,
     build_node_arguments,
     find_profile_variable,
     run_node_process,
@@ -290,7 +290,7 @@ def faults(node: RunningNode, **given: bool | int | float) -> Iterator[None]:
 
 @contextmanager
 def memory_node(
-    parameters: Parameters | None = None,
+    parameters: ParameterValues | None = None,
     *,
     name: str = 'mlmem',
     namespace: str = '',
