@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from mlmem import (
     Calibration,
@@ -20,6 +20,7 @@ from mlmem import (
     factory_calibration,
     open_driver,
 )
+from mlmem.element_file import Element, ElementFileError, read_matching_element
 from mlmem.procedure_table import UNSET_CONTENT
 from mlmem.rejections import ErrorCode
 
@@ -27,9 +28,6 @@ from .design_check import check_design
 from .settings import Parameters
 from .store import Store, find_calibration
 from .worker import ThrottledLog, Worker
-
-if TYPE_CHECKING:
-    from mlmem.element_file import Element
 
 
 class Built(NamedTuple):
@@ -107,8 +105,6 @@ def _load_twin(given: Parameters, disk: Worker) -> Element | None:
     """Return the element in the file of the twin, or None without one."""
     if not given.twin:
         return None
-    from mlmem.element_file import ElementFileError, read_matching_element  # most nodes have none
-
     planned = given.settings if given.settings.holds_words else None
 
     def read_twin() -> Element:

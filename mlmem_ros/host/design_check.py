@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mlmem import NOH_BATHE, Design, DesignError, End, Settings, find_cache_folder
+from mlmem.atomic_files import write_atomically
 
 from ..packages import find_tool
 
@@ -73,8 +74,6 @@ def load_findings(design: Design, settings: Settings) -> list[Found]:
         with contextlib.suppress(OSError, ValueError, TypeError):  # none yet, or damaged
             rows = json.loads(path.read_text(encoding='utf-8'))
             return [(name, verdict, text, values) for name, verdict, text, values in rows]
-    from mlmem.atomic_files import write_atomically  # a design that is known needs none of it
-
     check = find_tool('design_check').load()
     found = [
         (each.name, each.verdict.value, each.text, dict(each.values))
