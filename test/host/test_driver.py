@@ -5,16 +5,16 @@
 import pytest
 from timeouts import TIMEOUT_S
 
-from mlmem import DriverError, Refused, SettingsError, Write
+from mlmem import Driver, DriverError, Refused, SettingsError, Write
 from mlmem_ros.host.settings import DeviceSettings
-from test.rig.lines import FailingDriver, raising
+from test.rig.lines import make_failing_driver, raising
 
 
-class Sour(FailingDriver):
+class Sour(Driver):
     """Raises where its address says."""
 
-    def __init__(self, design, settings, address):
-        super().__init__(address, raising(LookupError('turned sour')))
+    def __new__(cls, design, settings, address):
+        return make_failing_driver(address, raising(LookupError('turned sour')))
 
 
 @pytest.mark.parametrize('where', ['opening', 'playing', 'closing'])

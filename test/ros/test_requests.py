@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import pytest
 from rclpy.duration import Duration
 from rclpy.parameter import Parameter
+from rejection import expect_rejection
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -86,17 +87,17 @@ def test_trajectory_is_converted_to_strains():
 
 
 @pytest.mark.parametrize(
-    'points',
+    ('field', 'points'),
     [
-        ((0.1, [0.01, 0.02], []), (0.2, [0.0], [])),
-        ((0.1, [0.01], []), (0.2, [], [])),
-        ((0.1, [0.01], [0.0, 0.0]), (0.2, [0.0], [])),
-        ((0.1, [0.01], [0.0]), (0.2, [0.0], [])),
+        ('positions', ((0.1, [0.01, 0.02], []), (0.2, [0.0], []))),
+        ('positions', ((0.1, [0.01], []), (0.2, [], []))),
+        ('velocities', ((0.1, [0.01], [0.0, 0.0]), (0.2, [0.0], []))),
+        ('velocities', ((0.1, [0.01], [0.0]), (0.2, [0.0], []))),
     ],
     ids=str,
 )
-def test_trajectory_point_without_one_position_is_rejected(points):
-    with pytest.raises(Refused, match=r'(positions|velocities) must be one in every point'):
+def test_trajectory_point_without_one_position_is_rejected(field, points):
+    with expect_rejection(Refused, 'out_of_range', field):
         TOPICS['strain_trajectory'].parse(trajectory(*points), METRIC)
 
 
