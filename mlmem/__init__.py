@@ -101,54 +101,20 @@ __all__ = [
     'open_driver', 'simulate', 'steps_per_tick', 'sweep', 'wall_at', 'walls_at',
 ]  # fmt: skip
 
-_MODULE_EXPORTS = {
-    'commands': (
-        'COMMANDS_BY_NAME', 'Command', 'Disturb', 'EchoReceived', 'Event', 'Feedback',
-        'FollowTrajectory', 'Outcome', 'SetFaults', 'SetMethod', 'SetStrain',
-    ),
-    'element': ('MemoryElement',),
-    'element_file': ('ELEMENT_NAMES', 'Element', 'as_designed', 'load_element'),
-    'errors': (
-        'Checked', 'DriverError', 'DriverHangs', 'ProcedureFailed', 'Refused',
-        'SettingsError',
-    ),
-    'factory': ('compute_calibration', 'factory_calibration'),
-    'instrument.actuator': ('MAX_PROFILE_POINTS',),
-    'instrument.drivers': (
-        'SHIPPED_DRIVERS', 'SIMULATION_NAME', 'Driver', 'Simulation', 'open_driver',
-        'steps_per_tick',
-    ),
-    'instrument.end': ('End', 'Shot'),
-    'instrument.faults': ('Faults',),
-    'instrument.blocks': ('MAX_RUN_TICKS',),
-    'loop.loop': ('Loop',),
-    'loop.mailbox': ('Asked', 'Request', 'Stamped', 'TickRequest'),
-    'loop.timetable': ('MAX_SPEED', 'MIN_SPEED', 'Pacer', 'SteadyPacer', 'check_speed'),
-    'parameter_sweep': ('Table', 'sweep'),
-    'physics': (
-        'ARITHMETIC_VERSION', 'CASE_I', 'CASE_II', 'INTEGRATORS', 'NOH_BATHE', 'Chain',
-        'Design', 'DesignError', 'HeldCell', 'Potential', 'Scatter', 'Specimen',
-        'StateError', 'draw_specimen', 'is_kernel_cached',
-    ),
-    'physics.jit': ('find_cache_folder',),
-    'physics.potential': ('Array',),
-    'procedure_table': (
-        'BLANK', 'UNDECODABLE', 'Abort', 'Calibrate', 'Erase', 'Kick', 'Locate', 'Read',
-        'Reset', 'SelfTest', 'Survey', 'Write', 'describe_level',
-    ),
-    'readers.calibration': ('Calibration', 'DelayTable', 'calibration_key'),
-    'readers.reading': ('Reading', 'Unknown'),
-    'readers.words': ('count_words',),
-    'settings': ('Settings',),
-    'simulation': ('Trajectory', 'simulate', 'wall_at', 'walls_at'),
-}  # fmt: skip
-"""Modules, and the public names that they define."""
+_MODULES = (
+    'errors', 'procedure_table', 'physics', 'physics.jit', 'physics.potential', 'instrument.end',
+    'instrument.faults', 'instrument.blocks', 'settings', 'readers.reading', 'readers.calibration',
+    'readers.words', 'commands', 'instrument.actuator', 'instrument.drivers', 'element_file',
+    'factory', 'element', 'loop.timetable', 'loop.mailbox', 'loop.loop', 'simulation',
+    'parameter_sweep',
+)  # fmt: skip
+"""Modules with the public names, those first that need least."""
 
 
 def __getattr__(name: str) -> Any:
-    for module, names in _MODULE_EXPORTS.items():
-        if name in names:
-            return getattr(import_module(f'.{module}', __name__), name)
+    for module in _MODULES if name in __all__ else ():
+        if hasattr(found := import_module(f'.{module}', __name__), name):
+            return getattr(found, name)
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
 
 
