@@ -141,17 +141,6 @@ def test_whatever_moves_chain_wakes_it(method, substrate):
 
 
 @METHODS
-@SUBSTRATES
-def test_chain_without_motion_moves_if_force_acts(method, substrate):
-    """At the turning point of every cell at once nothing moves, yet it is no rest."""
-    chain = struck(method, substrate)
-    assert at_rest(chain)
-    assert not chain.at_rest
-    pass_ticks(chain, 1)
-    assert not at_rest(chain)
-
-
-@METHODS
 def test_no_force_on_stuck_cell_disturbs_rest(method):
     chain = struck(method)
     chain.set_specimen(Specimen(chain.design, stuck=(21,)))
