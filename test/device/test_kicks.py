@@ -63,12 +63,6 @@ def element(name, **changes):
     return MemoryElement(design, rig.change(settings, **changes), calibration(name))
 
 
-def by_method(name, method):
-    """Return a shipped element that is written by a method."""
-    design, settings = load_element(name).design_and_settings
-    return design, rig.change(settings, write={'method': method})
-
-
 @pytest.mark.parametrize(('late', 'peak', 'error'), [(0.0, 1.5, 1e-4), (0.7, None, 1e-3)])
 def test_kick_is_smooth_ramp_then_held(late, peak, error):
     """A late kick begins slowly, and has a jerk where it ends."""
@@ -381,13 +375,13 @@ CASE_2_SPEEDS = {'speeds': '0.006 0.0145 0 0.053'}
     ],
 )  # fmt: skip
 def test_method_decides_how_content_is_reached(name, method, changes, start, target, names):
-    design, settings = by_method(name, method)
-    assert find_names(design, rig.change(settings, **changes), start, target) == names
+    design, settings = load_element(name).design_and_settings
+    settings = rig.change(settings, write={'method': method}, **changes)
+    assert find_names(design, settings, start, target) == names
 
 
 def test_level_of_strain_alone_needs_an_actuator():
-    design, settings = by_method('case_2', 'kick')
-    without = rig.change(settings, kick=CASE_2_SPEEDS, actuator={'present': False})
-    assert find_names(design, without, BLANK, 3) == ['kick']
+    without = element('case_2', kick=CASE_2_SPEEDS, actuator={'present': False})
+    assert find_names(without.design, without.settings, BLANK, 3) == ['kick']
     with pytest.raises(ProcedureFailed, match='level 2 is reached only by strain'):
-        find_route(design, without, BLANK, 2)
+        find_route(without.design, without.settings, BLANK, 2)

@@ -172,6 +172,12 @@ DAMAGE = [
 are tried in `test_outside`.
 """
 
+BAD_MOTIONS = [
+    ('times', [0.0]), ('times', [0.0, 2.0, 1.0, 4.0]), ('times', [1.0, 2.0, 3.0, 4.0]),
+    ('strains', [0.0, 0.0, 0.0, 0.5]), ('rates', [0.0]), ('rates', [0.0, NAN, 0.0, 0.0]),
+]  # fmt: skip
+"""Of a trajectory through four points."""
+
 
 def damaged(values, path, value):
     values = copy.deepcopy(values)
@@ -198,14 +204,8 @@ def test_damaged_snapshot_is_rejected_and_changes_nothing(written):
         for number in (NAN, INF)
     ]
     wrong.append(with_number(whole, 'chain.values', 1e13))  # far beyond any real displacement
-    wrong += [
-        with_trajectory(times=[0.0]),
-        with_trajectory(times=[0.0, 2.0, 1.0, 4.0]),
-        with_trajectory(times=[1.0, 2.0, 3.0, 4.0]),
-        with_trajectory(strains=[0.0, 0.0, 0.0, 0.5]),
-        with_trajectory(rates=[0.0]),
-        with_trajectory(rates=[0.0, NAN, 0.0, 0.0]),
-    ]
+    moving = snapshot.take_snapshot(on_a_trajectory())
+    wrong += [damaged(moving, f'actuator.motion.{name}', value) for name, value in BAD_MOTIONS]
     wrong += [snapshot.take_snapshot(other) for other in others()]
     for values in wrong:
         with pytest.raises(StateError):
@@ -235,13 +235,6 @@ def with_number(values, path, number):
     numbers = np.frombuffer(bytearray(base64.b64decode(array['f8'])), '<f8')
     numbers[100] = number
     array['f8'] = base64.b64encode(numbers.tobytes()).decode()
-    return values
-
-
-def with_trajectory(**change):
-    """Return the snapshot of a device on a trajectory that is changed."""
-    values = snapshot.take_snapshot(on_a_trajectory())
-    values['actuator']['motion'] |= change
     return values
 
 

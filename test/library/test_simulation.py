@@ -137,17 +137,14 @@ def test_argument_that_is_no_number_in_range_is_rejected(name, values):
     assert len(simulate(CASE_II, **times).t) == 3
 
 
-def test_wall_at_needs_one_place():
+def test_wall_needs_a_place_of_its_own():
     with pytest.raises(ValueError, match='position, and not both'):
         wall_at()
+    with expect_rejection(Rejected, 'out_of_range', 'levels'):
+        walls_at([1, 3, 3])
     for design, level in ((CASE_II, 8), (replace(CASE_II, J=225), 0)):
         with expect_rejection(StateError, 'out_of_range', 'level'):
             simulate(design, initial=wall_at(level), duration=10.0)
-
-
-def test_walls_at_one_level_are_rejected():
-    with expect_rejection(Rejected, 'out_of_range', 'levels'):
-        walls_at([1, 3, 3])
 
 
 def test_moving_wall_begins_about_the_ground_states_of_the_specimen():

@@ -83,15 +83,6 @@ def test_function_of_material_takes_design_specimen_and_element(call):
         call('case_2')
 
 
-def test_chain_of_specimen_is_that_of_its_design_given_the_specimen():
-    made = draw_specimen(SMALL, SCATTER, seed=7)
-    later = Chain(SMALL, 0.1)
-    later.set_specimen(made)
-    chain = Chain(made, 0.1)
-    ends = [each.advance(np.linspace(0.0, 1.0, 500)) for each in (later, chain)]
-    assert ends[0].tobytes() == ends[1].tobytes()
-
-
 def test_ideal_specimen_gives_bits_of_design():
     plain, made = Chain(CASE_II, integrator=NOH_BATHE), Chain(CASE_II, integrator=NOH_BATHE)
     made.set_specimen(Specimen(CASE_II))

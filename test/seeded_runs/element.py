@@ -17,7 +17,6 @@ from mlmem import (
     load_element,
     snapshot,
 )
-from mlmem.parsing import decode_value, encode_value
 from mlmem.physics import Design
 from mlmem_ros.host.settings import (
     FileSettings,
@@ -76,17 +75,13 @@ class ElementKind:
 
 def _make_quick_kind():
     """Return an element that is written within seconds of its run: a tick is 0.1 s."""
-    design = Design(
-        N=81, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=1 / 80, tail=54
-    )
-    given = encode_value(load_element('bits_1').settings)
-    given['write'] |= {'final_settle': 300.0}
-    given['erase'] |= {'settle': 300.0}
-    given['read'] |= {'rest': 50.0}
-    given['probe_right'] |= {'gain_decay': design.eta / 2}
-    given['time'] |= {'tick': 50.0}
-    given['scale'] |= {'time': 2e-3}
-    return ElementKind(design, decode_value(Settings, given))
+    design, settings = load_element('bits_1').design_and_settings
+    changes = {
+        'write': {'final_settle': 300.0}, 'erase': {'settle': 300.0}, 'read': {'rest': 50.0},
+        'probe_right': {'gain_decay': 1 / 160}, 'time': {'tick': 50.0}, 'scale': {'time': 2e-3},
+    }  # fmt: skip
+    groups = {name: replace(getattr(settings, name), **given) for name, given in changes.items()}
+    return ElementKind(replace(design, eta=1 / 80), replace(settings, **groups))
 
 
 def _load_shipped_kind(name):
