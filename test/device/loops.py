@@ -1,13 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Loops in tests: a virtual clock for them, and their answers.
-
-A `Clock` advances when the loop sleeps and when a tick of a test is slow, and stops at its end, so
-that the expected times are exact.
-"""
+"""Loops in tests: a virtual clock for them, and their answers."""
 
 import math
-import threading
 import time
 
 from mlmem import Refused
@@ -20,25 +15,33 @@ PATIENCE = 60.0
 
 
 class Clock:
-    """A clock that advances while somebody sleeps on it, up to an end where it stops."""
+    """A clock that advances while the loop sleeps on it, up to an end where it stops: so that the
+    expected times are exact. At their times things happen, which end the sleep only if they wake
+    the loop.
+    """
 
     slack = 0.0
 
-    def __init__(self, end=math.inf):
-        self.time = 0.0
-        self.end = end
-        self._lock = threading.Lock()
+    def __init__(self, happens=(), end=math.inf):
+        self.time, self.end = 0.0, end
+        self.happens = sorted(happens, key=lambda each: each[0])
 
     def now(self):
         return self.time
 
     def wait(self, changed, seconds):
-        with self._lock:
-            stands = self.time >= self.end
-            if not stands:
-                self.time = min(self.time + seconds, self.end)
-        if stands:
+        """Sleep; called with the lock of `changed` held."""
+        if self.time >= self.end:
             changed.wait(1e-3)
+            return
+        until, woken = min(self.time + seconds, self.end), []
+        wake, changed.notify_all = changed.notify_all, lambda: woken.append(True)
+        while not woken and self.happens and self.happens[0][0] <= until:
+            self.time, act = self.happens.pop(0)
+            act()
+        changed.notify_all = wake
+        if not woken:
+            self.time = until
 
 
 def until(condition):

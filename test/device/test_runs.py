@@ -38,7 +38,7 @@ from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.settings import ActuatorSettings
 
 from . import random_devices, rig
-from .loops import PERIOD, until
+from .loops import PERIOD, Clock, until
 
 
 def live(element, story, last, length):
@@ -293,34 +293,11 @@ LIFE = 1.1
 """Seconds."""
 
 
-class Life:
-    """A clock that advances while the loop sleeps on it. At their times things happen, which end
-    the sleep only if they wake the loop. In the end it asks for a pause.
-    """
-
-    slack = 0.0
-
-    def __init__(self, happens):
-        self.time, self.happens = 0.0, sorted(happens, key=lambda each: each[0])
-
-    def now(self):
-        return self.time
-
-    def wait(self, changed, seconds):
-        """Sleep; called with the lock of `changed` held."""
-        until, woken = self.time + seconds, []
-        wake, changed.notify_all = changed.notify_all, lambda: woken.append(True)
-        while not woken and self.happens and self.happens[0][0] <= until:
-            self.time, act = self.happens.pop(0)
-            act()
-        changed.notify_all = wake
-        if not woken:
-            self.time = until
-
-
 @cache
 def lived(seed):
-    """Live; return the device, what took effect with its tick, and what was told and when."""
+    """Live, and pause in the end; return the device, what took effect with its tick, and what was
+    told and when.
+    """
     chance, quick = random.Random(seed), rig.device(1)
     taken, told, calls, heard, answers, seen = [], [], [], {}, [], {}
     every, streams = chance.choice([(0, False), (1, True), (7, False), (10, True)])
@@ -346,7 +323,7 @@ def lived(seed):
         for _ in range(5)
     ]
     happens.append((LIFE, lambda: calls.append(loop.pause(True))))
-    clock, batch = Life(happens), chance.choice((1, 5, 10))
+    clock, batch = Clock(happens), chance.choice((1, 5, 10))
     loop = Loop(
         quick, listen, pacer=clock, speed=1.0, batch=batch,
         has_subscribers=lambda: streams, stream_period=lambda: every,

@@ -60,14 +60,6 @@ def test_perform_takes_procedures_alone():
     assert element.is_still
 
 
-def test_aborted_write_has_its_code():
-    element = MemoryElement(mlmem.load_element('bits_1'))
-    run = element.apply(Write(1))
-    element.advance()
-    element.apply(mlmem.Abort('test'))
-    assert run.outcome.code == 'aborted'
-
-
 @pytest.mark.parametrize('changes', [{'J': 225}, {'s_min': 5.0}])
 def test_chain_that_is_no_memory_is_simulated_but_no_element(changes):
     chain = replace(CASE_II, **changes)

@@ -83,9 +83,10 @@ def test_simulate_end_taken_later_agrees_with_chain_by_hand():
 
 def test_simulate_damping_overrides_that_of_design():
     ringing = find_pinned_wall(CASE_II, 2) + 1e-3
+    lossy, damped = Specimen(CASE_II, eta_factor=3.0), replace(CASE_II, eta=0.02)
     runs = [
-        simulate(design, initial=ringing, duration=300.0, eta=eta)
-        for design, eta in ((CASE_II, 0.02), (replace(CASE_II, eta=0.02), None))
+        simulate(material, initial=ringing, duration=300.0, eta=eta)
+        for material, eta in ((lossy, 0.02), (damped, None))
     ]
     assert np.array_equal(runs[0].displacement, runs[1].displacement)
 

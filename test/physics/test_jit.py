@@ -63,11 +63,13 @@ def test_loops_without_a_place_for_a_cache_still_compile(monkeypatch):
 
 
 @pytest.fixture
-def module(tmp_path, monkeypatch):
-    """Return a function that freshly loads a module with this text; the cache is empty."""
+def load(tmp_path, monkeypatch):
+    """Return a function that freshly loads a compiled loop `evaluate` built on `multiply`; the
+    cache is empty.
+    """
     monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path / 'cache'))
 
-    def load(name, text):
+    def load_module(name, text):
         source = tmp_path / f'{name}.py'
         if not source.exists() or source.read_text() != text:
             source.write_text(text)
@@ -76,20 +78,13 @@ def module(tmp_path, monkeypatch):
         spec.loader.exec_module(loaded)
         return loaded
 
-    return load
-
-
-@pytest.fixture
-def load(module):
-    """Return a function that freshly loads a compiled loop `evaluate` built on `multiply`."""
-
-    def loop(factor):
-        formula = module('formula', f'def multiply(x):\n    return {factor} * x\n')
-        outer = module('loop', 'def evaluate(x):\n    return multiply(x)\n')
+    def load_loop(factor):
+        formula = load_module('formula', f'def multiply(x):\n    return {factor} * x\n')
+        outer = load_module('loop', 'def evaluate(x):\n    return multiply(x)\n')
         outer.multiply = jit.inline_function(formula.multiply)
         return jit.compile_kernel(outer.evaluate)
 
-    return loop
+    return load_loop
 
 
 def test_cached_loop_is_recognised_by_its_argument_types(load):
