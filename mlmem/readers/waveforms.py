@@ -76,16 +76,9 @@ class Listener:
         self._bases[n, dt] = basis
         return basis
 
-    def project_band(self, motion: Array, dt: float) -> Array:
-        """Return the part of both ends' motion, shape (2, n), in the band: (4 m,), or (2 m,) if
-        one end is compared.
-        """
-        motion = motion[: self.compared_ends]
-        return (motion @ self.build_band_basis(motion.shape[1], dt)).ravel()
-
     def project_shot(self, shot: Shot, delays: Delays = NO_DELAYS) -> Array:
         """Return the part of a shot in the band, the driven end first, as if its signals had
-        come so much later.
+        come so much later: shape (4 m,), or (2 m,) if one end is compared.
         """
         motion = shot.samples - shot.rest[:, None]
         driven_first = motion[::-1] if shot.end is End.RIGHT else motion
@@ -93,7 +86,8 @@ class Listener:
             t = shot.dt * np.arange(motion.shape[1])
             late = zip(driven_first, delays, strict=True)
             driven_first = np.array([np.interp(t - delay, t, each) for each, delay in late])
-        return self.project_band(driven_first, shot.dt)
+        compared = driven_first[: self.compared_ends]
+        return (compared @ self.build_band_basis(motion.shape[1], shot.dt)).ravel()
 
     def noise(self, before: Array, dt: float) -> float:
         """Return what noise contributes to the square of a projected shot, from displacements of

@@ -118,7 +118,7 @@ def test_forecasts_agree_with_simulated_waveforms(words, amplitude, error):
         recorder = twin.transducer.record_pulse(End.LEFT, register.probe)
         twin.pass_ticks(found.listener.ticks)
         shot = recorder.shot(0.0, 0.0, twin.driver.dt)
-        decoded_shots = found.listener.project_band(shot.samples - shot.rest[:, None], shot.dt)
+        decoded_shots = found.listener.project_shot(shot)
         off = np.linalg.norm(found.parts[word] - decoded_shots) / np.linalg.norm(decoded_shots)
         assert off < error, word
 
