@@ -107,18 +107,11 @@ def test_every_level_has_soft_defect_inside_element(design):
         assert design.alpha[j - 1] < min(design.alpha[j - 2], design.alpha[j])
 
 
-def test_tail_has_no_levels_and_no_defects():
-    """50 more cells at the right end: the same levels, and only the gradient beyond them."""
-    longer = changed(N=275, tail=50)
-    assert longer.levels == CASE_II.levels
-    np.testing.assert_array_equal(longer.alpha[:225], CASE_II.alpha)
-    np.testing.assert_allclose(longer.alpha[225:], 1.0 + longer.gamma * np.arange(226, 276))
-
-
 def test_next_pair_of_ground_states_begins_where_this_one_ends():
     upper = changed(phase=2)
     assert upper.D_s1 == CASE_II.D_s2
     assert upper.k_s1 == CASE_II.k_s2
+    assert upper.wells[0] == CASE_II.D_barrier
     assert CASE_II.D_s1 < CASE_II.D_barrier < CASE_II.D_s2 < upper.D_barrier < upper.D_s2
 
 
