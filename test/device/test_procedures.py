@@ -75,21 +75,6 @@ def test_content_that_is_there_already_is_only_read(written, level, command):
     assert rig.true_level(element) == level
 
 
-@pytest.mark.parametrize('before', [BLANK, 2])
-def test_unknown_content_is_read_before_anything_moves(before):
-    element = rig.device(before)
-    assert element.reading is None
-    element.apply(Write(3))
-    while not (heard := [told for told in element.advance() if isinstance(told, EchoReceived)]):
-        assert element.actuator.strain == 0.0
-        assert not element.actuator.is_moving
-    assert heard[0].reading.level == before
-    while element.procedure:
-        *_, outcome = element.advance(100) or [None]
-    assert outcome.success
-    assert rig.true_level(element) == 3
-
-
 def test_undecodable_content_is_read_again_and_then_erased(written):
     """The table of another element does not give the place of the wall."""
     element = written(3)

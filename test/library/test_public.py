@@ -15,7 +15,6 @@ import mlmem
 from mlmem import (
     CASE_II,
     Chain,
-    Design,
     DesignError,
     MemoryElement,
     Potential,
@@ -98,17 +97,6 @@ def test_potential_of_function_of_a_number_is_that_of_arrays():
 def test_design_with_another_law_than_a_curve_is_rejected(law):
     with expect_rejection(DesignError, 'out_of_range', 'law'):
         replace(CASE_II, law=law)
-
-
-def test_design_with_law_starts_at_its_lowest_ground_state():
-    own = Potential.from_function(double_well, -1.8, 1.8)
-    design = Design(
-        N=60, gamma=-1e-4, beta=-0.1, J=15, J_s=30, j_0=12.0, d=0.03, law=own
-    )  # fmt: skip
-    assert design.phase == 0
-    assert (design.D_s1, design.D_s2) == pytest.approx((-1.0, 1.0), abs=1e-9)
-    run = mlmem.simulate(design, initial=mlmem.wall_at(level=1), duration=50.0, progress=False)
-    assert run.wall_positions[:, 0] == pytest.approx(30.0, abs=0.6)
 
 
 def test_copy_of_design_with_law_takes_phase_of_that_law():
