@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A robot's side of the contract, written from the tables of the public interface alone."""
+"""A robot's side of the contract, made of rclpy and the tables from which the reference page is
+written.
+"""
 
 from __future__ import annotations
 
@@ -15,52 +17,17 @@ from lifecycle_msgs.msg import Transition
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from timeouts import TIMEOUT_S
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from mlmem_ros.contract.requests import load_action_types
-from mlmem_ros.contract.topics import load_interface
+from mlmem_ros.contract.commands import COMMAND_TOPICS
+from mlmem_ros.contract.requests import NODE_SERVICES, load_action_types
+from mlmem_ros.contract.streams import STREAMS
+from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, Qos, load_interface
 
-RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-LATCHED = QoSProfile(
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
-KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
-"""For a client with many requests under way: rclpy's default keeps the last ten answers."""
-
-IN = {
-    'strain': 'std_msgs/msg/Float64',
-    'strain_trajectory': 'trajectory_msgs/msg/JointTrajectory',
-    'joint_commands': 'sensor_msgs/msg/JointState',
-    'probe': 'std_msgs/msg/Empty',
-    'write_level': 'std_msgs/msg/UInt8',
-    'disturbance': 'sensor_msgs/msg/Imu',
-}
-REGISTER_OUT = {'word': ('std_msgs/msg/Int64', LATCHED)}
-OUT = {
-    'level': ('std_msgs/msg/Int16', LATCHED),
-    'content': ('diagnostic_msgs/msg/DiagnosticStatus', LATCHED),
-    'outcome': ('diagnostic_msgs/msg/DiagnosticStatus', LATCHED),
-    'echo': ('std_msgs/msg/Float32MultiArray', RELIABLE),
-    'range': ('sensor_msgs/msg/Range', RELIABLE),
-    'joint_states': ('sensor_msgs/msg/JointState', RELIABLE),
-    'field': ('std_msgs/msg/Float32MultiArray', RELIABLE),
-    'wall': ('std_msgs/msg/Float64MultiArray', RELIABLE),
-    'image': ('sensor_msgs/msg/Image', RELIABLE),
-    'markers': ('visualization_msgs/msg/MarkerArray', RELIABLE),
-    '/diagnostics': ('diagnostic_msgs/msg/DiagnosticArray', RELIABLE),
-}
+TOPICS_IN = {topic.name: topic for topic in COMMAND_TOPICS}
 SERVICES = {
-    **dict.fromkeys(
-        ('write', 'read', 'erase', 'calibrate', 'locate', 'survey', 'reset', 'abort', 'step'),
-        'std_srvs/srv/Trigger',
-    ),
-    **dict.fromkeys(('pause', 'record'), 'std_srvs/srv/SetBool'),
-    'self_test': 'diagnostic_msgs/srv/SelfTest',
-    'request': 'rcl_interfaces/srv/SetParametersAtomically',
+    **{service.name: service.type for service in NODE_SERVICES},
     'get_state': 'lifecycle_msgs/srv/GetState',
     'change_state': 'lifecycle_msgs/srv/ChangeState',
     'get_parameters': 'rcl_interfaces/srv/GetParameters',
@@ -68,6 +35,7 @@ SERVICES = {
     'set_parameters': 'rcl_interfaces/srv/SetParameters',
     'set_parameters_atomically': 'rcl_interfaces/srv/SetParametersAtomically',
 }
+"""The type of each service of a node."""
 
 BLANK = -1
 LENGTH = 2.25
@@ -136,19 +104,20 @@ class Robot:
         It holds everything that has arrived. The node publishes what happened before it answers,
         so nothing older arrives after an answer.
         """
-        type_, qos = (OUT | REGISTER_OUT)[topic]
-        kind, messages = load_interface(type_), self._received[topic]
+        stream = DIAGNOSTICS_TOPIC if topic == '/diagnostics' else STREAMS[topic]
+        messages = self._received[topic]
         if topic not in self._subscriptions:
+            qos = Qos.LATCHED if stream.qos is Qos.LATCHED else Qos.RELIABLE
             self._subscriptions[topic] = self.node.create_subscription(
-                kind, self.name(topic), messages.append, qos
+                stream.kind, self.name(topic), messages.append, qos.profile
             )
             self.wait(
                 lambda: self.node.count_publishers(self.name(topic)), f'a publisher of {topic}'
             )
         queue = self._subscriptions[topic].handle
         with queue:
-            for _ in range(RELIABLE.depth):  # a stream may come as fast as it is taken
-                if (taken := queue.take_message(kind, False)) is None:
+            for _ in range(Qos.RELIABLE.depth):  # a stream may come as fast as it is taken
+                if (taken := queue.take_message(stream.kind, False)) is None:
                     break
                 messages.append(taken[0])
         return messages
@@ -186,14 +155,14 @@ class Robot:
     def send_message(self, topic, message):
         if topic not in self._publishers:
             publisher = self.node.create_publisher(
-                load_interface(IN[topic]), self.name(topic), RELIABLE
+                TOPICS_IN[topic].kind, self.name(topic), Qos.RELIABLE.profile
             )
             self._publishers[topic] = publisher
             self.wait(publisher.get_subscription_count, f'a subscriber of {topic}')
         self._publishers[topic].publish(message)
 
     def publish(self, topic, **fields):
-        self.send_message(topic, load_interface(IN[topic])(**fields))
+        self.send_message(topic, TOPICS_IN[topic].kind(**fields))
 
     def follow(self, *points):
         """Publish a trajectory of points (milliseconds, strain) or (milliseconds, strain, 1/s).
@@ -217,7 +186,7 @@ class Robot:
         kind = kind or load_interface(SERVICES[service])
         if service not in self._clients:
             self._clients[service] = self.node.create_client(
-                kind, self.name(service), qos_profile=KEEP_ALL
+                kind, self.name(service), qos_profile=Qos.KEEP_ALL.profile
             )
         client = self._clients[service]
         self.wait(client.service_is_ready, f'service {service}')
@@ -320,7 +289,7 @@ class ActionTool:
         robot.wait(self._client.server_is_ready, f'the action {name}')
         self._subscription = robot.node.create_subscription(
             self.kind.Impl.FeedbackMessage, f'{path}/_action/feedback', self.messages.append,
-            KEEP_ALL,
+            Qos.KEEP_ALL.profile,
         )  # fmt: skip
 
     def close(self):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The running node does what the tables of the ROS contract say, with any driver.
 
-Written against those tables alone. The element is the paper's Case II: 225 cells, eight levels
+The element is the paper's Case II: 225 cells, eight levels
 (three bits), level n with the wall at cell 25 (n + 1).
 """
 
@@ -11,13 +11,17 @@ import itertools
 import math
 
 import pytest
-from robot import BLANK, IN, LENGTH, OUT, SERVICES, Robot, values
+from robot import BLANK, LENGTH, SERVICES, Robot, values
 from sampled import sampled
 from sensor_msgs.msg import Imu
 
 from mlmem import load_element
+from mlmem_ros.contract.commands import COMMAND_TOPICS
+from mlmem_ros.contract.streams import STREAMS
+from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC
 
 CELLS, PERIOD, LEVELS = 225, 25, 8
+SIMULATED = ('field', 'wall', 'image', 'markers')
 SCALE = 0.01  # scale.length: metres per cell
 
 
@@ -35,24 +39,27 @@ def site(level):
 
 
 def test_topics_in_have_their_types(robot):
-    for topic, kind in IN.items():
-        find = functools.partial(robot.node.get_subscriptions_info_by_topic, robot.name(topic))
-        (info,) = robot.wait(find, f'a subscriber of {topic}')
-        assert info.topic_type == kind
+    for topic in COMMAND_TOPICS:
+        name = robot.name(topic.name)
+        find = functools.partial(robot.node.get_subscriptions_info_by_topic, name)
+        (info,) = robot.wait(find, f'a subscriber of {name}')
+        assert info.topic_type == topic.type
 
 
 def test_topics_out_have_their_types_and_qualities(robot, driver):
-    for topic, (kind, qos) in OUT.items():
-        find = functools.partial(robot.node.get_publishers_info_by_topic, robot.name(topic))
-        if driver != 'sim' and topic in ('field', 'wall', 'image', 'markers'):
+    for stream in (*STREAMS.values(), DIAGNOSTICS_TOPIC):
+        name = robot.name(stream.name)
+        find = functools.partial(robot.node.get_publishers_info_by_topic, name)
+        if stream.name == 'word' or (driver != 'sim' and stream.name in SIMULATED):
             assert not find()
             continue
         # that of the node before may still be known
-        robot.wait(lambda find=find: len(find()) == 1, f'one publisher of {topic}')
+        robot.wait(lambda find=find: len(find()) == 1, f'one publisher of {name}')
         (info,) = find()
-        assert info.topic_type == kind
-        assert info.qos_profile.reliability == qos.reliability
-        assert info.qos_profile.durability == qos.durability
+        found = info.qos_profile
+        assert info.topic_type == stream.type
+        assert found.reliability.name.lower() == stream.qos.reliability
+        assert found.durability.name.lower() == stream.qos.durability
 
 
 def test_services_of_the_table_are_offered(robot):

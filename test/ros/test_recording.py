@@ -11,13 +11,14 @@ from collections import defaultdict
 
 from nodes import end_node
 from rclpy.serialization import serialize_message
-from robot import OUT, Robot
+from robot import Robot
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from mlmem import UNDECODABLE
 from mlmem.instrument.end import End
 from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.contract.streams import STREAMS
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 from mlmem_ros.testing import assert_replays
@@ -26,7 +27,7 @@ from mlmem_tools.cli.main import main
 EVERY_ONE = ('level', 'content', 'outcome', 'echo')
 """Topics of which a subscriber receives every message."""
 
-STREAMS = ('range', 'joint_states', 'field', 'wall')
+PERIODIC = ('range', 'joint_states', 'field', 'wall')
 """Fast topics: a subscriber may miss messages, but receives none that was not recorded."""
 
 CONTENT = 'diagnostic_msgs/msg/DiagnosticStatus'
@@ -56,9 +57,9 @@ def test_session_holds_what_was_published_and_replays(start_robot, tmp_path):
     """Level 1 is written and read, and the element strained by hand."""
     bag = tmp_path / 'session'
     robot = start_robot({'record.path': str(bag), 'record.hash_every': 50})
-    heard = {topic: robot.received(topic) for topic in (*EVERY_ONE, *STREAMS)}
+    heard = {topic: robot.received(topic) for topic in (*EVERY_ONE, *PERIODIC)}
     # The node sends nothing, not even an echo, before it knows of the subscribers.
-    robot.wait(lambda: all(heard[topic] for topic in STREAMS[1:]), 'the steady streams')
+    robot.wait(lambda: all(heard[topic] for topic in PERIODIC[1:]), 'the steady streams')
     assert robot.write(1).success
     assert robot.trigger('read').success
     robot.wait(lambda: len(heard['outcome']) >= 2, 'both outcomes')
@@ -75,13 +76,13 @@ def test_session_holds_what_was_published_and_replays(start_robot, tmp_path):
     end_node(robot.memory)
     assert all(heard.values())
     published = {
-        topic: [encode(serialize_message(message), OUT[topic][0]) for message in messages]
+        topic: [encode(serialize_message(message), STREAMS[topic].type) for message in messages]
         for topic, messages in heard.items()
     }
     found = read_recorded(bag)
     for topic in EVERY_ONE:
         assert found[f'/mlmem/{topic}'] == published[topic], topic
-    for topic in STREAMS:
+    for topic in PERIODIC:
         rest = iter(found[f'/mlmem/{topic}'])  # a subsequence, in order
         assert all(message in rest for message in published[topic]), topic
     contents = [STORE.deserialize_cdr(cdr, CONTENT).message for cdr in found['/mlmem/content']]
