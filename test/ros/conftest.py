@@ -155,5 +155,5 @@ def client(memory):
     from mlmem_ros import standalone
 
     with standalone(memory.element) as client:
-        client.ready(60.0).wait()
+        client.ready(TIMEOUT_S).wait()
         yield client

@@ -7,6 +7,7 @@ import itertools
 import pytest
 from nodes import QUICK, element_file, node_parameters
 from robot import Robot
+from timeouts import TIMEOUT_S
 
 from mlmem import SettingsError
 from mlmem_ros import (
@@ -44,7 +45,7 @@ def bank():
     given = node_parameters(QUICK | {'write.attempts': 1})
     with run_bank('mlmem', parameters=given), standalone() as client:
         bank = MemoryBank.on(client.node, ELEMENTS)
-        bank.ready(60).wait()
+        bank.ready(TIMEOUT_S).wait()
         yield bank
 
 
@@ -175,7 +176,7 @@ def test_elements_of_a_bank_fail_independently(tmp_path, capfd):
         assert [reply.wait().level for reply in writing] == [2, 5]
         host = bank.nodes[0].host
         host.open_loop().call(lambda: setattr(host.element, 'advance', None))
-        wait_until(lambda: host.element is None, 'the end of the first device', 20.0)
+        wait_until(lambda: host.element is None, 'the end of the first device', TIMEOUT_S)
         assert 'the device has stopped' in bank.output
         assert other.read().wait().level == 5
         assert bank.running

@@ -84,7 +84,7 @@ def test_dropped_answer_is_sent_again_to_its_own_client(monkeypatch, drops):
     guard.guard_services()
     for client in sent:
         service.send_response(service.callback(client, None), client)
-    wait_until(lambda: not guard.waiting, 'the answers')
+    wait_until(lambda: not guard.waiting, 'the answers', TIMEOUT_S)
     times = 1 + min(drops, 2)
     assert sent == {'first': times * ['first'], 'second': times * ['second']}
 

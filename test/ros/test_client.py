@@ -142,7 +142,13 @@ def test_asyncio_awaits_without_a_spinning_node(node, client, own, monkeypatch):
 
     async def write_and_read():
         beating = asyncio.create_task(beat())
-        await memory.write(4, timeout=TIMEOUT_S)
+        await memory.pause()
+        writing = asyncio.ensure_future(memory.write(4, timeout=TIMEOUT_S))
+        while len(beats) < 10:  # others run meanwhile
+            await asyncio.sleep(0.001)
+        assert not writing.done()
+        await memory.pause(False)
+        await writing
         content, values = await asyncio.gather(memory.read(), memory.parameters('write.method'))
         beating.cancel()
         with pytest.raises(asyncio.TimeoutError):
@@ -151,7 +157,6 @@ def test_asyncio_awaits_without_a_spinning_node(node, client, own, monkeypatch):
 
     found = asyncio.run(asyncio.wait_for(write_and_read(), TIMEOUT_S))
     assert found == (4, {'write.method': 'kick'})
-    assert len(beats) > 10  # others run meanwhile
     assert not timers
     client.abort().wait()
 

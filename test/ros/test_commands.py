@@ -108,7 +108,7 @@ def test_command_loads_neither_physics_nor_compiler():
         '"mlmem.element", "mlmem.settings", "mlmem.loop") if name in sys.modules))'
     )
     done = subprocess.run(
-        [sys.executable, '-c', program], capture_output=True, text=True, timeout=60, check=True
+        [sys.executable, '-c', program], capture_output=True, text=True, check=True
     )
     assert 'within 0.1 s' in done.stderr
     assert done.stdout == '\n'
@@ -152,7 +152,7 @@ def test_ctrl_c_while_a_command_loads_ends_it(module):
     """In its first second; as long as Python itself starts, it is Python that ends it."""
     done = subprocess.run(
         [sys.executable, '-c', CTRL_C_AT, module, 'read'], capture_output=True, text=True,
-        timeout=60, check=False,
+        check=False,
     )  # fmt: skip
     assert (done.returncode, done.stdout, done.stderr) == (130, '', 'mlmem read: interrupted\n')
 

@@ -82,7 +82,7 @@ def test_messages_within_one_process_arrive():
         name: value for name, value in os.environ.items() if name not in PROFILE_VARIABLES
     }
     done = program('-c', PROGRAM, env=by_default, stderr=subprocess.PIPE, text=True)
-    _, said = done.communicate(timeout=120)
+    _, said = done.communicate(timeout=TIMEOUT_S)
     assert done.returncode == 0, said
 
 

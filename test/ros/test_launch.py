@@ -17,6 +17,7 @@ import pytest
 from closed_bag import check_closed
 from nodes import element_file
 from robot import Robot
+from timeouts import TIMEOUT_S
 
 CHECKOUT = Path(__file__).parents[2]
 
@@ -32,7 +33,7 @@ def environment():
     return result
 
 
-def run(*command, within=60):
+def run(*command, within=TIMEOUT_S):
     return subprocess.run(
         command, env=environment(), capture_output=True, text=True, timeout=within, check=False
     )
@@ -74,7 +75,7 @@ def running(folder, *command, signal_group=False):
         yield path
         end = os.killpg if signal_group else os.kill
         end(process.pid, signal.SIGINT)
-        process.wait(20)
+        process.wait(TIMEOUT_S)
     finally:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)

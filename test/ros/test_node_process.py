@@ -11,6 +11,7 @@ import pytest
 import rclpy
 from nodes import program
 from rclpy.node import Node
+from timeouts import TIMEOUT_S
 
 from mlmem_ros.ros.node_process import (
     build_node_arguments,
@@ -35,7 +36,7 @@ def test_process_ends_with_its_killed_parent():
     parent = program('-c', PARENT, repr(SERVES), **pipes)
     parent.stdout.readline()  # the run_child_process runs
     parent.kill()
-    parent.communicate(timeout=10.0)  # the run_child_process has closed its end, too
+    parent.communicate(timeout=TIMEOUT_S)  # the run_child_process has closed its end, too
 
 
 @pytest.mark.parametrize(

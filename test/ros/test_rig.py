@@ -11,6 +11,7 @@ from dataclasses import replace
 import pytest
 from nodes import QUICK
 from robot import Robot, values
+from timeouts import TIMEOUT_S
 
 from mlmem import DriverError, DriverHangs, load_element
 from mlmem_ros.bag.errors import BagError
@@ -152,5 +153,5 @@ def test_driver_that_hangs_on_a_retry_is_given_up(start, monkeypatch):
     monkeypatch.setattr('mlmem_ros.host.building.open_driver', open_driver)
     node = start({'device.driver': 'rig', 'device.retry': 0.1})
     given_up = 'the element is back, but cannot be started: opening takes too long'
-    wait_until(lambda: given_up in node.output, 'the end of the attempts')
+    wait_until(lambda: given_up in node.output, 'the end of the attempts', TIMEOUT_S)
     assert next(errors, None) is None

@@ -8,6 +8,7 @@ import pytest
 from nodes import end_node
 from robot import values
 from rosgraph_msgs.msg import Clock
+from timeouts import TIMEOUT_S
 
 from mlmem_ros import NoAnswer
 from mlmem_ros.session.data import load_session
@@ -71,7 +72,7 @@ def test_clock_that_does_not_run_is_reported(start_robot, period, reason, capfd)
     robot = start_robot({'use_sim_time': True})
     if period is not None:
         Simulator(robot, 100.0, 1.0, period).advance()
-    write = robot.memory.memory.write(1, timeout=6.0)
+    write = robot.memory.memory.write(1, timeout=6.0 if period is None else TIMEOUT_S)
     loop = robot.next_status('loop', lambda status: reason in status.message)
     assert loop.level == b'\1'
 

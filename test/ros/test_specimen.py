@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from nodes import QUICK, end_node
 from robot import values
+from timeouts import TIMEOUT_S
 
 from mlmem import element_file, load_element
 from mlmem.physics import Scatter, Specimen, draw_specimen
@@ -108,7 +109,7 @@ def test_stuck_cell_of_the_file_is_reported(start_robot, tmp_path):
 def test_monitor_of_a_register_ends_with_the_reason(start, byte):
     start(node_of(byte, **{'write.method': 'kick'}))
     with run_monitor(byte, stderr=subprocess.PIPE, text=True) as process:
-        assert 'element must be one that holds one wall' in process.communicate(timeout=60.0)[1]
+        assert 'element must be one that holds one wall' in process.communicate(timeout=TIMEOUT_S)[1]
         assert process.returncode == 1
 
 

@@ -9,6 +9,7 @@ import pytest
 from nodes import QUICK, node_parameters
 from robot import Robot
 from sensor_msgs.msg import JointState
+from timeouts import TIMEOUT_S
 
 from mlmem import load_element
 from mlmem_ros import RequestError, RequestRefused
@@ -28,7 +29,7 @@ def test_memory_node_has_name_parameters_log_and_end(tmp_path, apart):
     with memory_node(node_parameters(QUICK), **options) as node:
         assert (node.element, node.memory.name) == ('/arm/lent', '/arm/lent')
         names = ('write.attempts', 'write.method')
-        assert node.memory.parameters(*names, timeout=60.0).wait() == {  # it starts
+        assert node.memory.parameters(*names, timeout=TIMEOUT_S).wait() == {  # it starts
             'write.attempts': 5,
             'write.method': 'kick',
         }
