@@ -39,38 +39,39 @@ def context():
 
 
 @pytest.fixture
-def create_node(context):
-    """Create nodes in that context, in no executor: create_node('robot')."""
-    import rclpy
-
+def destroyed():
+    """Nodes that are destroyed after the test."""
     nodes = []
-
-    def create_node(name, **options):
-        options |= {'context': context, 'use_global_arguments': False}
-        nodes.append(rclpy.create_node(name, **options))
-        return nodes[-1]
-
-    yield create_node
+    yield nodes
     for node in nodes:
         node.destroy_node()
 
 
 @pytest.fixture
-def declared(context):
+def create_node(context, destroyed):
+    """Create nodes in that context, in no executor: create_node('robot')."""
+    import rclpy
+
+    def create_node(name, **options):
+        options |= {'context': context, 'use_global_arguments': False}
+        destroyed.append(rclpy.create_node(name, **options))
+        return destroyed[-1]
+
+    return create_node
+
+
+@pytest.fixture
+def declared(context, destroyed):
     """Declare the parameters of a node given some: declared({'element': 'bits_1'})."""
     from mlmem_ros.ros.node.node import MemoryNode
-
-    nodes = []
 
     def declare(given=(), namespace=''):
         own = node_parameters(dict(given))
         node = MemoryNode('memory', parameters=own, namespace=namespace, context=context)
-        nodes.append(node)
+        destroyed.append(node)
         return node, node._given
 
-    yield declare
-    for node in nodes:
-        node.destroy_node()
+    return declare
 
 
 @pytest.fixture

@@ -279,26 +279,21 @@ class ActionTool:
     """rclpy's client of an action, as any tool has it; its robot spins it.
 
     Attributes:
-        messages: All feedback: the client itself drops what comes after the end.
+        feedback: The messages so far.
     """
 
     def __init__(self, robot, name):
-        self.robot, self.kind, self.messages = robot, load_action_types()[name], []
-        path = robot.name(name)
-        self._client = ActionClient(robot.node, self.kind, path)
+        self.robot, self.kind, self.feedback = robot, load_action_types()[name], []
+        self._client = ActionClient(robot.node, self.kind, robot.name(name))
         robot.wait(self._client.server_is_ready, f'the action {name}')
-        self._subscription = robot.node.create_subscription(
-            self.kind.Impl.FeedbackMessage, f'{path}/_action/feedback', self.messages.append,
-            Qos.KEEP_ALL.profile,
-        )  # fmt: skip
 
     def close(self):
         self._client.destroy()
-        self.robot.node.destroy_subscription(self._subscription)
 
     def send(self, **goal):
         """Send a goal; return its handle once it is accepted."""
-        handle = self.robot.response(self._client.send_goal_async(self.kind.Goal(**goal)))
+        sent = self._client.send_goal_async(self.kind.Goal(**goal), self.feedback.append)
+        handle = self.robot.response(sent)
         assert handle.accepted
         return handle
 
@@ -307,10 +302,6 @@ class ActionTool:
 
     def do(self, **goal):
         return self.result(self.send(**goal))
-
-    def feedback(self, handle):
-        """Return the feedback of a goal so far."""
-        return [each.feedback for each in self.messages if each.goal_id == handle.goal_id]
 
 
 def build_parameters(**given):

@@ -93,7 +93,7 @@ def test_goal_out_of_range_is_rejected_with_its_field(tool, name, goal, field):
 def test_cancel_of_a_write_ends_it_as_canceled(tool, robot):
     write = tool('write')
     running = write.send(level=7)
-    robot.wait(lambda: write.feedback(running), 'its feedback')
+    robot.wait(lambda: write.feedback, 'its feedback')
     (canceled,) = robot.response(running.cancel_goal_async()).goals_canceling
     assert bytes(canceled.goal_id.uuid) == bytes(running.goal_id.uuid)
     ended = write.result(running)

@@ -130,19 +130,6 @@ def test_rig_that_was_off_or_lost_is_taken_back(start, monkeypatch):
     assert node.output.count('preparing the device') == 1  # not at every attempt
 
 
-@pytest.mark.parametrize(
-    ('given', 'word'),
-    [
-        ({'device.retry': 1.0, 'device.address': 'slot 2'}, 'device.address must be tcp://'),
-        ({'device.address': 'tcp://127.0.0.1:1'}, 'no rig at tcp://127.0.0.1:1'),
-    ],
-    ids=['wrong address', 'no retry'],
-)
-def test_start_without_a_rig_fails(refused, given, word):
-    """Settings that are wrong stay so; and without the setting nothing is waited for."""
-    assert word in refused({'device.driver': 'rig'} | given)
-
-
 def test_driver_that_hangs_on_a_retry_is_given_up(start, monkeypatch):
     monkeypatch.setattr(node_module, 'CHECK_PERIOD_S', 0.05)
     errors = iter([DriverError('off'), DriverError('off'), DriverHangs('opening takes too long')])

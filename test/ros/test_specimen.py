@@ -88,7 +88,6 @@ def test_twin_that_cannot_be_used_ends_the_start(refused, tmp_path):
     given = {'element': 'byte', 'design.check': 'skip'}
     word = 'word must be one whose walls rest at its levels; got 89'
     assert word in refused(given | {'twin': str(file)})
-    assert 'twin: /nowhere.yaml: ' in refused(given | {'twin': '/nowhere.yaml'})
 
 
 def test_stuck_cell_of_the_file_is_reported(start_robot, tmp_path):
@@ -109,7 +108,8 @@ def test_stuck_cell_of_the_file_is_reported(start_robot, tmp_path):
 def test_monitor_of_a_register_ends_with_the_reason(start, byte):
     start(node_of(byte, **{'write.method': 'kick'}))
     with run_monitor(byte, stderr=subprocess.PIPE, text=True) as process:
-        assert 'element must be one that holds one wall' in process.communicate(timeout=TIMEOUT_S)[1]
+        printed = process.communicate(timeout=TIMEOUT_S)[1]
+        assert 'element must be one that holds one wall' in printed
         assert process.returncode == 1
 
 
@@ -133,11 +133,7 @@ def byte(tmp_path_factory):
 
 def test_register_with_a_twin_writes_and_replays(start_robot, byte, tmp_path):
     bag = tmp_path / 'bag'
-    others = {
-        'write.method': 'kick',
-        'twin': str(byte),
-        'record.path': str(bag),
-    }
+    others = {'write.method': 'kick', 'twin': str(byte), 'record.path': str(bag)}
     robot = start_robot(node_of(byte, **others))
     robot.set(target_word=64)
     assert robot.trigger('write')['attempts'] == 1
