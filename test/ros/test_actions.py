@@ -151,7 +151,7 @@ def test_unknown_goal_has_no_result(robot):
 def test_client_iterates_progress_in_any_executor(memory, context, create_node, kind):
     node, executor = create_node('behaviour'), kind(context=context)
     client = MemoryClient(node, memory.element)
-    client.ready().wait()
+    client.ready(TIMEOUT_S).wait()
 
     async def watch():
         begun, write = time.monotonic(), client.write(7)

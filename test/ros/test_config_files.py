@@ -22,6 +22,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from nodes import QUICK, arrived
 from sensor_msgs.msg import Image, JointState
+from timeouts import TIMEOUT_S
 from visualization_msgs.msg import MarkerArray
 
 from mlmem import ELEMENT_NAMES, MemoryElement, Settings, load_element
@@ -266,7 +267,7 @@ def test_policy_allows_what_the_node_does(robot):
 
 def test_policy_allows_what_the_client_does(robot):
     with standalone(robot.element) as client:
-        client.ready().wait()
+        client.ready(TIMEOUT_S).wait()
         requests = [
             lambda: client.write(0),
             client.read,

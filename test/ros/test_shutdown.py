@@ -65,8 +65,8 @@ def test_linger_ends_with_its_time_or_sigterm(longest):
         begun = time.monotonic()
         lingers = threading.Thread(target=await_last_clients, args=(nodes, executor, stop))
         lingers.start()
-        assert robot.answer(answer).success
         if longest > TIMEOUT_S:
+            assert robot.answer(answer).success
             assert lingers.is_alive()
             stop.append(signal.SIGTERM)
         lingers.join(TIMEOUT_S)
