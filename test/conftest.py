@@ -51,7 +51,7 @@ def remove_stale_memory():
 
 
 if HAVE_ROS:
-    from nodes import starting
+    from nodes import run_nodes
 
     from mlmem_ros.testing import isolate
 
@@ -111,12 +111,12 @@ def driver():
 @pytest.fixture
 def start(driver):
     """Start a node for one test: start(parameters, ...), like `memory_node`."""
-    with starting(driver) as start:
+    with run_nodes(driver) as start:
         yield start
 
 
 @pytest.fixture(scope='module')
 def start_shared(driver):
     """Start a node for all tests of a module."""
-    with starting(driver, shared=True) as start:
+    with run_nodes(driver, shared=True) as start:
         yield start

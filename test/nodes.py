@@ -113,7 +113,7 @@ def emulated_rig(*options):
 
 
 @contextlib.contextmanager
-def starting(driver='sim', shared=False):
+def run_nodes(driver='sim', shared=False):
     """Yield a function that starts a node, with its own rig if need be; all end with the block."""
     with contextlib.ExitStack() as nodes:
 
@@ -141,7 +141,7 @@ def end_node(node):
     assert node.exit_status() == 0
 
 
-def arrived(memory, waiting=0, unless=lambda: False):
+def step_until_arrived(memory, waiting=0, unless=lambda: False):
     """Step until a procedure runs and so many wait: a step alone may overtake a request.
 
     A request whose deadline comes may have left again: `unless` says so.
@@ -151,17 +151,17 @@ def arrived(memory, waiting=0, unless=lambda: False):
     def has_arrived():
         return unless() or (asked._open and len(asked.waiting) == waiting)
 
-    stepped(memory, has_arrived, f'{waiting} that wait')
+    step_until(memory, has_arrived, f'{waiting} that wait')
 
 
-def refused(memory, reply, code):
+def check_refused(memory, reply, code):
     """A request is refused in the tick in which it arrives, with an `ErrorCode`."""
-    stepped(memory, reply.done, 'the refusal')
+    step_until(memory, reply.done, 'the refusal')
     with pytest.raises(RequestRefused) as refusal:
         reply.wait()
     assert refusal.value.answer['error_code'] == code
 
 
-def stepped(memory, condition, what):
+def step_until(memory, condition, what):
     """Step, while time is paused, until a condition holds."""
     wait_until(lambda: memory.memory.step().wait() and condition(), what, TIMEOUT_S)

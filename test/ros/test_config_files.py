@@ -20,7 +20,7 @@ import pytest
 import yaml
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
-from nodes import QUICK, arrived
+from nodes import QUICK, step_until_arrived
 from sensor_msgs.msg import Image, JointState
 from timeouts import TIMEOUT_S
 from visualization_msgs.msg import MarkerArray
@@ -181,7 +181,7 @@ def test_control_loop_during_a_write_keeps_the_content(memory, robot, level, pos
     before = len(memory.output)
     with robot.paused():
         written = robot.request('write', level=level)
-        arrived(memory)
+        step_until_arrived(memory)
         for _ in range(6):
             robot.send_message('joint_commands', joint_command(position))
             robot.get('target_level')  # the node has seen what was sent before

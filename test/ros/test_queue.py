@@ -5,7 +5,7 @@
 import asyncio
 
 import pytest
-from nodes import arrived, refused
+from nodes import check_refused, step_until_arrived
 from timeouts import TIMEOUT_S
 
 from mlmem_ros import RequestFailed, RequestRefused
@@ -29,14 +29,14 @@ def begin_writes(memory, *levels):
     replies = []
     for waiting, level in enumerate(levels):
         replies.append(memory.memory.request('write', TIMEOUT_S, level=level))
-        arrived(memory, waiting)
+        step_until_arrived(memory, waiting)
     return replies
 
 
 def test_full_queue_rejects_the_next_request(memory, client):
     replies = begin_writes(memory, *range(MOST + 1))
-    refused(memory, client.request('read', TIMEOUT_S), 'busy')
-    refused(memory, client.request('write', TIMEOUT_S, level=8), 'out_of_range')
+    check_refused(memory, client.request('read', TIMEOUT_S), 'busy')
+    check_refused(memory, client.request('write', TIMEOUT_S, level=8), 'out_of_range')
     memory.memory.pause(False).wait()
     assert [reply.wait().details['level'] for reply in replies] == [*range(MOST + 1)]
 
@@ -45,7 +45,7 @@ def test_request_past_its_deadline_is_rejected(memory, client):
     """Although time stands."""
     replies = begin_writes(memory, 1, 2, 3)
     late = client.request('read', TIMEOUT_S, deadline=0.5)
-    arrived(memory, 3, unless=late.done)
+    step_until_arrived(memory, 3, unless=late.done)
     with pytest.raises(RequestRefused, match='while it waited for its turn'):
         late.wait()
     memory.memory.pause(False).wait()
@@ -54,7 +54,7 @@ def test_request_past_its_deadline_is_rejected(memory, client):
 
 def test_abort_faults_and_queries_do_not_wait(memory, client):
     first, second = begin_writes(memory, 5, 6)
-    refused(memory, client.follow([1.0], [0.0]), 'busy')
+    check_refused(memory, client.follow([1.0], [0.0]), 'busy')
     client.set_parameters({'faults.seed': 3}).wait()
     assert client.parameters('faults.seed').wait() == {'faults.seed': 3}
     aborting = client.abort()
@@ -84,7 +84,7 @@ def test_feedback_of_a_waiting_goal_says_its_place(memory):
         goals = []
         for place in (1, 2):
             goals.append(client.write(place + 1))
-            arrived(memory, place)
+            step_until_arrived(memory, place)
         watching = asyncio.create_task(watch(goals[1]))
         await step_until(place=2)
         assert goals[0].cancel_goal()

@@ -9,7 +9,7 @@ from mlmem_ros.ros.node import simulator
 if simulator.load_types() is None:
     pytest.skip('simulation_interfaces is not built: make interfaces', allow_module_level=True)
 
-from nodes import starting
+from nodes import run_nodes
 from robot import Robot
 from simulation_interfaces import srv
 from simulation_interfaces.msg import EntityFilters, Result, SimulationState, SimulatorFeatures
@@ -138,7 +138,7 @@ def test_write_in_lockstep_is_the_same_after_a_reset(tool):
 
 def test_real_element_is_not_reset():
     """To stop a simulation is to forget; what is real forgets by an erase alone."""
-    with starting('rig') as start, Robot(start(name='real').element) as robot:
+    with run_nodes('rig') as start, Robot(start(name='real').element) as robot:
         tool = Tool(robot)
         assert SimulatorFeatures.SIMULATION_RESET not in tool.features
         assert (tool.reset(), tool.set(STOPPED)) == (FAILED, NOT_REACHED)
