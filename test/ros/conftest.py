@@ -5,13 +5,20 @@
 from __future__ import annotations
 
 import signal
-import sys
 import threading
 from contextlib import ExitStack
 
 import pytest
+import rclpy
 from nodes import node_parameters
+from robot import Robot
 from timeouts import TIMEOUT_S
+
+from mlmem_ros import standalone
+from mlmem_ros.ros.node import diagnostics
+from mlmem_ros.ros.node.node import MemoryNode
+from mlmem_ros.ros.node.run import NOT_STARTED, run_nodes
+from mlmem_ros.ros.node_process import build_node_arguments
 
 
 @pytest.fixture(scope='module', autouse=True)
@@ -19,19 +26,9 @@ def owned_devices(one_owner):
     """See `one_owner`."""
 
 
-@pytest.fixture(scope='session', autouse=True)
-def common_context():
-    """End what `robot.common` has begun."""
-    yield
-    if (robots := sys.modules.get('robot')) and robots.common.cache_info().currsize:
-        robots.common().try_shutdown()
-
-
 @pytest.fixture
 def context():
     """A context of rclpy's of its own."""
-    import rclpy
-
     context = rclpy.Context()
     rclpy.init(args=[], context=context)
     yield context
@@ -50,7 +47,6 @@ def destroyed():
 @pytest.fixture
 def create_node(context, destroyed):
     """Create nodes in that context, in no executor: create_node('robot')."""
-    import rclpy
 
     def create_node(name, **options):
         options |= {'context': context, 'use_global_arguments': False}
@@ -63,7 +59,6 @@ def create_node(context, destroyed):
 @pytest.fixture
 def declared(context, destroyed):
     """Declare the parameters of a node given some: declared({'element': 'bits_1'})."""
-    from mlmem_ros.ros.node.node import MemoryNode
 
     def declare(given=(), namespace=''):
         own = node_parameters(dict(given))
@@ -77,13 +72,9 @@ def declared(context, destroyed):
 @pytest.fixture
 def refused(capfd):
     """Start the program with bad input: refused(parameters, ...) returns the line it ends with."""
-    import rclpy
 
-    from mlmem_ros.ros.node.run import NOT_STARTED, run_nodes
-    from mlmem_ros.ros.node_process import build_node_arguments
-
-    def refused(parameters=None, *, name='mlmem', file=None, options=(), warned=False):
-        given, stop = build_node_arguments(name, node_parameters(parameters or {}), file), []
+    def refused(parameters=None, *, file=None, options=()):
+        given, stop = build_node_arguments('mlmem', node_parameters(parameters or {}), file), []
         capfd.readouterr()
         ends = threading.Timer(TIMEOUT_S, stop.append, [signal.SIGTERM])  # if it starts after all
         ends.start()
@@ -94,8 +85,7 @@ def refused(capfd):
             rclpy.try_shutdown()
         said = capfd.readouterr().err.splitlines()
         assert not [line for line in said if line.startswith('Traceback')], said
-        harmless = ('[INFO]', '[WARN]') if warned else '[INFO]'  # other nodes warn here, too
-        lines = [line for line in said if line.startswith('[') and not line.startswith(harmless)]
+        lines = [line for line in said if line.startswith('[') and not line.startswith('[INFO]')]
         if '[rcl]: Failed to parse global arguments' in lines[0]:  # rcl's own, without a reason
             lines.pop(0)
         assert len(lines) == 1, said
@@ -109,8 +99,6 @@ def refused(capfd):
 @pytest.fixture(scope='module', autouse=True)
 def frequent_reports():
     """Let nodes of this process report to /diagnostics ten times a second, instead of once."""
-    from mlmem_ros.ros.node import diagnostics
-
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(diagnostics, 'REPORT_PERIOD_S', 0.1)
         yield
@@ -128,8 +116,6 @@ def memory(request, start_shared):
 @pytest.fixture(scope='module')
 def robot(memory):
     """A robot that talks to that element."""
-    from robot import Robot
-
     with Robot(memory.element) as robot:
         yield robot
 
@@ -137,8 +123,6 @@ def robot(memory):
 @pytest.fixture
 def start_robot(start):
     """Start a node for one test, its `memory`, and return a robot that talks to it."""
-    from robot import Robot
-
     with ExitStack() as robots:
 
         def start_robot(*given, **options):
@@ -153,8 +137,6 @@ def start_robot(start):
 @pytest.fixture(scope='module')
 def client(memory):
     """A client of that element, for a program without a node."""
-    from mlmem_ros import standalone
-
     with standalone(memory.element) as client:
         client.ready(TIMEOUT_S).wait()
         yield client

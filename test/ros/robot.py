@@ -6,6 +6,7 @@ written.
 
 from __future__ import annotations
 
+import atexit
 import json
 import time
 from collections import defaultdict
@@ -54,10 +55,11 @@ class JsonAnswer(dict):
 
 
 @cache
-def common():
+def join_graph():
     """Return the context of all robots: each takes 40 ms of processor time to join the graph."""
     context = rclpy.Context()
     rclpy.init(args=[], context=context)
+    atexit.register(context.try_shutdown)
     return context
 
 
@@ -65,7 +67,7 @@ class Robot:
     """A client of one element. It waits with deadlines and keeps every message it receives."""
 
     def __init__(self, element='/mlmem'):
-        self.element, context = element, common()
+        self.element, context = element, join_graph()
         self.node = rclpy.create_node(
             'robot',
             context=context,
