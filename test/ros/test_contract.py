@@ -244,6 +244,9 @@ def test_strain_follows_set_points_and_trajectories(robot):
 
 def test_pause_holds_time_and_step_makes_one_tick(robot):
     assert strain_of(robot) == pytest.approx(0.0, abs=1e-6)
+    refused = robot.count_refused()
+    assert not robot.trigger('step').success  # time runs
+    assert robot.count_refused() == refused + 1
     held = robot.pause(True)
     assert held.success, held
     try:

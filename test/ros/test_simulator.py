@@ -22,38 +22,32 @@ ALREADY = srv.SetSimulationState.Response.ALREADY_IN_TARGET_STATE
 NOT_REACHED = srv.SetSimulationState.Response.STATE_TRANSITION_ERROR
 
 
-class Tool:
-    """What a simulator's user has: a client of each service, in the node of a robot."""
-
-    def __init__(self, robot):
-        self.robot = robot
-
-    def call(self, kind, name, **request):
-        return self.robot.call(name, kind, **request)
+class Tool(Robot):
+    """What a simulator's user has: a client of each service."""
 
     @property
-    def state(self):
-        return self.call(srv.GetSimulationState, 'get_simulation_state').state.state
+    def simulation_state(self):
+        return self.call('get_simulation_state', srv.GetSimulationState).state.state
 
     @property
     def features(self):
-        answer = self.call(srv.GetSimulatorFeatures, 'get_simulator_features')
+        answer = self.call('get_simulator_features', srv.GetSimulatorFeatures)
         return set(answer.features.features)
 
     @property
     def ticks(self):
         """The number of ticks so far, as `~/pause` answers it."""
-        return self.robot.pause(True)['tick']
+        return self.pause(True)['tick']
 
-    def set(self, state):
+    def simulate(self, state):
         state = SimulationState(state=state)
-        return self.call(srv.SetSimulationState, 'set_simulation_state', state=state).result.result
+        return self.call('set_simulation_state', srv.SetSimulationState, state=state).result.result
 
     def step(self, steps=1):
-        return self.call(srv.StepSimulation, 'step_simulation', steps=steps).result.result
+        return self.call('step_simulation', srv.StepSimulation, steps=steps).result.result
 
     def reset(self, scope=0):
-        return self.call(srv.ResetSimulation, 'reset_simulation', scope=scope).result.result
+        return self.call('reset_simulation', srv.ResetSimulation, scope=scope).result.result
 
 
 GIVEN = {'element': 'bits_1', 'publish.field_every': 1, 'publish.wall_every': 1}
@@ -62,9 +56,8 @@ GIVEN = {'element': 'bits_1', 'publish.field_every': 1, 'publish.wall_every': 1}
 @pytest.fixture
 def tool(memory):
     """A tool of the module's element, whose time runs."""
-    with Robot(memory.element) as robot:
-        tool = Tool(robot)
-        tool.set(PLAYING)
+    with Tool(memory.element) as tool:
+        tool.simulate(PLAYING)
         yield tool
 
 
@@ -80,66 +73,64 @@ def test_features_list_what_the_node_serves(tool):
 
 
 def test_entities_are_listed_but_not_filtered(tool):
-    for text, expected in (('', (OK, [tool.robot.element])), ('(a+)+$', (UNSUPPORTED, []))):
-        answer = tool.call(srv.GetEntities, 'get_entities', filters=EntityFilters(filter=text))
+    for text, expected in (('', (OK, [tool.element])), ('(a+)+$', (UNSUPPORTED, []))):
+        answer = tool.call('get_entities', srv.GetEntities, filters=EntityFilters(filter=text))
         assert (answer.result.result, answer.entities) == expected
 
 
 def test_simulation_state_pauses_plays_and_stops(tool):
-    assert tool.state == PLAYING
-    assert tool.set(PLAYING) == ALREADY
+    assert tool.simulation_state == PLAYING
+    assert tool.simulate(PLAYING) == ALREADY
     for state in (PAUSED, STOPPED, PAUSED):
-        assert (tool.set(state), tool.state) == (OK, state)
+        assert (tool.simulate(state), tool.simulation_state) == (OK, state)
     assert tool.ticks == 0  # no step of physics since the launch
-    assert (tool.set(PLAYING), tool.state) == (OK, PLAYING)
-    assert tool.set(SimulationState.STATE_QUITTING) == UNSUPPORTED
+    assert (tool.simulate(PLAYING), tool.simulation_state) == (OK, PLAYING)
+    assert tool.simulate(SimulationState.STATE_QUITTING) == UNSUPPORTED
 
 
 def test_reset_forgets_state_and_time(tool):
-    assert tool.robot.write(1).success
+    assert tool.write(1).success
     assert tool.ticks > 0
-    assert (tool.reset(), tool.state, tool.ticks) == (OK, PAUSED, 0)
-    tool.set(PLAYING)
-    assert tool.robot.trigger('read')['level'] == -1
+    assert (tool.reset(), tool.simulation_state, tool.ticks) == (OK, PAUSED, 0)
+    tool.simulate(PLAYING)
+    assert tool.trigger('read')['level'] == -1
     assert tool.reset(srv.ResetSimulation.Request.SCOPE_TIME) == UNSUPPORTED
 
 
 def test_steps_are_answered_after_their_events(tool):
     """In lockstep the next node may act on them: a message is on its way before the answer."""
-    robot = tool.robot
-    robot.next('field')  # from now on it hears all of them
-    tool.set(PAUSED)
-    begun, seen = tool.ticks, len(robot.received('field'))
+    tool.next('field')  # from now on it hears all of them
+    tool.simulate(PAUSED)
+    begun, seen = tool.ticks, len(tool.received('field'))
     assert tool.step(8) == OK  # no more than a subscriber's queue holds
-    assert len(robot.received('field')) == seen + 8
+    assert len(tool.received('field')) == seen + 8
     assert tool.ticks == begun + 8
 
 
 def test_steps_while_playing_or_none_are_rejected(tool):
     assert tool.step() == FAILED
-    tool.set(PAUSED)
+    tool.simulate(PAUSED)
     assert tool.step(0) == FAILED
     assert tool.step() == OK
 
 
 def test_write_in_lockstep_is_the_same_after_a_reset(tool):
     """The element, its noise and its time begin as they did."""
-    robot, outcomes = tool.robot, []
-    tool.set(PAUSED)
+    outcomes = []
+    tool.simulate(PAUSED)
     for _ in range(2):
         assert tool.reset() == OK
-        writing = robot.request('write', level=1)
+        writing = tool.request('write', level=1)
         while not writing.done():
             assert tool.step(20) == OK
-        outcomes.append(dict(robot.answer(writing)))
+        outcomes.append(dict(tool.answer(writing)))
     assert outcomes[0]['level'] == 1
     assert outcomes[0] == outcomes[1]
 
 
 def test_real_element_is_not_reset():
     """To stop a simulation is to forget; what is real forgets by an erase alone."""
-    with run_nodes('rig') as start, Robot(start(name='real').element) as robot:
-        tool = Tool(robot)
+    with run_nodes('rig') as start, Tool(start(name='real').element) as tool:
         assert SimulatorFeatures.SIMULATION_RESET not in tool.features
-        assert (tool.reset(), tool.set(STOPPED)) == (FAILED, NOT_REACHED)
-        assert tool.state == PLAYING
+        assert (tool.reset(), tool.simulate(STOPPED)) == (FAILED, NOT_REACHED)
+        assert tool.simulation_state == PLAYING

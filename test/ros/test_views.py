@@ -141,18 +141,12 @@ def test_markers_of_a_long_chain_stay_few():
 # The running node
 
 
-def receive_views(robot):
-    """Return the messages of both views, which grow while the robot waits."""
-    return {topic: robot.received(topic) for topic in ('image', 'markers')}
-
-
 def test_views_are_published_but_not_recorded(start_robot, tmp_path):
     bag = tmp_path / 'session'
     robot = start_robot({'record.path': str(bag)}, name='recorded')
-    received = receive_views(robot)
-    robot.wait(lambda: all(len(messages) > 2 for messages in received.values()), 'both views')
+    images, markers = robot.received('image'), robot.received('markers')
+    robot.wait(lambda: len(images) > 2 and len(markers) > 2, 'both views')
     end_node(robot.memory)
-    images, markers = received['image'], received['markers']
     assert pixels(images[-1]).shape == (225, 400, 3)
     assert len({str(image.header.stamp) for image in images}) > 2
     assert {marker.ns for marker in markers[-1].markers} >= {'cells', 'levels', 'wall'}
@@ -162,7 +156,7 @@ def test_views_are_published_but_not_recorded(start_robot, tmp_path):
 
 def test_views_can_be_turned_off(start_robot):
     robot = start_robot({'publish.views_every': 0}, name='unseen')
-    received = receive_views(robot)
+    images, markers = robot.received('image'), robot.received('markers')
     walls = robot.received('wall')  # which are published as often
     robot.wait(lambda: len(walls) > 20, 'many walls')
-    assert received == {'image': [], 'markers': []}
+    assert images == markers == []
