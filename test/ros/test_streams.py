@@ -78,17 +78,3 @@ def test_new_stream_is_in_the_page_and_the_policy(monkeypatch):
 def test_messages_of_an_idle_element_have_own_stamps(robot):
     heard = [robot.next('joint_states', lambda state: state.velocity[1] == 0.0) for _ in range(3)]
     assert len({str(state.header.stamp) for state in heard}) == len(heard)
-
-
-def test_level_topic_ignores_echoes_during_a_write(robot):
-    """A kink on its way is listened to: other levels, and none while there are two walls."""
-    assert robot.write(2).success
-    levels = robot.received('level')
-    robot.wait(lambda: levels and levels[-1].data == 2, 'the level that was written')
-    heard, outcomes = len(robot.received('echo')), len(robot.received('outcome'))
-    before = len(levels)
-    assert robot.write(1).success
-    robot.wait(lambda: len(robot.received('outcome')) > outcomes, 'the outcome')
-    robot.wait(lambda: levels[-1].data == 1, 'the level')
-    assert len(robot.received('echo')) > heard + 1
-    assert [level.data for level in levels[before:]] == [1]
