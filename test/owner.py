@@ -40,21 +40,18 @@ def owned(find, here=threading.current_thread):
             place = f'{file.rpartition("/mlmem_ros/")[2]}:{frame.f_lineno}'
             find(f'{here().name} touches {what} of a device that {owner.name} runs, in {place}')
 
-    # Every access of a device comes here.
-    def reads(self, name):
-        owner = owners.get(id(self))
-        if owner is not None and name not in CONSTANT and here() is not owner:
-            tell(owner, name)
-        return object.__getattribute__(self, name)
+    def watch(access):
+        def watched(self, name, *value):
+            owner = owners.get(id(self))
+            if owner is not None and name not in CONSTANT and here() is not owner:
+                tell(owner, name)
+            return access(self, name, *value)
 
-    def changes(self, name, value):
-        owner = owners.get(id(self))
-        if owner is not None and name not in CONSTANT and here() is not owner:
-            tell(owner, name)
-        object.__setattr__(self, name, value)
+        return watched
 
     with ExitStack() as stack:
         stack.enter_context(patch.object(Loop, '_run_until_closed', _run))
-        stack.enter_context(patch.object(MemoryElement, '__getattribute__', reads))
-        stack.enter_context(patch.object(MemoryElement, '__setattr__', changes))
+        for name in ('__getattribute__', '__setattr__'):
+            watched = watch(getattr(object, name))
+            stack.enter_context(patch.object(MemoryElement, name, watched))
         yield

@@ -4,7 +4,7 @@
 
 import json
 import math
-import os
+import re
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -19,6 +19,7 @@ from mlmem_ros.session.data import load_session
 from mlmem_tools.cli.main import main
 from mlmem_tools.cli.output import print_json
 
+UNWRITTEN = 'mlmem inspect: the output cannot be written: '
 LIFE = Path(__file__).parent / 'data' / 'life'
 
 
@@ -53,37 +54,25 @@ def test_inspect_json_holds_the_session(capsys):
     assert found['topics']['/mlmem/session/command']['messages'] == 4
     (tick, write), *_ = load_session(LIFE).stamped
     assert found['commands'][0] == {'tick': tick, 'kind': 'Write', 'level': write.level}
-    assert [each['procedure'] for each in found['procedures']] == [
-        'write',
-        'read',
-        'erase',
-        'read',
-    ]
+    procedures = [each['procedure'] for each in found['procedures']]
+    assert procedures == ['write', 'read', 'erase', 'read']
     assert found['lost'] == []
 
 
 @pytest.mark.parametrize(
-    ('redirection', 'reason'),
-    [('>&-', 'it is closed'), ('>/dev/full', 'No space left on device')],
+    ('options', 'said'),
+    [
+        ('>&-', UNWRITTEN + 'it is closed'),
+        ('>/dev/full', UNWRITTEN + 'No space left on device'),
+        ('--json >/dev/full', UNWRITTEN + 'No space left on device'),
+        ('--json | exit 0; exit ${PIPESTATUS[0]}', '(?!mlmem inspect).*'),  # as `| head` does
+    ],
 )
-@pytest.mark.parametrize('options', ['', '--json'])
-def test_mlmem_without_output_says_so_and_returns_1(redirection, reason, options):
-    command = f'{sys.executable} -m mlmem_tools.cli.main inspect {LIFE} {options} {redirection}'
+def test_output_that_nobody_reads_gives_no_traceback(options, said):
+    command = f'{sys.executable} -m mlmem_tools.cli.main inspect {LIFE} {options}'
     done = subprocess.run(
-        command, shell=True, capture_output=True, text=True, check=False, timeout=60
+        ['bash', '-c', command], capture_output=True, text=True, check=False, timeout=60
     )
     assert done.returncode == 1
-    assert done.stderr.splitlines()[-1] == f'mlmem inspect: the output cannot be written: {reason}'
+    assert re.fullmatch(said, done.stderr.splitlines()[-1])
     assert 'Traceback' not in done.stderr
-
-
-def test_closed_output_gives_no_traceback(tmp_path):
-    """As `mlmem inspect SESSION | head` does."""
-    read, write = os.pipe()
-    os.close(read)
-    errors = tmp_path / 'errors'
-    with errors.open('w') as told:
-        command = [sys.executable, '-m', 'mlmem_tools.cli.main', 'inspect', str(LIFE)]
-        done = subprocess.run(command, stdout=write, stderr=told, check=False, timeout=60)
-    os.close(write)
-    assert (done.returncode, errors.read_text()) == (1, '')
