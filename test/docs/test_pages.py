@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
-from page import Page, commands
+from page import Page
 
 ROOT = Path(__file__).parents[2]
 PAGES = [
@@ -32,7 +32,3 @@ def test_page_works_as_printed(path, tmp_path, monkeypatch):
     # A study then runs in this process: to start others takes longer than what they do.
     monkeypatch.setattr(os, 'sched_getaffinity', lambda process: {0}, raising=False)
     Page(path).run()
-
-
-def test_block_is_split_into_commands():
-    assert list(commands('$ one\nsaid\n$ two\n')) == [('one', 'said\n'), ('two', '')]
