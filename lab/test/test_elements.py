@@ -19,10 +19,6 @@ from mlmem_tools.cli.main import main
 from mlmem_tools.identification.plan import plan_pulses
 
 CHOSEN = load_element('bits_1')
-JUDGES = {
-    'check': ['design', 'check'],
-    'prove': ['design', 'prove', '--jobs', '1'],
-}
 
 
 @pytest.fixture(scope='module')
@@ -40,22 +36,14 @@ def file(tmp_path_factory, element):
     return path
 
 
-def judged(capsys, judge, *arguments):
-    status = main([*JUDGES[judge], *map(str, arguments)])
+@pytest.mark.parametrize('judge', ['check', 'prove'])
+def test_element_is_judged_in_place_of_the_ideal_one(judge, file, element, capsys):
+    jobs = ('--jobs', '1') if judge == 'prove' else ()
+    status = main(['design', judge, '--json', *jobs, str(file)])
     told = capsys.readouterr()
-    return status, told.out, told.err
-
-
-@pytest.mark.parametrize('judge', JUDGES)
-def test_element_is_judged_in_place_of_the_ideal_one(
-    judge, file, element, capsys, tmp_path, monkeypatch
-):
-    monkeypatch.chdir(tmp_path)
-    status, told, why = judged(capsys, judge, '--json', file)
-    assert status == 0, why  # its pulses are planned
-    found = json.loads(told)
+    assert status == 0, told.err  # its pulses are planned
     if judge == 'check':  # of its cells
-        [alpha] = [each for each in found['findings'] if each['name'] == 'alpha']
+        [alpha] = [each for each in json.loads(told.out)['findings'] if each['name'] == 'alpha']
         assert alpha['values']['least'] == pytest.approx(element.specimen.alpha.min())
         assert alpha['values']['least'] < CHOSEN.design.alpha.min()
 
