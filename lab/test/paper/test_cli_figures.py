@@ -3,35 +3,16 @@
 """`mlmem figures` as a user meets it: in this process, and all of it in one of its own."""
 
 import json
-import pickle
-from concurrent.futures import Executor, Future
-from contextlib import nullcontext
 
 import pytest
 
-from mlmem_lab import study
 from mlmem_lab.paper.gallery import FIGURES_BY_NAME
 from mlmem_tools.cli.main import main
 
 ENDINGS = ('npz', 'png', 'svg')
 
 
-class Pickling(Executor):
-    """Runs a call at once, as a process of its own would be given it."""
-
-    def submit(self, call, *arguments):
-        call, arguments = pickle.loads(pickle.dumps((call, arguments)))
-        done = Future()
-        done.set_result(call(*arguments))
-        return done
-
-
-def test_two_figures_side_by_side_and_their_claims_are_told(
-    tmp_path, capsys, monkeypatch, sketched
-):
-    monkeypatch.setattr(
-        study, 'provide_workers', lambda jobs: nullcontext(Pickling() if jobs == 2 else None)
-    )
+def test_two_figures_side_by_side_and_their_claims_are_told(tmp_path, capsys):
     options = ['--draft', '--jobs', '2', '--output', str(tmp_path), '--json']
     assert main(['figures', '1c', '3a', *options]) == 0
     told = json.loads(capsys.readouterr().out)

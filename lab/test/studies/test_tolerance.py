@@ -125,7 +125,7 @@ def test_curve_is_counted_until_enough_has_failed(false):
     assert low < CURVE.sigma(1e-3) < high
 
 
-def test_tolerance_command_keeps_curves_and_goes_on(tmp_path, capsys, false, sketched):
+def test_tolerance_command_keeps_curves_and_goes_on(tmp_path, capsys, false):
     file, picture = tmp_path / 'out' / 'bits_1.json', tmp_path / 'rates.png'
     options = ['tolerance', '--design', 'bits_1', '--output', str(file), '--jobs', '1', '--json']
     options += ['--most', '200', '--kinds', 'mass', '--tried']
