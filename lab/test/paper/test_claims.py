@@ -11,16 +11,12 @@ a judge that approves    the same judge on doctored data: it must not approve
 =======================  =============================================================
 """
 
-import json
-
 import numpy as np
 import pytest
 
-from mlmem_lab.paper.command import judge_claims
 from mlmem_lab.paper.figure import Judgement
 from mlmem_lab.paper.gallery import list_claims
 from mlmem_lab.results import RESULT_FOLDER, load_result
-from mlmem_tools.json_values import to_json_value
 
 BY_KEY = {claim.key: claim for claim in list_claims()}
 
@@ -91,18 +87,3 @@ def test_doctored_data_do_not_pass(key, small):
     for name, change in changes.items():
         data[claim.needs[0]][name] = change(np.asarray(data[claim.needs[0]][name]))
     assert claim.judge_data(data).judgement is not Judgement.HOLDS
-
-
-# --- the result file: made of the data, whole ------------------------------------------------
-
-
-@pytest.fixture(scope='module')
-def result(small):
-    needed = {name: small[name] for claim in list_claims() for name in claim.needs}
-    return json.loads(json.dumps(to_json_value(judge_claims(needed))))
-
-
-def test_every_claim_is_in_the_result(result):
-    assert list(result['claims']) == [claim.key for claim in list_claims()]
-    counts = dict(result['counts'])
-    assert counts.pop('claims') == sum(counts.values()) == len(list_claims())
