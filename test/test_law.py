@@ -9,7 +9,6 @@ the peak force 8 h / (3 sqrt(3) w).
 import json
 import math
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ import pytest
 from mlmem.law_file import read_law_file, write_law_file
 from mlmem.parsing import DecodeError
 from mlmem.physics import Design
-from mlmem_tools.cli.law import law
+from mlmem_tools.cli.main import main
 from mlmem_tools.law.curves import average_runs, load_run
 
 EXAMPLES = Path(__file__).parents[1] / 'examples/law'
@@ -109,28 +108,24 @@ def test_file_that_is_no_curve_is_rejected(tmp_path, text, message):
         load_run(tmp_path / 'bad.csv')
 
 
-def options(*curves, **changes):
-    plain = {'output': None, 'knots': 64, 'json': True}
-    return SimpleNamespace(curves=list(curves), **plain | changes)
-
-
 def test_law_command_writes_a_file(tmp_path, capsys):
-    shells = [EXAMPLES / f'shell_run{k}.csv' for k in (1, 2)]
+    shells = [str(EXAMPLES / f'shell_run{k}.csv') for k in (1, 2)]
     output = tmp_path / 'law.yaml'
-    assert law.run(options(*shells, output=output)) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert len(told['wells']) == 2
+    assert main(['law', *shells, '--output', str(output), '--json']) == 0
+    assert len(json.loads(capsys.readouterr().out)['wells']) == 2
     assert len(read_law_file(output).ground_states) == 2
-    assert law.run(options(*shells, json=False)) == 0
+    assert main(['law', *shells]) == 0
     assert '+-' in capsys.readouterr().out
-    assert law.run(options(tmp_path / 'none.csv')) == 2
-    assert 'none.csv' in capsys.readouterr().err
-    straight = tmp_path / 'straight.csv'
+
+
+def test_law_command_without_two_wells_writes_nothing(tmp_path, capsys):
+    straight, output = tmp_path / 'straight.csv', tmp_path / 'none.yaml'
     rows = '\n'.join(f'{k},{k - 9}' for k in range(30))
     straight.write_text(f'displacement_mm,force_N\n{rows}')
-    output = tmp_path / 'none.yaml'
-    assert law.run(options(straight, output=output, json=False)) == 1
+    assert main(['law', str(straight), '--output', str(output)]) == 1
     said = capsys.readouterr()
     assert 'needs two wells; the mean has 1 well: not written' in said.err
     assert 'straight.csv: 1 well\n' in said.out
     assert not output.exists()
+    assert main(['law', str(tmp_path / 'none.csv')]) == 2
+    assert 'none.csv' in capsys.readouterr().err
