@@ -119,40 +119,27 @@ def test_driver_that_hangs_times_out(where):
 
 
 @pytest.mark.parametrize(
-    ('name', 'word'),
+    ('error', 'name', 'address', 'word'),
     [
-        ('Rig', "'Rig'"),
-        ('bench:', "'bench:'"),
-        ('no_such_package:Rig', 'cannot be imported'),
-        ('bench:Rig', 'one of the classes in bench'),
-        ('bench:LEAD', 'a subclass of mlmem.Driver'),
-        ('pathlib:Path', 'a subclass of mlmem.Driver'),
+        (SettingsError, 'Rig', '', "'Rig'"),
+        (SettingsError, 'bench:', '', "'bench:'"),
+        (SettingsError, 'no_such_package:Rig', '', 'cannot be imported'),
+        (SettingsError, 'bench:Rig', '', 'one of the classes in bench'),
+        (SettingsError, 'bench:LEAD', '', 'a subclass of mlmem.Driver'),
+        (SettingsError, 'pathlib:Path', '', 'a subclass of mlmem.Driver'),
+        *(
+            (SettingsError, 'rig', address, r'^device\.address must be')
+            for address in (
+                *('', 'slot 2', 'tcp://host', 'tcp://:1', 'tcp://host:x', 'udp://h:1'),
+                *(f'tcp://127.0.0.1:1?{each}' for each in ('lead=0', 'lead=nan', 'patience=soon')),
+                'serial:///dev/no_such_port?baud=12345',
+            )
+        ),
+        (DriverError, 'bench:Bench', 'slot 7', 'no card at slot 7: nothing there'),
+        (DriverError, 'rig', 'tcp://127.0.0.1:1', 'no rig at tcp://127.0.0.1:1'),
+        (DriverError, 'rig', 'serial:///dev/no_such_port', 'no rig at serial:///dev/no_such_port'),
     ],
 )
-def test_invalid_driver_is_rejected(bench, name, word):
-    with pytest.raises(SettingsError, match=word):
-        drivers.open_driver(name, '', CASE_II, Settings())
-
-
-def test_driver_that_cannot_be_opened_says_why(bench):
-    with pytest.raises(DriverError, match='no card at slot 7: nothing there'):
-        drivers.open_driver(bench, 'slot 7', CASE_II, Settings())
-
-
-@pytest.mark.parametrize(
-    'address',
-    [
-        *('', 'slot 2', 'tcp://host', 'tcp://:1', 'tcp://host:x', 'udp://h:1'),
-        *(f'tcp://127.0.0.1:1?{each}' for each in ('lead=0', 'lead=nan', 'patience=soon')),
-        'serial:///dev/no_such_port?baud=12345',
-    ],
-)
-def test_invalid_address_is_rejected(address):
-    with pytest.raises(SettingsError, match=r'^device\.address must be'):
-        drivers.open_driver('rig', address, CASE_II, Settings())
-
-
-@pytest.mark.parametrize('address', ['tcp://127.0.0.1:1', 'serial:///dev/no_such_port'])
-def test_missing_rig_is_reported(address):
-    with pytest.raises(DriverError, match=f'no rig at {address}'):
-        drivers.open_driver('rig', address, CASE_II, Settings())
+def test_driver_that_cannot_be_opened_says_why(bench, error, name, address, word):
+    with pytest.raises(error, match=word):
+        drivers.open_driver(name, address, CASE_II, Settings())
