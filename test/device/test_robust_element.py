@@ -272,15 +272,6 @@ def test_reset_of_an_uncalibrated_element_reads_nothing():
     assert np.abs(element.chain.velocity).max() < 1e-6
 
 
-def test_element_that_has_changed_asks_for_a_calibration(element):
-    """Springs on the sites that are a fifth stiffer or softer fit no record."""
-    element.perform(Write(2))
-    element.apply(SetFaults(Faults(disorder_alpha=0.2)))
-    for _ in range(100):
-        element.advance()
-    assert not element.perform(Read()).success
-
-
 @pytest.mark.parametrize(
     ('name', 'code', 'field'),
     [
