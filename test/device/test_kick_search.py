@@ -41,3 +41,13 @@ def test_kick_that_was_not_heard_bounds_no_speed(side, power):
     for given, expected in ((0, -1), (side, power)):
         assert search.change_speed(0.0, given)
         assert search.speed == pytest.approx(1.1**expected)
+
+
+def test_kick_search_on_the_other_side_forgets_its_bounds():
+    """Where all faster kicks have fallen short, a slower one may go too far."""
+    search = KickSearch(1.0, tries=20)
+    for kick in range(7):
+        assert search.change_speed(0.01 * kick, -1)
+    assert search.speed == pytest.approx(1.0 / 1.1)
+    assert search.change_speed(0.0, 1)
+    assert search.speed == pytest.approx(1.0)

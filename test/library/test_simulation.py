@@ -81,6 +81,17 @@ def test_simulate_end_taken_later_agrees_with_chain_by_hand():
     assert np.array_equal(before.displacement[-1], free.displacement[1])
 
 
+def test_simulate_end_held_for_the_first_stage_of_a_step_is_held():
+    """The paper's method has stages at 0.54 and 1 of a step; here 10.135 and 10.25."""
+
+    def take(t):
+        return np.where((t > 10.1) & (t < 10.2), CASE_II.D_s2, np.nan)
+
+    given = {'duration': 20.0, 'save_every': 20.0, 'dt': 0.25, 'integrator': 'noh_bathe'}
+    held, free = (simulate(CASE_II, drive=drive, **given) for drive in ({1: take}, None))
+    assert np.abs(held.displacement[-1] - free.displacement[-1]).max() > 0.1
+
+
 def test_simulate_damping_overrides_that_of_design():
     ringing = find_pinned_wall(CASE_II, 2) + 1e-3
     lossy, damped = Specimen(CASE_II, eta_factor=3.0), replace(CASE_II, eta=0.02)
