@@ -29,21 +29,18 @@ PLAN = PulseCorrections(
 def file(tmp_path_factory):
     """An element with what `mlmem plan` finds; the shipped pulse does not reach level 1."""
     made = draw_specimen(CHOSEN.design, Scatter(alpha=0.01), 3)
-    element = element_file.Element(
-        made, np.zeros(CHOSEN.design.N), settings=quick(CHOSEN.settings)
-    )
     path = tmp_path_factory.mktemp('elements') / 'element.yaml'
-    element_file.write_element_file(path, replace(element, plan=PLAN))
+    return write_element(path, made, CHOSEN.settings, plan=PLAN)
+
+
+def write_element(path, specimen, settings, **more):
+    """Write the file of an element as fast as those of other tests; return its path."""
+    quick = replace(settings, scale=replace(settings.scale, time=QUICK['scale.time']))
+    pinned = np.zeros(specimen.design.N)
+    element_file.write_element_file(
+        path, element_file.Element(specimen, pinned, settings=quick, **more)
+    )
     return path
-
-
-def quick(settings):
-    return replace(settings, scale=replace(settings.scale, time=QUICK['scale.time']))
-
-
-def node_of(file, **others):
-    given = {'element': str(file), 'write.method': 'strain'}
-    return given | {'design.check': 'skip'} | others
 
 
 def run_monitor(twin, **options):
@@ -53,7 +50,7 @@ def run_monitor(twin, **options):
 
 
 def test_monitor_names_the_cell_that_became_weaker(start_robot, file):
-    robot = start_robot(node_of(file))
+    robot = start_robot({'element': str(file), 'write.method': 'strain'})
     with run_monitor(file):
         assert robot.write(1).success
 
@@ -82,9 +79,8 @@ def test_monitor_names_the_cell_that_became_weaker(start_robot, file):
 
 
 def test_twin_that_cannot_be_used_ends_the_start(refused, tmp_path):
-    file = tmp_path / 'element.yaml'
     made = draw_specimen(BYTE, Scatter(alpha=0.1), 3)
-    element_file.write_element_file(file, element_file.Element(made, np.zeros(BYTE.N)))
+    file = write_element(tmp_path / 'element.yaml', made, BYTE_SET)
     given = {'element': 'byte', 'design.check': 'skip'}
     word = 'word must be one whose walls rest at its levels; got 89'
     assert word in refused(given | {'twin': str(file)})
@@ -93,10 +89,7 @@ def test_twin_that_cannot_be_used_ends_the_start(refused, tmp_path):
 def test_stuck_cell_of_the_file_is_reported(start_robot, tmp_path):
     """Level 3 of bits_2 lies behind the stuck cell 31: refused by name, and in the diagnostics."""
     design, settings = load_element('bits_2').design_and_settings
-    file = tmp_path / 'element.yaml'
-    made = Specimen(design, stuck=(31,))
-    element = element_file.Element(made, np.zeros(design.N), settings=quick(settings))
-    element_file.write_element_file(file, element)
+    file = write_element(tmp_path / 'element.yaml', Specimen(design, stuck=(31,)), settings)
     robot = start_robot({'element': str(file), 'twin': str(file)})
     assert robot.write(1).success
     assert 'cell 31 is stuck' in robot.write(3)['error']
@@ -106,7 +99,7 @@ def test_stuck_cell_of_the_file_is_reported(start_robot, tmp_path):
 
 
 def test_monitor_of_a_register_ends_with_the_reason(start, byte):
-    start(node_of(byte, **{'write.method': 'kick'}))
+    start({'element': str(byte)})
     with run_monitor(byte, stderr=subprocess.PIPE, text=True) as process:
         printed = process.communicate(timeout=TIMEOUT_S)[1]
         assert 'element must be one that holds one wall' in printed
@@ -126,15 +119,12 @@ def byte(tmp_path_factory):
     )
     made = draw_specimen(BYTE, Scatter(alpha=0.01), 3)
     path = tmp_path_factory.mktemp('elements') / 'byte.yaml'
-    element = element_file.Element(made, np.zeros(BYTE.N), plan=plan, settings=quick(BYTE_SET))
-    element_file.write_element_file(path, element)
-    return path
+    return write_element(path, made, BYTE_SET, plan=plan)
 
 
 def test_register_with_a_twin_writes_and_replays(start_robot, byte, tmp_path):
     bag = tmp_path / 'bag'
-    others = {'write.method': 'kick', 'twin': str(byte), 'record.path': str(bag)}
-    robot = start_robot(node_of(byte, **others))
+    robot = start_robot({'element': str(byte), 'twin': str(byte), 'record.path': str(bag)})
     robot.set(target_word=64)
     assert robot.trigger('write')['attempts'] == 1
     assert robot.trigger('read')['word'] == 64

@@ -17,15 +17,7 @@ from mlmem_tools.view import session_frame
 
 WORD, OTHER = 0b100101, 0b1000
 
-
-@pytest.fixture(scope='module')
-def root(tmp_path_factory):
-    return tmp_path_factory.mktemp('root')
-
-
-@pytest.fixture(scope='module')
-def memory(start_shared, root):
-    return start_shared({'element': 'byte', 'files.root': str(root), 'actions': True})
+GIVEN = {'element': 'byte', 'actions': True}
 
 
 def test_client_reads_the_word_it_wrote(client):
@@ -100,8 +92,8 @@ def test_commands_take_hexadecimal_and_print_the_word(memory, capsys):
     assert json.loads(capsys.readouterr().out)['word'] == WORD
 
 
-def test_session_of_a_register_is_replayed_and_shown(client, root, capsys):
-    path = str(root / 'session')
+def test_session_of_a_register_is_replayed_and_shown(client, tmp_path, capsys):
+    path = str(tmp_path / 'session')
     client.record(True, path).wait()
     client.write(OTHER).wait()
     client.read().wait()
