@@ -78,12 +78,15 @@ class Robot:
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
         self._clients, self._publishers, self._subscriptions = {}, {}, {}
+        self._actions = {}
         self._received = defaultdict(list)
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
+        for action in self._actions.values():
+            action.client.destroy()
         self._executor.shutdown()
         self.node.destroy_node()
 
@@ -239,6 +242,11 @@ class Robot:
         assert not answer.done(), answer.result()
         return answer
 
+    def action(self, name):
+        if name not in self._actions:
+            self._actions[name] = ActionTool(self, name)
+        return self._actions[name]
+
     # Life cycle
 
     @property
@@ -281,20 +289,18 @@ class ActionTool:
     """rclpy's client of an action, as any tool has it; its robot spins it.
 
     Attributes:
-        feedback: The messages so far.
+        feedback: The messages since the last goal was sent.
     """
 
     def __init__(self, robot, name):
         self.robot, self.kind, self.feedback = robot, load_action_types()[name], []
-        self._client = ActionClient(robot.node, self.kind, robot.name(name))
-        robot.wait(self._client.server_is_ready, f'the action {name}')
-
-    def close(self):
-        self._client.destroy()
+        self.client = ActionClient(robot.node, self.kind, robot.name(name))
+        robot.wait(self.client.server_is_ready, f'the action {name}')
 
     def send(self, **goal):
         """Send a goal; return its handle once it is accepted."""
-        sent = self._client.send_goal_async(self.kind.Goal(**goal), self.feedback.append)
+        self.feedback.clear()
+        sent = self.client.send_goal_async(self.kind.Goal(**goal), self.feedback.append)
         handle = self.robot.response(sent)
         assert handle.accepted
         return handle

@@ -3,7 +3,6 @@
 """Actions over real DDS: by rclpy's own action client, and by `MemoryClient`."""
 
 import asyncio
-import contextlib
 import math
 import re
 import time
@@ -23,7 +22,7 @@ from mlmem_interfaces.action import Read
 from nodes import run_in_executor
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.qos import qos_profile_action_status_default
-from robot import ActionTool, values
+from robot import values
 
 from mlmem_ros import MemoryClient, RequestFailed
 from mlmem_ros.ros.middleware import create_events_executor
@@ -34,12 +33,6 @@ SUCCEEDED, CANCELED, ABORTED, UNKNOWN = (
     GoalStatus.STATUS_ABORTED,
     GoalStatus.STATUS_UNKNOWN,
 )
-
-
-@pytest.fixture
-def tool(robot):
-    with contextlib.ExitStack() as tools:
-        yield lambda name: tools.enter_context(contextlib.closing(ActionTool(robot, name)))
 
 
 @pytest.fixture
@@ -54,15 +47,15 @@ def slowly(robot):
 # Any action tool
 
 
-def test_goal_writes_reads_and_erases(tool):
-    write, erase = tool('write'), tool('erase')
+def test_goal_writes_reads_and_erases(robot):
+    write, erase = robot.action('write'), robot.action('erase')
     assert erase.do().result.level == -1
     ended = write.do(level=3)
     result = ended.result
     assert (ended.status, result.error_code, result.error) == (SUCCEEDED, result.NONE, '')
     assert (result.level, result.code, result.end, result.attempts) == (3, '011', 'left', 1)
     assert result.confidence > 0.5
-    assert tool('read').do(end='right').result.level == 3
+    assert robot.action('read').do(end='right').result.level == 3
     assert write.do(content=2).result.level == 2
 
 
@@ -82,16 +75,16 @@ def test_goal_writes_reads_and_erases(tool):
     ],
     ids=str,
 )
-def test_goal_out_of_range_is_rejected_with_its_field(tool, name, goal, field):
-    ended = tool(name).do(**goal)
+def test_goal_out_of_range_is_rejected_with_its_field(robot, name, goal, field):
+    ended = robot.action(name).do(**goal)
     assert ended.status == ABORTED
     assert ended.result.error_code == ended.result.REFUSED
     assert re.search(field, ended.result.error)
 
 
 @pytest.mark.usefixtures('slowly')
-def test_cancel_of_a_write_ends_it_as_canceled(tool, robot):
-    write = tool('write')
+def test_cancel_of_a_write_ends_it_as_canceled(robot):
+    write = robot.action('write')
     running = write.send(level=7)
     robot.wait(lambda: write.feedback, 'its feedback')
     (canceled,) = robot.response(running.cancel_goal_async()).goals_canceling
@@ -103,8 +96,8 @@ def test_cancel_of_a_write_ends_it_as_canceled(tool, robot):
     assert outcome.level == b'\0'
 
 
-def test_cancel_of_an_ended_goal_stops_no_other(tool, robot):
-    write, read = tool('write'), tool('read')
+def test_cancel_of_an_ended_goal_stops_no_other(robot):
+    write, read = robot.action('write'), robot.action('read')
     other = read.send()
     read.result(other)
     with robot.paused():
@@ -114,8 +107,8 @@ def test_cancel_of_an_ended_goal_stops_no_other(tool, robot):
     assert write.result(running).status == SUCCEEDED
 
 
-def test_status_lists_no_goal_whose_result_was_fetched(tool, robot):
-    seen, read = [], tool('read')
+def test_status_lists_no_goal_whose_result_was_fetched(robot):
+    seen, read = [], robot.action('read')
     subscription = robot.node.create_subscription(
         GoalStatusArray, robot.name('read/_action/status'), seen.append,
         qos_profile_action_status_default,

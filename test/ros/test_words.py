@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """A register holds words: small integers in every request, answer, topic and page."""
 
-import contextlib
 import json
 
 import pytest
-from robot import ActionTool, values
+from robot import values
 
 from mlmem_ros import MemoryClient, RequestRefused
 from mlmem_ros.contract.requests import load_action_types
@@ -50,12 +49,11 @@ def test_level_is_rejected_by_a_register(robot, client, memory):
     robot.publish('write_level', data=OTHER)
     robot.wait(lambda: '/write_level refused' in memory.output[seen:], 'the rejection')
     if load_action_types():
-        with contextlib.closing(ActionTool(robot, 'write')) as write:
-            for given in wrong:
-                result = write.do(**given).result
-                assert result.error_code == result.REFUSED
-                assert result.error.startswith('level must be')
-                counted += 1
+        for given in wrong:
+            result = robot.action('write').do(**given).result
+            assert result.error_code == result.REFUSED
+            assert result.error.startswith('level must be')
+            counted += 1
     assert robot.count_refused() == counted + 3
     assert client.read().wait().word == WORD
 
