@@ -13,20 +13,15 @@ RANGE = '/mlmem/range', 'std_msgs/msg/Float64'
 PROBE = '/mlmem/probe', 'std_msgs/msg/Empty'
 
 
-def cdr(type_name, **values):
-    return jazzy.encode_message(type_name, **values)
-
-
 @pytest.fixture
 def messages():
     """Forty-five messages on three topics, 0.1 s apart."""
     start, step = 1_700_000_000_000_000_000, 100_000_000
     made = []
     for i in range(15):
-        times = [start + (3 * i + j) * step for j in range(3)]
-        made.append(Message(*LEVEL, times[0], times[0], cdr(LEVEL[1], data=i - 2)))
-        made.append(Message(*RANGE, times[1], times[1], cdr(RANGE[1], data=i / 8)))
-        made.append(Message(*PROBE, times[2], times[2], cdr(PROBE[1])))
+        for topic, fields in ((LEVEL, {'data': i - 2}), (RANGE, {'data': i / 8}), (PROBE, {})):
+            time = start + len(made) * step
+            made.append(Message(*topic, time, time, jazzy.encode_message(topic[1], **fields)))
     return made
 
 
