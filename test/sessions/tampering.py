@@ -26,10 +26,6 @@ class Tampered:
         topics = {name: info for name, info in reader.topics.items() if info.message_count}
         return cls(topics, list(reader))
 
-    def copy(self) -> Tampered:
-        """Return one to change."""
-        return Tampered(dict(self.topics), list(self.messages))
-
     def write(self, path: Path) -> None:
         """Write it, whatever it holds, as a whole bag."""
         with BagWriter(path) as writer:

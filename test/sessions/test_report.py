@@ -25,14 +25,8 @@ SESSION = ROOT / 'test' / 'data' / 'aborted_write'
 HEADER = '/mlmem/session'
 
 
-@pytest.fixture(scope='module')
-def session():
-    return Tampered.read(SESSION)
-
-
-def with_header(session, path, **values):
+def with_header(made, path, **values):
     """Write a session with changes to its header, such as `settings__probe__sigma=9.0`."""
-    made = session.copy()
     for index, message in enumerate(made.messages):
         if message.topic == '/mlmem/session':
             header = json.loads(jazzy.deserialize_message(message.cdr, message.type).data)
@@ -99,12 +93,12 @@ def test_truncated_bag_is_not_whole(tmp_path, capsys, counted):
 
 
 @pytest.fixture(scope='module')
-def split(tmp_path_factory, session):
+def split(tmp_path_factory):
     """The session in parts of some kilobytes, each beginning with a state of the idle device; the
     last is a read.
     """
     path = tmp_path_factory.mktemp('split') / 'bag'
-    loaded = load_session(SESSION)
+    session, loaded = Tampered.read(SESSION), load_session(SESSION)
     element, commands = build_element(loaded), dict(loaded.stamped)
     with BagWriter(path, max_bytes=20_000) as writer:
         for name, info in session.topics.items():
@@ -196,7 +190,7 @@ def test_replay_without_a_part_names_it(split, tmp_path, capsys, place, listed):
     assert replayed(capsys, bag, '--incomplete')[0] == 0
 
 
-def test_dropped_messages_are_missing(session, tmp_path, capsys):
+def test_dropped_messages_are_missing(tmp_path, capsys):
     """The recorder counts them on a topic of its own."""
     made = Tampered.read(SESSION)
     kind, topic = 'std_msgs/msg/UInt64', '/mlmem/session/dropped'
@@ -214,16 +208,16 @@ def test_dropped_messages_are_missing(session, tmp_path, capsys):
     ('missing', 'words'),
     [(['level'], 'procedures  4 of 4 agree'), (['level', 'outcome'], 'none recorded; here')],
 )
-def test_only_recorded_topics_are_compared(session, tmp_path, capsys, missing, words):
-    made = session.copy()
+def test_only_recorded_topics_are_compared(tmp_path, capsys, missing, words):
+    made = Tampered.read(SESSION)
     made.messages = [m for m in made.messages if m.topic.rpartition('/')[2] not in missing]
     made.write(tmp_path / 'bag')
     status, output = replayed(capsys, tmp_path / 'bag')
     assert (status, words in output) == (0, True)
 
 
-def test_session_with_nothing_to_compare_does_not_pass(session, tmp_path, capsys):
-    made = session.copy()
+def test_session_with_nothing_to_compare_does_not_pass(tmp_path, capsys):
+    made = Tampered.read(SESSION)
     made.messages = [
         m for m in made.messages if m.topic in ('/mlmem/session', '/mlmem/session/command')
     ]
@@ -238,9 +232,9 @@ def test_bag_without_a_session_has_exit_status_2(capsys, tmp_path):
     assert 'nothing' in capsys.readouterr().err
 
 
-def test_session_of_another_format_is_rejected(session, tmp_path, capsys):
+def test_session_of_another_format_is_rejected(tmp_path, capsys):
     """Also if it has keys that this format does not have."""
-    bag = with_header(session, tmp_path / 'bag', format=2, moves=[])
+    bag = with_header(Tampered.read(SESSION), tmp_path / 'bag', format=2, moves=[])
     assert main(['replay', str(bag), '--json']) == 2
     assert json.loads(capsys.readouterr().out)['code'] == 'other_format'
 
@@ -279,12 +273,12 @@ def edit(made, index, change):
     made.messages[index] = recorded._replace(cdr=cdr)
 
 
-def test_replay_of_an_edited_outcome_names_its_topic(session, tmp_path, same_build):
+def test_replay_of_an_edited_outcome_names_its_topic(tmp_path, same_build):
     def change(message):
         (margin,) = [pair for pair in message.values if pair.key == 'threshold_margin']
         margin.value = '9.9'
 
-    made = session.copy()
+    made = Tampered.read(SESSION)
     edit(made, copies(made, 'outcome')[-1], change)
     made.write(tmp_path / 'bag')
     report = run_replay(load_session(tmp_path / 'bag'))
@@ -294,8 +288,8 @@ def test_replay_of_an_edited_outcome_names_its_topic(session, tmp_path, same_bui
 
 
 @pytest.mark.parametrize('copied', [0, 2], ids=['left out', 'doubled'])
-def test_replay_of_another_number_of_echoes_fails(session, tmp_path, copied, same_build):
-    made = session.copy()
+def test_replay_of_another_number_of_echoes_fails(tmp_path, copied, same_build):
+    made = Tampered.read(SESSION)
     place = copies(made, 'echo')[1]
     made.messages[place : place + 1] = copied * [made.messages[place]]
     made.write(tmp_path / 'bag')
@@ -304,9 +298,9 @@ def test_replay_of_another_number_of_echoes_fails(session, tmp_path, copied, sam
     assert '~/echo' in report.other_events
 
 
-def test_every_row_of_an_echo_is_compared(session, tmp_path, same_build):
+def test_every_row_of_an_echo_is_compared(tmp_path, same_build):
     """Times, displacements and the demodulated signal: one of each of three echoes is changed."""
-    made = session.copy()
+    made = Tampered.read(SESSION)
     for row, index in enumerate(copies(made, 'echo')[:3]):
 
         def change(message, row=row):
