@@ -11,7 +11,7 @@ from __future__ import annotations
 import dataclasses
 import reprlib
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -142,10 +142,9 @@ def describe_expected(kind: str, description: Description) -> str:
     if kind == 'bool':
         return 'true or false'
     if kind == 'str':
-        words = ', '.join(filter(None, description.choices))
         if description.words:
             return f'{description.words} separated by spaces'
-        return f'one of {words}' if words else 'a text'
+        return describe_choices(description.choices) if description.choices else 'a text'
     noun = 'a whole number' if kind == 'int' else 'a finite number'
     low, high = map(_format_bound, (description.low, description.high))
     if low and low == high:
@@ -155,6 +154,11 @@ def describe_expected(kind: str, description: Description) -> str:
     if low:
         return f'{noun} of at least {low}'
     return f'{noun} of at most {high}' if high else noun
+
+
+def describe_choices(choices: Sequence[str]) -> str:
+    """Return in words what a text may be, such as `one of left, right, or empty`."""
+    return f'one of {", ".join(filter(None, choices))}' + (', or empty' if '' in choices else '')
 
 
 def _format_bound(value: float | None) -> str:

@@ -12,7 +12,6 @@ from __future__ import annotations
 import itertools
 import json
 import math
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -299,10 +298,11 @@ def simulate(
     return Trajectory(specimen, times, *(np.array(rows[:, k]) for k in range(4)))
 
 
-def _require_time(name: str, value: object, longest: float = sys.float_info.max) -> None:
-    """Raise `SettingsError` unless this is a number above 0 and at most the longest time."""
-    if not (isinstance(value, Real) and 0.0 < float(value) <= longest):
-        raise SettingsError.out_of_range(name, value, f'above 0 and at most {longest:g}')
+def _require_time(name: str, value: object, longest: float = math.inf) -> None:
+    """Raise `SettingsError` unless this is a number above 0, finite, and at most the longest."""
+    if not (isinstance(value, Real) and 0.0 < float(value) <= longest and math.isfinite(value)):
+        limit = 'finite' if longest == math.inf else f'at most {longest:g}'
+        raise SettingsError.out_of_range(name, value, f'above 0 and {limit}')
 
 
 @dataclass(frozen=True)

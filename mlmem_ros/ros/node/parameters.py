@@ -39,7 +39,7 @@ from mlmem import (
 from mlmem.element_file import ELEMENT_NAMES, Element, ElementFileError, text_of
 from mlmem.procedure_table import CONTENT_NAMES, PROCEDURES, UNSET_CONTENT
 from mlmem.rejections import ErrorCode
-from mlmem.schema import Description, find_descriptions, short_repr
+from mlmem.schema import Description, describe_choices, find_descriptions, short_repr
 
 from ...contract.requests import NODE_SERVICES
 from ...host import Host
@@ -341,7 +341,7 @@ class ParameterSet:
                 'device.driver': ' (a class may be named only at the start)',
                 'device.address': ' (with files.root it may be named only at the start)',
             }
-            expected = f'one of {", ".join(choices)}{hints.get(name, "")}'
+            expected = f'{describe_choices(choices)}{hints.get(name, "")}'
             raise SettingsError.out_of_range(name, value, expected)
 
     def _apply_changes(self, changed: list[Parameter]) -> None:
@@ -395,7 +395,7 @@ def build_descriptor(description: Description, default: Any) -> ParameterDescrip
     text = description.text + (f' [{description.unit}]' if description.unit else '')
     result = ParameterDescriptor(description=text)
     if description.choices:
-        result.additional_constraints = f'one of {", ".join(description.choices)}'
+        result.additional_constraints = describe_choices(description.choices)
     low, high, number = description.low, description.high, type(default)
     if low is None and high is None:
         return result
