@@ -81,7 +81,7 @@ class Loop:
         self.pacer = pacer or SteadyPacer()
         self._failed = failed
         self._box = Mailbox(check_speed(speed))
-        self._asked = OpenRequests(element, self.statistics, resolve, self._box.put_back, queue)
+        self._asked = OpenRequests(element, resolve, self._box.put_back, queue)
         self._paused = False  # as last seen by the loop's thread
         self._times = Timetable(
             element, self.pacer, self.statistics, speed=speed, batch=batch,

@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable, Sized
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from .. import threads
 from ..commands import Command, Disturb, Outcome
@@ -21,9 +21,6 @@ from ..element import MemoryElement, ProcedureRun
 from ..errors import Refused
 from ..procedure_table import Abort, Procedures
 from ..rejections import ErrorCode
-
-if TYPE_CHECKING:
-    from .timetable import LoopStatistics
 
 T = TypeVar('T')
 
@@ -298,7 +295,6 @@ class OpenRequests:
 
     Attributes:
         element: What carries out the commands.
-        statistics: Counts the refused.
         answer: Answers a request whose procedure has ended.
         put_back: Takes the request whose turn has come.
         most: How many may wait.
@@ -306,7 +302,6 @@ class OpenRequests:
     """
 
     element: MemoryElement
-    statistics: LoopStatistics
     answer: Resolve
     put_back: Callable[[Asked], None]
     most: int
@@ -334,7 +329,7 @@ class OpenRequests:
                 return []
             request.run = self.element.apply(command)
         except Refused as refusal:
-            self._refuse_request(request, refusal)
+            request.refuse(refusal)
             return []
         except Exception as failure:
             request.refuse(failure)
@@ -395,11 +390,7 @@ class OpenRequests:
         self.waiting.remove(request)
         self._number_waiting()
         why += ' while it waited for its turn: nothing has changed'
-        self._refuse_request(request, Refused(reason=why))
-
-    def _refuse_request(self, request: Asked, refusal: Refused) -> None:
-        self.statistics.refused += 1
-        request.refuse(refusal)
+        request.refuse(Refused(reason=why))
 
     def _number_waiting(self) -> None:
         for place, request in enumerate(self.waiting, start=1):

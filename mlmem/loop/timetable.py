@@ -74,7 +74,6 @@ class LoopStatistics:
     Attributes:
         ticks: Ticks run.
         overruns: Ticks of wall time that were skipped.
-        refused: Commands that were refused.
         lateness_mean: Running mean of how late ticks began.
         lateness_variance: Running variance of the same.
         busy: Running mean of the time a tick takes.
@@ -82,7 +81,6 @@ class LoopStatistics:
 
     ticks: int = 0
     overruns: int = 0
-    refused: int = 0
     lateness_mean: float = 0.0
     lateness_variance: float = 0.0
     busy: float = 0.0

@@ -21,6 +21,7 @@ from mlmem_tools.checks.quasistatic import (
 @pytest.mark.parametrize(('low', 'high'), [(30, 60), (110, 140), (190, 224)])
 def test_excerpt_has_the_cells_of_the_element(low, high):
     made = draw_specimen(CASE_II, Scatter(alpha=0.01, k_r=0.01, s=0.01, mass=0.01, offset=0.01), 1)
+    made = dataclasses.replace(made, stuck=(low, high))
     part = cut_excerpt(made, low, high)
     cells = slice(part.before, part.before + part.design.N)
     assert part.before % CASE_II.J == 0  # the defects stay where they are
@@ -33,6 +34,7 @@ def test_excerpt_has_the_cells_of_the_element(low, high):
         assert own == pytest.approx(whole[cells][: part.design.N - 1], rel=1e-13)
     for values in ('masses', 'offsets'):
         assert (getattr(part.made, values) == getattr(made, values)[cells]).all()
+    assert part.made.stuck == (low - part.before, high - part.before)
 
 
 @pytest.mark.parametrize('X', [40.0, 140.0, 200.0])

@@ -24,7 +24,6 @@ from mlmem import (
     Write,
 )
 from mlmem.loop.mailbox import MAX_PENDING_REQUESTS, Cancel, OpenRequests, Request
-from mlmem.loop.timetable import LoopStatistics
 
 from . import rig
 from .loops import PATIENCE, Clock, hold, refusal, result, until
@@ -110,7 +109,6 @@ def test_cancel_does_not_end_another_clients_procedure(start):
     mine, equal = loop.submit(Read()), loop.submit(Read())
     result(loop.step().answer)
     assert equal.answer.exception(PATIENCE).code.value == 'busy'
-    assert loop.statistics.refused == 1
     late = loop.cancel(equal)
     loop.pause(False)
     assert result(late) is None
@@ -232,7 +230,7 @@ def test_single_tick_is_answered_even_if_pause_ends_first(start):
 
 @pytest.mark.parametrize('leaves', ['canceled', 'past its deadline'])
 def test_places_move_up_when_a_request_leaves(leaves):
-    requests = OpenRequests(rig.device(), LoopStatistics(), None, None, most=3)
+    requests = OpenRequests(rig.device(), None, None, most=3)
     running, *waiting = (Request(Write(1), waits=True) for _ in range(4))
     for request in (running, *waiting):
         requests.apply(request)

@@ -93,13 +93,14 @@ def test_element_file_keeps_fitted_element_with_settings(tmp_path):
     made = Specimen(design, alpha, k_r_factor=0.99, stuck=(45,))
     settings = replace(settings, element=ElementSettings('45'))
     path = tmp_path / 'leg.yaml'
-    saved = Element(made, 1e-4 * alpha, time_unit=1.01, chi2=1.1, data=99, settings=settings)
+    fit = {'time_unit': 1.01, 'chi2': 1.1, 'data': 99, 'undetermined': ('scatter',)}
+    saved = Element(made, 1e-4 * alpha, settings=settings, **fit)
     element_file.write_element_file(path, saved)
     element = mlmem.load_element(path)
     assert element.settings == settings
     assert element.specimen.stuck == (45,)
     assert element.specimen.alpha == pytest.approx(made.alpha, rel=1e-12)
-    assert (element.time_unit, element.chi2, element.data) == (1.01, 1.1, 99)
+    assert {name: getattr(element, name) for name in fit} == fit
     simulated = mlmem.MemoryElement(element)  # as fitted
     assert simulated.settings == settings
     assert simulated.chain.specimen.alpha == pytest.approx(made.alpha)
@@ -162,6 +163,13 @@ def test_file_that_cannot_be_read_has_its_code(tmp_path):
 def test_element_of_unknown_user_is_rejected(function):
     with expect_rejection(ElementFileError, 'out_of_range', 'element'):
         function('~nobody-has-this-name/element.yaml')
+
+
+def test_element_path_holds_in_another_folder(tmp_path, monkeypatch):
+    (tmp_path / 'mine.yaml').write_text(SMALL)
+    monkeypatch.chdir(tmp_path)
+    assert element_file.element_path('mine.yaml') == str(tmp_path / 'mine.yaml')
+    assert element_file.element_path('case_2') == 'case_2'
 
 
 @pytest.mark.parametrize('number', ['1e6', '1.0e6', '.1E7', '+10.e+5'])
