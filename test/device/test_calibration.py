@@ -19,7 +19,9 @@ from mlmem import (
     ProcedureFailed,
     Settings,
     SettingsError,
+    Specimen,
     Write,
+    compute_calibration,
     factory_calibration,
     load_element,
     snapshot,
@@ -58,6 +60,19 @@ def test_end_that_names_level_must_tell_all_apart(delays):
     for tables, first in (((alike, apart), End.LEFT), ((apart, alike), End.RIGHT)):
         with expect_rejection(SettingsError, 'conflict', 'delays'):
             Calibration(*tables).check(3, first)
+
+
+def test_computed_delays_are_those_of_the_specimen():
+    """Waves in springs that are stiffer by 2 % arrive earlier by 1 %."""
+    design, settings = load_element('bits_1').design_and_settings
+    stiffer = Specimen(design, k_r_factor=1.02)
+    element = MemoryElement(stiffer, settings)
+    assert element.perform(Calibrate()).success
+    measured = element.calibration.right.delays
+    computed = compute_calibration(stiffer, design, settings).right.delays
+    assert computed == pytest.approx(measured, abs=1.0)
+    designed = np.array(factory_calibration(design, settings).right.delays)
+    assert (designed - computed > 1.4).all()
 
 
 @pytest.mark.parametrize('blank', [math.nan, math.inf, 200.0])
