@@ -118,11 +118,11 @@ class ClientThread(threading.Thread):
                 del self._newest[self._context]
         for each in tuple(self.requests):
             each.resume()
-        atexit.unregister(self.close)
         self._executor.shutdown()
         self.node.destroy_node()
         if self.node.context is not self._context:
             rclpy.try_shutdown(context=self.node.context)
+        atexit.unregister(self.close)  # last: until here Python's end waits for this thread
 
     def _is_over(self) -> bool:
         """Return whether the robot has left ROS, or a successor of another context serves it."""
