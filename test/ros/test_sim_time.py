@@ -60,19 +60,19 @@ def test_clock_that_jumps_loses_no_time_and_replays(start_robot, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ('period', 'reason'),
+    ('step', 'reason'),
     [
         (None, 'no /clock has arrived yet'),
-        (3600.0, '/clock does not advance'),
+        (0.0, '/clock does not advance'),
         (1.0, 'the clock advances in steps of more than 0.5 s'),
     ],
 )
-def test_clock_that_does_not_run_is_reported(start_robot, period, reason, capfd):
+def test_clock_that_does_not_run_is_reported(start_robot, step, reason, capfd):
     """By the client, in the log and in diagnostics; a step of 1 s a second, or none."""
     robot = start_robot({'use_sim_time': True})
-    if period is not None:
-        Simulator(robot, 100.0, 1.0, period).advance()
-    write = robot.memory.memory.write(1, timeout=6.0 if period is None else TIMEOUT_S)
+    if step is not None:
+        Simulator(robot, 100.0, step, period=1.0)
+    write = robot.memory.memory.write(1, timeout=6.0 if step is None else TIMEOUT_S)
     loop = robot.next_status('loop', lambda status: reason in status.message)
     assert loop.level == b'\1'
 
@@ -84,7 +84,7 @@ def test_clock_that_does_not_run_is_reported(start_robot, period, reason, capfd)
 
     robot.wait(is_printed, reason)
     assert reason in robot.memory.output
-    if period is not None:  # one time-out is enough
+    if step is not None:  # one time-out is enough
         assert write.cancel()
         return
     with pytest.raises(NoAnswer, match=re.escape(reason)):
