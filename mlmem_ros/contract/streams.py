@@ -186,13 +186,19 @@ def decode_read_shot(data: Array) -> ReadShot:
     return ReadShot(shot, int(level), int(tick), bool(disturbed))
 
 
-def measure_distance(element: MemoryElement, event: EchoReceived) -> dict[str, float]:
-    """Return the distance from the probed end to the wall, infinite without an echo, and the
-    length of the element, in m.
+def measure_distance(element: MemoryElement, event: EchoReceived) -> dict[str, Any]:
+    """Return the fields of a Range: the distance from the probed end to the wall, infinite without
+    an echo, and the length of the element, in m.
     """
     length = element.settings.scale.length
-    lengths = {'range': event.reading.distance * length, 'max_range': element.design.N * length}
-    return {name: float(np.float32(value)) for name, value in lengths.items()}
+    return {
+        'radiation_type': 0,  # ultrasound
+        'field_of_view': 0.0,
+        'min_range': 0.0,
+        'max_range': float(np.float32(element.design.N * length)),
+        'range': float(np.float32(event.reading.distance * length)),
+        'variance': 0.0,
+    }
 
 
 def measure_joints(element: MemoryElement, _: Any) -> dict[str, Any]:
@@ -355,9 +361,7 @@ def select_streams(register: bool, simulated: bool) -> list[Stream]:
 
 
 def parse_message(stream: Stream, message: Any) -> Any:
-    """Return the values of a message from a bag, as `Stream.values` returns them; all fields of
-    one of which it gives some.
-    """
+    """Return the values of a message from a bag, as `Stream.values` returns them."""
     if stream.type.endswith('/DiagnosticStatus'):
         return parse_status(message)
     if stream.dimensions:

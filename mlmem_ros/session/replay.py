@@ -183,12 +183,11 @@ class _Player:
 
 
 def find_difference(recorded: Any, computed: Any) -> float:
-    """Return the greatest difference of numbers; infinite for other texts or another size. Of a
-    mapping only the names that were computed count.
-    """
+    """Return the greatest difference of numbers; infinite for other texts, fields or sizes."""
     if isinstance(recorded, dict):
-        differences = [find_difference(recorded.get(name), computed[name]) for name in computed]
-        return max(differences, default=0.0)
+        if recorded.keys() != computed.keys():
+            return math.inf
+        return max(find_difference(recorded[name], computed[name]) for name in recorded)
     if not isinstance(recorded, np.ndarray | float):  # texts or an integer
         return 0.0 if recorded == computed else math.inf
     recorded, computed = np.ravel(recorded), np.ravel(computed)

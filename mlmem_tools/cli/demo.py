@@ -58,9 +58,8 @@ def demo(arguments: argparse.Namespace) -> int:
     found: dict[str, Any] = {'levels': rows}
     if folder is not None:
         found['session'] = folder / 'session'
-        if 'session_figure' in laboratory.find_parts():
-            draw = laboratory.load_part('session_figure')
-            found['picture'] = draw(found['session'], folder / 'session.png')
+        if part := laboratory.find_parts().get('session_figure'):
+            found['picture'] = part.load()(found['session'], folder / 'session.png')
         for name in list(found)[1:]:
             console.print(f'{name:8} {found[name]}')
     if arguments.json:

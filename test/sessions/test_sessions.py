@@ -3,6 +3,7 @@
 """Which bags hold a session; one that was recorded without a node replays to the bit."""
 
 import json
+import math
 import random
 import shutil
 from pathlib import Path
@@ -20,7 +21,7 @@ from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.session import records
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.records import SessionTopic
-from mlmem_ros.session.replay import build_element, run_replay
+from mlmem_ros.session.replay import build_element, find_difference, run_replay
 from mlmem_tools.cli.main import main
 
 from .tampering import Tampered
@@ -174,3 +175,10 @@ def test_texts_from_a_bag_are_not_markup(tmp_path, capsys):
     told = capsys.readouterr().out
     assert '/[/red]:smile:\\x1b[2J' in told
     assert '\x1b' not in told
+
+
+@pytest.mark.parametrize('computed', [{'a': 1.0}, {'a': 1.0, 'b': 2.0, 'c': 0.0}, {}])
+def test_difference_of_other_fields_is_infinite(computed):
+    recorded = {'a': 1.0, 'b': 2.0}
+    assert find_difference(recorded, computed) == math.inf
+    assert find_difference(recorded, {'a': 1.0, 'b': 2.5}) == 0.5
