@@ -48,8 +48,6 @@ if TYPE_CHECKING:
         ARITHMETIC_VERSION,
         CASE_I,
         CASE_II,
-        INTEGRATORS,
-        NOH_BATHE,
         Chain,
         Design,
         DesignError,
@@ -59,9 +57,9 @@ if TYPE_CHECKING:
         Specimen,
         StateError,
         draw_specimen,
+        find_cache_folder,
         is_kernel_cached,
     )
-    from .physics.jit import find_cache_folder
     from .physics.potential import Array
     from .procedure_table import (
         BLANK,
@@ -86,8 +84,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     'ARITHMETIC_VERSION', 'BLANK', 'CASE_I', 'CASE_II', 'COMMANDS_BY_NAME', 'ELEMENT_NAMES',
-    'INTEGRATORS', 'MAX_PROFILE_POINTS', 'MAX_RUN_TICKS', 'MAX_SPEED', 'MIN_SPEED',
-    'NOH_BATHE', 'SHIPPED_DRIVERS', 'SIMULATION_NAME', 'UNDECODABLE', 'Abort', 'Array',
+    'MAX_PROFILE_POINTS', 'MAX_RUN_TICKS', 'MAX_SPEED', 'MIN_SPEED',
+    'SHIPPED_DRIVERS', 'SIMULATION_NAME', 'UNDECODABLE', 'Abort', 'Array',
     'Asked', 'Calibrate', 'Calibration', 'Chain', 'Checked', 'Command', 'DelayTable', 'Design',
     'DesignError', 'Disturb', 'Driver', 'DriverError', 'DriverHangs', 'EchoReceived',
     'Element', 'End', 'Erase', 'Event', 'Faults', 'Feedback', 'FollowTrajectory', 'HeldCell',
@@ -102,7 +100,7 @@ __all__ = [
 ]  # fmt: skip
 
 _MODULES = (
-    'errors', 'procedure_table', 'physics', 'physics.jit', 'physics.potential', 'instrument.end',
+    'errors', 'procedure_table', 'physics', 'physics.potential', 'instrument.end',
     'instrument.faults', 'instrument.blocks', 'settings', 'readers.reading', 'readers.calibration',
     'readers.words', 'commands', 'instrument.actuator', 'instrument.drivers', 'element_file',
     'factory', 'element', 'loop.timetable', 'loop.mailbox', 'loop.loop', 'simulation',

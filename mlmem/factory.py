@@ -47,15 +47,12 @@ def compute_calibration(made: Specimen, design: Design, settings: Settings) -> C
     """Return the echo delays of an element in an instrument for a design, probed with its wall
     resting at every level.
 
-    Always by the method whose waves do not depend on its step: delays are those of the element.
-
     Raises:
         SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
     """
     at_rest = replace(settings.read, rest=0.0)  # the ideal element is at rest
-    converged = replace(settings.time, integrator='pefrl')
-    body = Simulation.build_blank(made, converged)
-    twin = Instrument(design, replace(settings, read=at_rest, time=converged), body)
+    body = Simulation.build_blank(made, settings.time)
+    twin = Instrument(design, replace(settings, read=at_rest), body)
     walls = [_relax_wall(made, level) for level in range(design.levels)]
     heard = [_measure_echoes(twin, wall, tuple(End)) for wall in walls]
     for level, echoes in enumerate(heard):

@@ -178,7 +178,7 @@ class Memory(Instrument):
             return self.driver.health()
         energies = energy(chain)
         return {
-            'stability_margin': 1.0 - chain.dt / stable_step(chain.specimen, chain.integrator),
+            'stability_margin': 1.0 - chain.dt / stable_step(chain.specimen),
             'dt': chain.dt,
             'walls': len(self.walls),
             'kinetic_energy': energies.kinetic,

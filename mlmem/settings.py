@@ -223,15 +223,10 @@ class DisturbanceSettings(Checked):
 
 @dataclass(frozen=True)
 class TimeSettings(Checked):
-    """Length of a tick, and the integrator."""
+    """Length of a tick."""
 
     tick: float = describe_time(
         20.0, 'length of a tick; commands take effect between ticks', low=0.1, high=1e4
-    )
-    integrator: str = describe_field(
-        'pefrl',
-        'pefrl, accurate in the arrival of echoes; or noh_bathe, as in the paper',
-        choices=('noh_bathe', 'pefrl'),
     )
 
 

@@ -24,8 +24,7 @@ from numpy.typing import ArrayLike
 
 from .errors import SettingsError
 from .physics import (
-    DEFAULT_INTEGRATOR,
-    INTEGRATORS,
+    SUBSTEPS_PER_STEP,
     Chain,
     HeldCell,
     Material,
@@ -240,7 +239,6 @@ def simulate(
     strain: TimeFunction | float = 0.0,
     drive: Mapping[int, TimeFunction | float] | None = None,
     eta: float | None = None,
-    integrator: str = DEFAULT_INTEGRATOR.name,
     dt: float | None = None,
     progress: bool = True,
 ) -> Trajectory:
@@ -259,7 +257,6 @@ def simulate(
             number, at which the end is held. One end can be driven, because a chain's loop holds
             one cell.
         eta: Damping in place of the design's.
-        integrator: Name in `INTEGRATORS`; by default that of `DEFAULT_INTEGRATOR`.
         dt: Largest step in time units; by default the largest that is accurate and stable.
         progress: Whether to show a progress bar if it takes longer than two seconds.
 
@@ -271,17 +268,13 @@ def simulate(
     specimen = as_specimen(material)
     if eta is not None:
         specimen = replace(specimen, design=replace(specimen.design, eta=eta), eta_factor=1.0)
-    if integrator not in INTEGRATORS:
-        expected = f'one of {", ".join(INTEGRATORS)}'
-        raise SettingsError.out_of_range('integrator', integrator, expected)
-    method = INTEGRATORS[integrator]
     _require_time('duration', duration)
     save_every = duration / 200.0 if save_every is None else save_every
     _require_time('save_every', save_every, duration)
-    longest = default_step(specimen, method) if dt is None else dt
+    longest = default_step(specimen) if dt is None else dt
     _require_time('dt', longest)
     steps = math.ceil(save_every / longest * (1.0 - 1e-12))
-    chain = Chain(specimen, save_every / steps, method)
+    chain = Chain(specimen, save_every / steps)
     inputs = _InputFunctions(strain, *_select_driven_end(drive, specimen.design.N))
     first_strain = float(inputs.sample_strain(np.zeros(1))[0])
     _set_initial_state(chain, make_blank if initial is None else initial, first_strain)
@@ -402,15 +395,14 @@ def _copy_rows(chain: Chain) -> Array:
 
 def _advance_chain(chain: Chain, steps: int, inputs: _InputFunctions) -> None:
     """Advance by whole steps, in runs that begin where the driven end is taken."""
-    substeps = chain.integrator.substeps
-    times = substep_times(steps, chain.dt, chain.integrator, first=chain.steps_done)
+    times = substep_times(steps, chain.dt, first=chain.steps_done)
     V_N = chain.design.end_displacement(1.0) * inputs.sample_strain(times)
     motion = inputs.sample_motion(times, chain.dt)
     held = np.isfinite(motion[0])
-    by_step = held.reshape(steps, substeps)
+    by_step = held.reshape(steps, SUBSTEPS_PER_STEP)
     taken = 1 + np.flatnonzero(by_step[1:, 0] & ~by_step[:-1].all(axis=1))
     for first, last in itertools.pairwise([0, *taken.tolist(), steps]):
-        run = slice(first * substeps, last * substeps)
+        run = slice(first * SUBSTEPS_PER_STEP, last * SUBSTEPS_PER_STEP)
         free = np.flatnonzero(~held[run])
         driven = run.start + (int(free[0]) if len(free) else len(held[run]))
         chain.advance(V_N[run], HeldCell(inputs.site, motion[:, run.start : driven]))

@@ -159,7 +159,7 @@ def _find_conflicts(element: MemoryElement, saved: Snapshot) -> Iterator[Problem
     if (largest := np.abs(chain.values).max()) > 1e12:  # far beyond any real state
         yield Problem('chain.values', largest, 'at most 1e12')
     if chain.steps != (steps := saved.ticks * element.steps_per_tick):
-        yield Problem('chain.steps', chain.steps, f'{steps} by time.tick and time.integrator')
+        yield Problem('chain.steps', chain.steps, f'{steps}, of ticks of time.tick')
     if (commanded := saved.linkage.commanded) != (strain := saved.actuator.strain):
         yield Problem('linkage.commanded', commanded, f'{strain:g}, the strain of the actuator')
     V_N = element.design.end_displacement(saved.linkage.strain)

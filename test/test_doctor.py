@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from mlmem import ELEMENT_NAMES
+from mlmem import ELEMENT_NAMES, physics
 from mlmem.physics import jit
 from mlmem_ros.host import design_check
 from mlmem_tools.cli import doctor
@@ -40,7 +40,7 @@ def test_machine_that_lacks_all_gets_advice(monkeypatch, capsys, tmp_path):
     monkeypatch.delitem(sys.modules, 'mcap', raising=False)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setitem(sys.modules, 'rclpy', None)
-    monkeypatch.setattr(jit, 'find_cache_folder', lambda _: None)
+    monkeypatch.setattr(physics, 'find_cache_folder', lambda: None)
     clock = iter((0.0, 3.0))
     monkeypatch.setattr(doctor, 'time', SimpleNamespace(monotonic=lambda: next(clock)))
     status, found = examine(capsys)

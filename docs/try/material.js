@@ -1,6 +1,6 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// The material: Eq. (1a) over a rigid substrate by PEFRL, as mlmem/physics/methods/pefrl.py steps it.
+// The material: Eq. (1a) over a rigid substrate by PEFRL, as mlmem/physics/pefrl.py steps it.
 // Times are in time units. Its results differ from the product's in the last bits.
 
 const NODES = 5; // times in a step at which PEFRL needs the prescribed motion

@@ -57,7 +57,6 @@ from mlmem import (
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics.curve import Curve
 from mlmem.physics.equilibrium import make_blank
-from mlmem.physics.methods import INTEGRATORS
 
 from .study import Study
 
@@ -168,10 +167,6 @@ def measure_element(name: str) -> dict[str, str]:
         found[f'parts scattered by {scatter:g}'] = run_trial(
             element, Calibrate(), *(each for one in some for each in (Write(one), *reads)), Erase()
         )
-    as_in_paper = replace(settings, time=replace(settings.time, integrator='noh_bathe'))
-    found['noh_bathe'] = run_trial(
-        MemoryElement(design, as_in_paper), Write(some[-1]), *reads, Erase(), Write(some[0])
-    )
     return found | _measure_readers(name)
 
 
@@ -207,7 +202,7 @@ def _measure_readers(name: str) -> dict[str, str]:
 
 
 def measure_research(name: str) -> dict[str, str]:
-    """Return the hashes of simulations without a device, by both integrators."""
+    """Return the hashes of simulations without a device."""
     design, found = load_element(name).design, {}
     D = np.linspace(-1.8, 1.8, 200)
     own = Curve(-1.8, 1.8, tuple((0.8 * D * (D**2 - 1.0)).tolist()))
@@ -222,17 +217,16 @@ def measure_research(name: str) -> dict[str, str]:
         'with a wall at rest': wall_at(0),
         'with a wall that moves': wall_at(position=min(30.0, 0.5 * design.N), relaxed=False),
     }
-    trials = itertools.product(INTEGRATORS, specimens.items(), starts.items())
-    for integrator, (what, made), (start, initial) in trials:
+    for (what, made), (start, initial) in itertools.product(specimens.items(), starts.items()):
         record = Record()
         for site in (1, design.N):
             run = simulate(
-                made, duration=300.0, save_every=5.0, initial=initial, integrator=integrator,
+                made, duration=300.0, save_every=5.0, initial=initial,
                 strain=lambda t: 2e-7 * t * (300.0 - t), eta=0.005, progress=False,
                 drive={site: lambda t: np.where(t < 200.0, 2e-3 * (t % 9.0), np.nan)},
             )  # fmt: skip
             record.add(run.t, run.configuration, run.velocity)
-        found[f'{integrator}, {what}, {start}'] = record.describe()
+        found[f'{what}, {start}'] = record.describe()
     return found
 
 

@@ -17,10 +17,10 @@ import numpy as np
 
 from mlmem import Driver, SettingsError
 from mlmem.physics import HeldCell, Specimen, StateError
+from mlmem.physics.cells import Cells
 from mlmem.physics.equilibrium import relax_to_equilibrium
 from mlmem.physics.formulas import on_site_factors
 from mlmem.physics.jit import compile_kernel, inline_function
-from mlmem.physics.methods.integrator import Cells
 from mlmem.physics.potential import Array
 
 
@@ -87,7 +87,7 @@ class Rk4Element(Driver):
         p, springs = made.potential, np.concatenate(([0.0], made.k_r, [0.0]))
         cells = Cells(
             p.constants(made.alpha * p.d), (springs,), made.offsets + p.origin, 1.0 / made.masses,
-            made.strain_shape, np.flatnonzero(np.isinf(made.masses)), made.eta,
+            made.strain_shape, np.flatnonzero(np.isinf(made.masses)),
         )  # fmt: skip
         way = np.ascontiguousarray(V_N), site, np.ascontiguousarray(motion)
         _advance_samples(
@@ -135,7 +135,7 @@ def _advance_samples(
     # times and shares of the stages in a step, as fractions of it
     stage_times = (0.0, 0.5, 0.5, 1.0)
     stage_weights = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0)
-    law, (k_r,), origin, mobility, under, _, _ = cells
+    law, (k_r,), origin, mobility, under, _ = cells
     n, h = len(v), dt / steps
     x, u = np.empty(n + 2), np.empty(n)
     rate, kick = np.zeros(n), np.zeros(n)

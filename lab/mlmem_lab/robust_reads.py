@@ -20,7 +20,7 @@ import numpy as np
 
 from mlmem import Disturb, Faults, MemoryElement, Read, SetFaults, Write, load_element
 from mlmem.instrument.drivers import Simulation, steps_per_tick
-from mlmem.physics import INTEGRATORS, Chain, Scatter, Specimen, StateError, draw_specimen
+from mlmem.physics import Chain, Scatter, Specimen, StateError, draw_specimen
 
 from .one_wire import CELL_FACTORS, break_cell, judge_settled_read, settle_broken
 from .reads.count import READS_PER_MOVE, reads_study
@@ -76,7 +76,7 @@ def build_element(name: str, condition: Condition, seed: int) -> MemoryElement:
     design, time, scatter = shipped.design, shipped.settings.time, condition.scatter
     made = draw_specimen(design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), seed)
     dt = time.tick / (steps_per_tick(Specimen(design), time) * condition.finer)
-    chain = Chain(made, dt, INTEGRATORS[time.integrator])
+    chain = Chain(made, dt)
     return MemoryElement(design, shipped.settings, driver=Simulation(chain))
 
 

@@ -82,7 +82,7 @@ def describe_preset(name: str, text: str, content: int) -> dict[str, Any]:
         'text': text,
         'about': about,
         'dt': element.chain.dt,
-        'nodes': element.chain.integrator.nodes,
+        'nodes': element.driver.nodes,
         'length': design.end_displacement(1.0),
         'unit': settings.scale.time,
         'rate': settings.actuator.hand_rate_limit,

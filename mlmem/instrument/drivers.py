@@ -21,7 +21,6 @@ from typing import Any, TypeVar
 from .. import threads
 from ..errors import DriverError, DriverHangs, SettingsError
 from ..physics import (
-    INTEGRATORS,
     Chain,
     Design,
     DesignError,
@@ -34,6 +33,7 @@ from ..physics import (
 )
 from ..physics.energy import end_force
 from ..physics.equilibrium import make_blank
+from ..physics.pefrl import NODES
 from ..physics.potential import Array
 from ..rejections import ErrorCode
 from ..schema import describe_field, make_printable, short_repr
@@ -45,8 +45,8 @@ class ChainState:
     """The state of a simulated material.
 
     Attributes:
-        values: Displacement, velocity and acceleration of every cell, then the same of an elastic
-            substrate; see `Chain.state`.
+        values: Displacement and velocity of every cell, then the same of an elastic substrate; see
+            `Chain.state`.
         V_N: Displacement of the substrate's end, in cells.
         steps: Time steps that it has done.
     """
@@ -155,7 +155,7 @@ def steps_per_tick(material: Material, time: TimeSettings) -> int:
         SettingsError: The tick needs more than `MAX_CELL_STEPS`.
     """
     made = as_specimen(material)
-    dt = default_step(made, INTEGRATORS[time.integrator])
+    dt = default_step(made)
     steps, most = math.ceil(time.tick / dt), MAX_CELL_STEPS // max(made.design.N, 1000)
     if steps > most:
         raise SettingsError(
@@ -169,18 +169,18 @@ class Simulation(Driver):
     """A chain in place of a real element; each step is a sample."""
 
     chain: Chain
+    nodes = NODES
 
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
         self.dt = chain.dt
-        self.nodes = chain.integrator.nodes
 
     @classmethod
     def build_blank(cls, material: Material, time: TimeSettings, finer: int = 1) -> Simulation:
         """Return the driver of a blank element at rest, exactly as designed if a design is given.
 
         Args:
-            time: Tick and integrator.
+            time: Length of a tick.
             finer: By how much its steps are shorter than they need to be.
 
         Raises:
@@ -189,7 +189,7 @@ class Simulation(Driver):
             StateError: Its ground states are scattered so much that nothing rests in them.
         """
         dt = time.tick / (finer * steps_per_tick(material, time))
-        chain = Chain(material, dt, INTEGRATORS[time.integrator])
+        chain = Chain(material, dt)
         if not isinstance(material, Design):
             chain.place(make_blank(material))
         return cls(chain)

@@ -104,7 +104,7 @@ class Instrument:
         self.last_moved = -UNLIMITED_SAMPLES
         self.substrate_speed = 0.0
         self.progress = Progress()
-        self._times = substep_times(self.steps_per_tick, self.driver.dt, self.driver)
+        self._times = substep_times(self.steps_per_tick, self.driver.dt, nodes=self.driver.nodes)
         self._substeps = np.diff(self._times, prepend=0.0)
         # a slower end of the substrate, in cells per time unit, excites no waves
         self._excites = 1e-5 * self._substeps

@@ -343,7 +343,7 @@ class Transducer:
         if self.held is None:
             return None
         motion, site, begun = self.held
-        times = substep_times(steps, self._driver.dt, self._driver, begun)
+        times = substep_times(steps, self._driver.dt, begun, self._driver.nodes)
         driven = times[times <= motion.duration]
         goes_on = len(driven) == len(times)
         self.held = Held(motion, site, begun + steps) if goes_on else None

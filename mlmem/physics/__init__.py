@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The material: arrays in, arrays out. No device, no ROS, no files, no clock."""
 
-from .chain import Chain, is_kernel_cached
+from .chain import Chain, find_cache_folder, is_kernel_cached
 from .design import CASE_I, CASE_II, Design, as_design
 from .jit import ARITHMETIC_VERSION
-from .methods import DEFAULT_INTEGRATOR, INTEGRATORS, NOH_BATHE, PEFRL, Integrator
+from .pefrl import SUBSTEPS_PER_STEP
 from .potential import Potential
 from .specimen import Material, Scatter, Specimen, as_specimen, draw_specimen
 from .stepping import HeldCell, default_step, stable_step, substep_times
@@ -16,15 +16,11 @@ __all__ = [
     'ARITHMETIC_VERSION',
     'CASE_I',
     'CASE_II',
-    'DEFAULT_INTEGRATOR',
-    'INTEGRATORS',
-    'NOH_BATHE',
-    'PEFRL',
+    'SUBSTEPS_PER_STEP',
     'Chain',
     'Design',
     'DesignError',
     'HeldCell',
-    'Integrator',
     'Material',
     'Potential',
     'Scatter',
@@ -35,6 +31,7 @@ __all__ = [
     'as_specimen',
     'default_step',
     'draw_specimen',
+    'find_cache_folder',
     'find_level',
     'find_walls',
     'is_kernel_cached',

@@ -5,16 +5,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 
 from ..rejections import ErrorCode
+from .cells import (
+    MAX_REST_SPEED,
+    Cells,
+    Chained,
+    Forcing,
+    align_array,
+    is_balanced,
+    make_chain_arrays,
+)
 from .design import Design
-from .equilibrium import metamaterial_force, substrate_force
-from .jit import is_cached
-from .methods import DEFAULT_INTEGRATOR, Integrator
-from .methods.integrator import MAX_REST_SPEED, Cells, Chained, Forcing, align_array, is_balanced
+from .jit import DISABLED, is_cached
+from .pefrl import NODES, SUBSTEPS_PER_STEP, advance, compute_constants
 from .specimen import MAX_OFFSET, Material, Specimen, as_specimen
 from .stepping import (
     NO_INPUTS,
@@ -37,27 +45,21 @@ class Chain:
         V_N: Current displacement of the substrate's end.
     """
 
-    def __init__(
-        self,
-        material: Material,
-        dt: float | None = None,
-        integrator: Integrator = DEFAULT_INTEGRATOR,
-    ) -> None:
+    def __init__(self, material: Material, dt: float | None = None) -> None:
         """Make a chain at rest whose cells are all in the ground state of the inactive phase.
 
         Where a specimen's own ground states differ, `place(make_blank(specimen))` makes a blank.
 
         Args:
-            dt: Step size in time units; by default `default_step(material, integrator)`.
-            integrator: `DEFAULT_INTEGRATOR` says why PEFRL is the default.
+            dt: Step size in time units; by default `default_step(material)`.
 
         Raises:
             DesignError: The step is not positive or beyond the stability limit.
         """
         specimen = as_specimen(material)
         design = specimen.design
-        limit = stable_step(specimen, integrator)
-        dt = default_step(specimen, integrator) if dt is None else dt
+        limit = stable_step(specimen)
+        dt = default_step(specimen) if dt is None else dt
         if not 0.0 < dt <= limit:
             raise DesignError.out_of_range(
                 'dt',
@@ -68,12 +70,11 @@ class Chain:
         self.design = design
         self.specimen = specimen
         self.dt = dt
-        self.integrator = integrator
         self.steps_done = 0
         self.V_N = 0.0
-        self._metamaterial = integrator.make_arrays(design.N)
+        self._metamaterial = make_chain_arrays(design.N)
         elastic = design.substrate == 'elastic'
-        self._substrate = integrator.make_arrays(design.N) if elastic else None
+        self._substrate = make_chain_arrays(design.N) if elastic else None
         self._build_cells()
         self.v[:] = design.D_s1
 
@@ -131,12 +132,9 @@ class Chain:
         require_finite('v', v, (self.design.N,))
         require_finite('V_N', V_N, ())
         state = np.zeros_like(self.state())
-        V = V_N * self.specimen.strain_shape
         state[0] = v
-        state[2] = metamaterial_force(self.specimen, state[0], V) / self.specimen.masses
         if self._substrate is not None:
-            state[3] = V
-            state[5, 1:-1] = substrate_force(self.specimen, state[0], V)[1:-1]
+            state[2] = V_N * self.specimen.strain_shape
         self.restore(state, V_N=V_N, steps_done=self.steps_done)
         self._join_stuck_cells()
 
@@ -144,23 +142,20 @@ class Chain:
         """Return a copy of everything the future depends on, except V_N and the clock.
 
         Returns:
-            Rows displacement, velocity, acceleration of the metamaterial, then the same of an
-            elastic substrate: shape (3, N) or (6, N). PEFRL has no accelerations: zeros.
+            Rows displacement and velocity of the metamaterial, then the same of an elastic
+            substrate: shape (2, N) or (4, N).
         """
         return np.array(self._list_rows())
 
     def restore(self, state: Array, *, V_N: float, steps_done: int) -> None:
-        """Set a state that `state` returned with either integrator, to the bit.
+        """Set a state that `state` returned, to the bit.
 
         Raises:
             StateError: A wrong shape or a value that is not finite; nothing is changed.
         """
-        require_finite('state', state, (3 * len(self._list_chains()), self.design.N))
+        require_finite('state', state, (2 * len(self._list_chains()), self.design.N))
         require_finite('V_N', V_N, ())
         self._set_rows(state)
-        if not self.integrator.keeps_accelerations:
-            for _, _, acceleration, *_ in self._list_chains():
-                acceleration[:] = 0.0
         self.V_N = float(V_N)
         self.steps_done = int(steps_done)
 
@@ -170,7 +165,7 @@ class Chain:
 
     def _list_rows(self) -> list[Array]:
         """Return the rows of a state; views."""
-        return [row for u, v, A, *_ in self._list_chains() for row in (u[1:-1], v, A)]
+        return [row for u, velocity, _ in self._list_chains() for row in (u[1:-1], velocity)]
 
     def _set_rows(self, state: Iterable[Array]) -> None:
         """Set the rows of a state; the loop renews the ghost cells."""
@@ -194,21 +189,20 @@ class Chain:
 
     def _join_stuck_cells(self) -> None:
         """Give the stuck cells one motion with the substrate under them."""
-        stuck = self._cells.stuck
-        for row, velocity_or_acceleration in enumerate(self._metamaterial[1:3], 1):
-            if self._substrate is None:
-                velocity_or_acceleration[stuck] = 0.0
-                continue
-            mobility, below = self._cells.mobility[stuck], self._substrate[row]
-            common = velocity_or_acceleration[stuck] + mobility * below[stuck]
-            velocity_or_acceleration[stuck] = below[stuck] = common / (1.0 + mobility)
+        stuck, velocity = self._cells.stuck, self.velocity
+        if self._substrate is None:
+            velocity[stuck] = 0.0
+            return
+        mobility, below = self._cells.mobility[stuck], self._substrate[1]
+        common = velocity[stuck] + mobility * below[stuck]
+        velocity[stuck] = below[stuck] = common / (1.0 + mobility)
 
     def check(self, specimen: Specimen) -> None:
         """Raise `DesignError` for a specimen that `set_specimen` would refuse."""
         if specimen.design != self.design:
             expected = 'of the design of the chain'
             raise DesignError(ErrorCode.CONFLICT, 'specimen', specimen, expected)
-        if self.dt > (limit := stable_step(specimen, self.integrator)):
+        if self.dt > (limit := stable_step(specimen)):
             expected = f'at most {limit:.5g} for this specimen'
             raise DesignError(ErrorCode.CONFLICT, 'dt', self.dt, expected)
 
@@ -224,26 +218,23 @@ class Chain:
         self._cells = Cells(
             p.constants(align_array(made.alpha * p.d)), tuple(map(align_array, made.springs)),
             align_array(made.offsets + p.origin), mobility, align_array(under),
-            stuck, made.eta,
+            stuck,
         )  # fmt: skip
-        self._constants = self.integrator.constants(self.dt, mobility, made.eta)
-        reach = farthest_reach(made, self.integrator, self.dt) + MAX_OFFSET
+        self._constants = compute_constants(self.dt, mobility, made.eta)
+        reach = farthest_reach(made, self.dt) + MAX_OFFSET
         self._range = -reach + p.origin, reach + p.origin
 
     def set_damping(self, factors: Array) -> None:
         """Damp every cell by its own factor times eta, shape (N,), until `set_specimen`.
 
         Raises:
-            DesignError: The integrator damps all cells alike, or a factor is not above 0.
+            DesignError: A factor is not above 0.
         """
-        if not self.integrator.damps_each:
-            expected = f'left out for {self.integrator.name}, which damps all cells alike'
-            raise DesignError(ErrorCode.UNSUPPORTED, 'factors', factors, expected)
         if not (factors > 0.0).all():
             worst = float(factors.min())
             raise DesignError.out_of_range('factors', worst, 'above 0')
         eta = self.specimen.eta * factors
-        self._constants = self.integrator.constants(self.dt, self._cells.mobility, eta)
+        self._constants = compute_constants(self.dt, self._cells.mobility, eta)
 
     # --- time ----------------------------------------------------------------------------
 
@@ -258,7 +249,7 @@ class Chain:
 
         Args:
             V_N: Displacement of the substrate's end at the `substep_times`, shape (m steps,)
-                with m = integrator.substeps, finite.
+                with m = SUBSTEPS_PER_STEP, finite.
             held_cell: A cell held at a prescribed motion at the start of the run.
             shake: Acceleration of the base at the same times, shape (m steps,), finite; the
                 displacements are those relative to the base. None for a base at rest.
@@ -274,16 +265,14 @@ class Chain:
             StateError: The inputs have the wrong shape, are not finite, or drive a cell so far
                 that the step becomes unstable. The chain is as it was before.
         """
-        substeps = self.integrator.substeps
-        inputs = Inputs.from_arguments(V_N, held_cell, shake, self.design.N, substeps)
+        inputs = Inputs.from_arguments(V_N, held_cell, shake, self.design.N)
         before = [row.copy() for row in self._list_rows()], self.V_N, self.steps_done
-        steps = len(V_N) // substeps
+        steps = len(V_N) // SUBSTEPS_PER_STEP
         every = max(1, steps // ticks) if ticks else 0
         ends, strayed = self._advance_stretch(inputs, every)
         while not strayed and ends.shape[1] < steps:
-            part, strayed = self._advance_stretch(
-                inputs.skip_substeps(substeps * ends.shape[1]), every
-            )
+            left = inputs.skip_substeps(SUBSTEPS_PER_STEP * ends.shape[1])
+            part, strayed = self._advance_stretch(left, every)
             ends = np.concatenate((ends, part), axis=1)
         # A non-finite value anywhere reaches a velocity of the metamaterial within the sub-step.
         finite = np.isfinite(self.velocity).all()
@@ -304,18 +293,17 @@ class Chain:
 
     def _advance_stretch(self, inputs: Inputs, every: int) -> tuple[Array, bool]:
         """Advance until a rest begins or ends; `every` is the number of steps of a tick, or 0."""
-        substeps = self.integrator.substeps
         ticks = 0
         if every and self.at_rest:
-            ticks = inputs.count_still_substeps(self.V_N) // (substeps * every)
+            ticks = inputs.count_still_substeps(self.V_N) // (SUBSTEPS_PER_STEP * every)
         if ticks:
             steps = every * ticks
             self.pass_by(steps)
             return np.repeat([[self.end(1)], [self.end(self.design.N)]], steps, axis=1), False
-        ends = np.empty((2, len(inputs.V_N) // substeps))
-        steps, strayed = self.integrator.advance(*self._build_arguments(inputs, ends, every))
+        ends = np.empty((2, len(inputs.V_N) // SUBSTEPS_PER_STEP))
+        steps, strayed = advance(*self._build_arguments(inputs, ends, every))
         if steps:
-            self.V_N = float(inputs.V_N[substeps * steps - 1])
+            self.V_N = float(inputs.V_N[SUBSTEPS_PER_STEP * steps - 1])
         self.steps_done += steps
         return ends[:, :steps], strayed
 
@@ -328,7 +316,7 @@ class Chain:
         if not abs(self.velocity[0]) < MAX_REST_SPEED:  # mostly it shows here
             return False
         if not all(
-            np.abs(v).max() < MAX_REST_SPEED for _, v, *_ in self._list_chains()
+            np.abs(v).max() < MAX_REST_SPEED for _, v, _ in self._list_chains()
         ):  # also for NaN
             return False
         substrate = None if self._substrate is None else self._substrate[0]
@@ -360,22 +348,27 @@ class Chain:
         """Return eta times the velocity of the substrate's end, if damping acts on v - V."""
         if not self.specimen.damped_by_substrate:
             return None
-        gaps = self.dt * np.diff(self.integrator.nodes, prepend=0.0)
+        gaps = self.dt * np.diff(NODES, prepend=0.0)
         taken = np.tile(gaps, len(V_N) // len(gaps))  # the same in any cut of runs
-        return np.asarray(self._cells.eta * np.diff(V_N, prepend=self.V_N) / taken)
+        return np.asarray(self.specimen.eta * np.diff(V_N, prepend=self.V_N) / taken)
 
     def pass_by(self, steps: int) -> None:
         """Let the clock go on by whole steps of ticks in which the chain is at rest."""
-        for _, velocity, acceleration, *_ in self._list_chains():
-            velocity[:] = acceleration[:] = 0.0
+        for _, velocity, _ in self._list_chains():
+            velocity[:] = 0.0
         self.steps_done += steps
 
     def advance_steps(self, steps: int) -> Array:
         """Advance by whole steps with the substrate's end held where it is."""
-        return self.advance(np.full(self.integrator.substeps * steps, self.V_N))
+        return self.advance(np.full(SUBSTEPS_PER_STEP * steps, self.V_N))
 
 
-def is_kernel_cached(design: Design, integrator: Integrator) -> bool:
+def is_kernel_cached(design: Design) -> bool:
     """Return whether the loop for an element of a design is already compiled, here or on disk."""
-    arguments = Chain(design, integrator=integrator)._build_arguments(NO_INPUTS, np.empty((2, 0)))
-    return is_cached(integrator.advance, *arguments)
+    return is_cached(advance, *Chain(design)._build_arguments(NO_INPUTS, np.empty((2, 0))))
+
+
+def find_cache_folder() -> Path | None:
+    """Return where the machine code of the loop is cached; None if it cannot be."""
+    path = None if DISABLED else cast(Any, advance).stats.cache_path
+    return None if path is None else Path(path)

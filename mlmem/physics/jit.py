@@ -117,12 +117,6 @@ def is_cached(compiled: Callable[..., Any], *arguments: object) -> bool:
     )
 
 
-def find_cache_folder(compiled: Callable[..., Any]) -> Path | None:
-    """Return where a loop's machine code is cached; None if it cannot be."""
-    path = None if DISABLED else cast(Any, compiled).stats.cache_path
-    return None if path is None else Path(path)
-
-
 def check_cache_space(folder: Path) -> None:
     """Write and remove a file as large as a full cache; raise `OSError` if that fails."""
     folder.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How an element is stepped in time: method, step size and times, and what moves it in a run: the
+"""How an element is stepped in time: step size and times, and what moves it in a run: the
 substrate's end, a held cell and a shaken base.
 """
 
@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .methods import DEFAULT_INTEGRATOR, Integrator
+from .pefrl import MAX_ACCURATE_PHASE, MAX_ACCURATE_STEP, NODES, SUBSTEPS_PER_STEP, limit_step
 from .specimen import Material, Specimen, as_specimen
 from .values import Array, StateError, require_finite
 
@@ -36,19 +36,19 @@ def highest_frequency(specimen: Specimen, reach: float | None = None) -> float:
     return math.sqrt(max(substrate, cells) + on_site / math.sqrt(float(specimen.masses.min())))
 
 
-def stable_step(material: Material, integrator: Integrator = DEFAULT_INTEGRATOR) -> float:
-    """Return the largest step that keeps the margin to the limit of the integrator."""
-    return STABILITY_MARGIN * _stability_limit(as_specimen(material), integrator)
+def stable_step(material: Material) -> float:
+    """Return the largest step that keeps the margin to the limit of stability."""
+    return STABILITY_MARGIN * limit_step(highest_frequency(as_specimen(material)))
 
 
-def default_step(material: Material, integrator: Integrator = DEFAULT_INTEGRATOR) -> float:
+def default_step(material: Material) -> float:
     """Return the largest step that is both accurate and stable."""
     specimen = as_specimen(material)
-    followed = integrator.accurate_turn / math.sqrt(_bound_cell_frequency(specimen)[0])
-    return min(integrator.accurate_step, followed, stable_step(specimen, integrator))
+    followed = MAX_ACCURATE_PHASE / math.sqrt(_bound_cell_frequency(specimen)[0])
+    return min(MAX_ACCURATE_STEP, followed, stable_step(specimen))
 
 
-def farthest_reach(specimen: Specimen, integrator: Integrator, dt: float) -> float:
+def farthest_reach(specimen: Specimen, dt: float) -> float:
     """Return how far a cell may get, as |D - origin|, before a step becomes unstable.
 
     The farther out, the stiffer the wells. Found by bisection, from below.
@@ -56,7 +56,7 @@ def farthest_reach(specimen: Specimen, integrator: Integrator, dt: float) -> flo
     low, high = _well_reach(specimen), 1e6  # bound on |D - origin| where any step is stable
     while high > low * (1.0 + 1e-3):
         middle = math.sqrt(low * high)
-        if dt <= _stability_limit(specimen, integrator, middle):
+        if dt <= limit_step(highest_frequency(specimen, middle)):
             low = middle
         else:
             high = middle
@@ -77,36 +77,21 @@ def _bound_cell_frequency(specimen: Specimen, reach: float | None = None) -> tup
     ), on_site
 
 
-def _stability_limit(
-    specimen: Specimen, integrator: Integrator, reach: float | None = None
-) -> float:
-    eta = specimen.eta / float(specimen.masses.min())
-    return integrator.limit(highest_frequency(specimen, reach), eta)
-
-
-class Stepper(Protocol):
-    """What steps an element, and needs its prescribed motion: an integrator, or a driver."""
-
-    @property
-    def nodes(self) -> tuple[float, ...]:
-        """The times in every step at which it needs the motion, as fractions of the step."""
-
-
 def substep_times(
-    steps: int, dt: float, stepper: Stepper = DEFAULT_INTEGRATOR, first: int = 0
+    steps: int, dt: float, first: int = 0, nodes: tuple[float, ...] = NODES
 ) -> Array:
     """Return the times in a run of steps at which the prescribed motion is needed.
 
     Args:
         dt: Step size in time units.
-        stepper: What needs the motion.
         first: Number of the first step.
+        nodes: These times in a step, as fractions of it; by default those of a chain.
 
     Returns:
         Times from the start of step 0, rising, shape (m steps,) with m nodes.
     """
     starts = first + np.arange(steps, dtype=np.float64)
-    return np.asarray((starts[:, None] + np.array(stepper.nodes)).ravel() * dt)
+    return np.asarray((starts[:, None] + np.array(nodes)).ravel() * dt)
 
 
 @dataclass(frozen=True)
@@ -116,7 +101,7 @@ class HeldCell:
     Attributes:
         site: The driven cell: 1 or N.
         motion: Its displacement and velocity at the first m of the run's `substep_times`, shape
-            (2, m); it is free afterwards. PEFRL lets go between two steps only: a step that is
+            (2, m); it is free afterwards. A chain lets go between two steps only: a step that is
             not held to its end is free from its start.
     """
 
@@ -148,20 +133,20 @@ class Inputs(NamedTuple):
 
     @classmethod
     def from_arguments(
-        cls, V_N: Array, held_cell: HeldCell | None, shake: Array | None, N: int, substeps: int
+        cls, V_N: Array, held_cell: HeldCell | None, shake: Array | None, N: int
     ) -> Inputs:
         """Return the inputs of a run, for the arguments of `Chain.advance`.
 
         Args:
             N: Number of cells.
-            substeps: Sub-steps of a step.
 
         Raises:
             StateError: They have the wrong shape, are not finite, or not of whole steps.
         """
         V_N = copy_contiguous(V_N)
-        if V_N.ndim != 1 or len(V_N) % substeps:
-            raise StateError.out_of_range('V_N', V_N.shape, f'of shape ({substeps} steps,)')
+        if V_N.ndim != 1 or len(V_N) % SUBSTEPS_PER_STEP:
+            expected = f'of shape ({SUBSTEPS_PER_STEP} steps,)'
+            raise StateError.out_of_range('V_N', V_N.shape, expected)
         require_finite('V_N', V_N, V_N.shape)
         base = np.zeros(len(V_N))
         if shake is not None:

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .jit import compile_kernel
-from .methods import Integrator
+from .pefrl import squared_frequency
 from .specimen import Material, Specimen, as_specimen
 from .values import Array
 from .values import Complex as Complex
@@ -76,8 +76,8 @@ class Tones(NamedTuple):
     Attributes:
         omega: Complex frequencies, shape (F,): an imaginary part below 0 is a decay, as of what is
             weighted with exp(omega_i t).
-        square: What a mass adds to the stiffness of its cell, -omega^2; with a time step, as the
-            method has it.
+        square: What a mass adds to the stiffness of its cell, -omega^2; with a time step, as a
+            chain has it.
         loss: What its damping adds, i eta omega.
     """
 
@@ -86,12 +86,10 @@ class Tones(NamedTuple):
     loss: Complex
 
     @classmethod
-    def from_steps(cls, made: Specimen, omega: Complex, method: Integrator, dt: float) -> Tones:
-        """Return frequencies of an element that a method advances by steps of dt; see
-        `Integrator.squared_frequency`.
-        """
+    def from_steps(cls, made: Specimen, omega: Complex, dt: float) -> Tones:
+        """Return frequencies as a chain of steps dt has them; see `squared_frequency`."""
         exact = omega * omega - 1j * made.eta * omega
-        K = method.squared_frequency(omega, made.eta, dt)
+        K = squared_frequency(omega, made.eta, dt)
         return cls(omega, -omega * omega - (K - exact), 1j * made.eta * omega)
 
 

@@ -286,7 +286,6 @@ def calibration_key(design: Design, settings: Settings) -> str:
         dataclasses.asdict(settings.probe),
         dataclasses.asdict(settings.probe_right),
         settings.time.tick,
-        settings.time.integrator,
         'carrier 1',  # the detector: delays of another one do not apply
     ]
     if settings.read.method == 'records':

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from ..instrument.drivers import Simulation, steps_per_tick
 from ..instrument.echo import pulse_duration
 from ..instrument.end import End, Pulse, Shot
 from ..instrument.instrument import Instrument
-from ..physics import PEFRL, Specimen
+from ..physics import Specimen
 from ..physics.potential import Array
 from ..physics.waves import Complex, Tones, combine_rows, linearize_cells, multiply_matrices
 from ..settings import Settings
@@ -111,9 +110,8 @@ class Ends:
     def __init__(self, made: Specimen, settings: Settings, listener: Listener) -> None:
         """Prepare for an element, the pulse of the settings, and a listener."""
         probe = settings.register.probe
-        time = replace(settings.time, integrator=PEFRL.name)
-        steps = steps_per_tick(made, time)
-        dt, n = time.tick / steps, listener.ticks * steps
+        steps = steps_per_tick(made, settings.time)
+        dt, n = settings.time.tick / steps, listener.ticks * steps
         period = PERIOD_RATIO * n * dt
         # 5 / sigma: a faded recording has a wider band than the one that is compared
         low, high = (
@@ -124,7 +122,7 @@ class Ends:
         omega = np.asarray(
             2.0 * math.pi / period * lines - 1j * DECAY_EXPONENT / period, dtype=np.complex128
         )
-        self.tones = Tones.from_steps(made, omega, PEFRL, dt)
+        self.tones = Tones.from_steps(made, omega, dt)
         pulse = Pulse(0.0, probe)
         t = dt / 8.0 * np.arange(1.0, 8.0 * pulse.duration / dt)  # zero at its begin and end
         self._pulse: Complex = (
@@ -204,9 +202,8 @@ def simulate_answers(
     Friction weakens a small wave more than a large one, so each answer is simulated with the
     pulse as strong as it is.
     """
-    converged = replace(settings, time=replace(settings.time, integrator=PEFRL.name))
-    driver = Simulation.build_blank(made, converged.time)
-    twin, shots = Instrument(made.design, converged, driver), []
+    driver = Simulation.build_blank(made, settings.time)
+    twin, shots = Instrument(made.design, settings, driver), []
     for v in walls_at:
         driver.chain.place(v)
         twin.transducer.assume_equilibrium()

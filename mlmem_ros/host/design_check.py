@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mlmem import NOH_BATHE, Design, DesignError, End, Settings, find_cache_folder
+from mlmem import Design, DesignError, End, Settings, find_cache_folder
 from mlmem.atomic_files import write_atomically
 
 from ..packages import find_tool
@@ -88,7 +88,7 @@ def load_findings(design: Design, settings: Settings) -> list[Found]:
 
 def _cache_path(design: Design, settings: Settings) -> Path | None:
     """Return the file of a design's findings; None where no kernels are cached."""
-    folder = find_cache_folder(NOH_BATHE.advance)
+    folder = find_cache_folder()
     if folder is None or not folder.is_dir():
         return None
     key = hashlib.sha256(f'{_hash_source()} {design!r} {settings!r}'.encode()).hexdigest()

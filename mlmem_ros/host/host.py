@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from mlmem import (
-    INTEGRATORS,
     Abort,
     Asked,
     Command,
@@ -132,13 +131,12 @@ class Host:
         Raises:
             One of `REFUSALS`: Nothing is open.
         """
-        design, integrator = given.design, given.settings.time.integrator
-        begun, is_cached = time.monotonic(), is_kernel_cached(design, INTEGRATORS[integrator])
+        begun, is_cached = time.monotonic(), is_kernel_cached(given.design)
         self.preparing = 'preparing the device'
         if not is_retry:
             self.log.info(self.preparing)
         if not is_cached:
-            kernels = f'the kernels of the {design.substrate} substrate ({integrator})'
+            kernels = f'the kernels of the {given.design.substrate} substrate'
             self.preparing = f'compiling {kernels}'
             self.log.info(f'{self.preparing} (once; it takes some seconds)')
         try:

@@ -21,8 +21,9 @@ from mlmem.factory import compute_calibration
 from mlmem.instrument.drivers import steps_per_tick
 from mlmem.instrument.echo import Echo, EchoDetector, listening_time
 from mlmem.instrument.end import End, Pulse
-from mlmem.physics import INTEGRATORS, PEFRL, Design, Integrator, Specimen, StateError, as_specimen
+from mlmem.physics import Design, Specimen, StateError, as_specimen
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
+from mlmem.physics.pefrl import squared_frequency
 from mlmem.physics.values import Array, Complex
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.readers.decoding import find_exchanged_levels
@@ -37,7 +38,6 @@ def forecast_echo(
     probe: ProbeSettings,
     end: End,
     dt: float,
-    integrator: Integrator = PEFRL,
 ) -> Echo:
     """Return what a device hears of a resting, unstrained element.
 
@@ -46,9 +46,7 @@ def forecast_echo(
     Args:
         v: Its displacements at rest, shape (N,).
         probe: Pulse and detector.
-        dt: Step of the device.
-        integrator: Its method, which damps and slows the wave a little (see
-            `Integrator.squared_frequency`).
+        dt: Step of the device, which slows the wave a little (see `squared_frequency`).
     """
     made = as_specimen(made)
     sampling = max(dt, 0.25)  # time units between samples, if the device's own steps are shorter
@@ -61,7 +59,7 @@ def forecast_echo(
     # the pulse has no other frequencies
     used = (np.abs(omega - probe.omega_c) < 5.0 / probe.sigma) & (omega > 0.0)
     spectrum = np.where(used, np.fft.rfft(driven), 0.0)
-    spectrum[used] *= echo_response(made, v, omega[used], end, dt, integrator)
+    spectrum[used] *= echo_response(made, v, omega[used], end, dt)
     detector = EchoDetector(probe, sampling)
     detector.feed_displacements(np.fft.irfft(spectrum, period)[:samples])
     return detector.build_echo(end)
@@ -73,7 +71,6 @@ def echo_response(
     omega: Array,
     end: End,
     dt: float = 0.0,
-    integrator: Integrator = PEFRL,
 ) -> Complex:
     """Return the first echo at a free end relative to the end's driven motion.
 
@@ -82,7 +79,7 @@ def echo_response(
         v: Its displacements at rest, shape (N,).
         omega: Angular frequencies, shape (m,), positive; the time factor is exp(i omega t).
         end: The end that is driven, released and listened to.
-        dt: Step of the integrator whose numerical damping and dispersion to include; 0 for none.
+        dt: Step of the chain whose dispersion to include; 0 for none.
 
     Returns:
         Ratio of the complex amplitudes, shape (m,).
@@ -91,7 +88,7 @@ def echo_response(
     k_r = specimen.k_r
     if end is End.RIGHT:
         on_site, k_r = on_site[::-1], k_r[::-1]
-    common = -integrator.squared_frequency(omega, specimen.eta, dt)
+    common = -squared_frequency(omega, specimen.eta, dt)
     ratio = k_r[-1] / (on_site[-1] + common + k_r[-1])  # v_N / v_{N-1}: the far end is free
     for local, left, right in zip(on_site[-2:0:-1], k_r[-2::-1], k_r[:0:-1], strict=True):
         ratio = left / (local + common + left + right * (1.0 - ratio))
@@ -117,7 +114,6 @@ def check(subject: Subject, max_calibration_cell_steps: float = 1.5e8) -> Iterat
     """
     settings = subject.settings
     dt = settings.time.tick / steps_per_tick(subject.made, settings.time)
-    integrator = INTEGRATORS[settings.time.integrator]
     walls = {}
     for level in subject.levels:
         with suppress(StateError):  # `pin_depth` and `echo_...` report it
@@ -125,9 +121,7 @@ def check(subject: Subject, max_calibration_cell_steps: float = 1.5e8) -> Iterat
     loudest, latest, apart = 0.0, 0.0, {}
     for end in End:
         probe = end.select_probe(settings)
-        echoes = {
-            n: forecast_echo(subject.made, v, probe, end, dt, integrator) for n, v in walls.items()
-        }
+        echoes = {n: forecast_echo(subject.made, v, probe, end, dt) for n, v in walls.items()}
         margins = {level: echo.threshold_margin for level, echo in echoes.items()}
         delays = [math.nan if echo.delay is None else echo.delay for echo in echoes.values()]
         loudest = max(loudest, max(margins.values(), default=0.0))
@@ -142,7 +136,7 @@ def check(subject: Subject, max_calibration_cell_steps: float = 1.5e8) -> Iterat
     yield _judge_separation(subject, calibration, apart)
     yield _judge_reverberation(subject.made.eta, settings.read, loudest)
     blank, probe = make_blank(subject.made), End.RIGHT.select_probe(settings)
-    empty = forecast_echo(subject.made, blank, probe, End.RIGHT, dt, integrator)
+    empty = forecast_echo(subject.made, blank, probe, End.RIGHT, dt)
     yield grade_finding(
         'echo_blank',
         {'over threshold': empty.threshold_margin},

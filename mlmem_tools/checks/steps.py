@@ -16,7 +16,6 @@ from collections.abc import Iterator
 from mlmem.instrument.motion import Cycle
 from mlmem.moves.strain_cycle import WriteSettings, correct_write, select_peak
 from mlmem.physics import (
-    NOH_BATHE,
     Chain,
     Specimen,
     StateError,
@@ -81,7 +80,7 @@ def _choose_time_step(made: Specimen) -> float:
     """Return a stable time step of at most 1 time unit: with it, all shipped elements get the
     verdicts of a finer one.
     """
-    return min(1.0, stable_step(made, NOH_BATHE))
+    return min(1.0, stable_step(made))
 
 
 def _find_lost_levels(subject: Subject, compression: float, tension: float) -> list[int]:
@@ -108,7 +107,7 @@ def _simulate_steps(subject: Subject, write: WriteSettings, start: int) -> Itera
     design = dataclasses.replace(subject.design, substrate='rigid')
     made = dataclasses.replace(subject.made, design=design)
     rate = subject.settings.actuator.max_rate
-    chain = Chain(made, _choose_time_step(made), NOH_BATHE)
+    chain = Chain(made, _choose_time_step(made))
     try:
         chain.place(find_pinned_wall(made, start))
     except StateError:  # the level pins no wall
@@ -121,7 +120,7 @@ def _simulate_steps(subject: Subject, write: WriteSettings, start: int) -> Itera
             own = correct_write(write, subject.corrections[level + 1])
         peak = select_peak(own, design.is_freed_by_compression(level))
         cycle = Cycle.plan_cycle(own, peak, rate)
-        times = substep_times(round(cycle.duration / chain.dt), chain.dt, chain.integrator)
+        times = substep_times(round(cycle.duration / chain.dt), chain.dt)
         try:
             chain.advance(cycle.strain(times) * design.end_displacement(1.0))
             state = chain.state()

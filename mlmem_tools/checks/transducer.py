@@ -13,7 +13,7 @@ from contextlib import suppress
 import numpy as np
 
 from mlmem.moves.kick import KickMotion
-from mlmem.physics import Chain, HeldCell, StateError, substep_times
+from mlmem.physics import SUBSTEPS_PER_STEP, Chain, HeldCell, StateError, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank, metamaterial_force
 from mlmem.physics.potential import Array
 
@@ -44,7 +44,7 @@ def check(subject: Subject) -> Iterator[Finding]:
             if motion.duration <= 20_000 * chain.dt:
                 min_samples = 200  # some end with a jump of the acceleration
                 step = min(chain.dt, (motion.duration - kick.hold) / min_samples)
-                fine = Chain(chain.specimen, step, chain.integrator)
+                fine = Chain(chain.specimen, step)
                 fine.place(v)
                 asked[name] = simulate_kick(fine, motion)
     if not asked:
@@ -74,7 +74,7 @@ def simulate_kick(chain: Chain, kick: KickMotion) -> dict[str, Array]:
     The force moves the end cell, its spring to the next cell and its own against the substrate.
     """
     made = chain.specimen
-    still = np.zeros(chain.integrator.substeps)
+    still = np.zeros(SUBSTEPS_PER_STEP)
     steps = math.floor(kick.duration / chain.dt)
     at = np.linspace(0.0, steps * chain.dt, steps + 1)
     place, speed = kick.evaluate_motion(at)
@@ -86,6 +86,6 @@ def simulate_kick(chain: Chain, kick: KickMotion) -> dict[str, Array]:
         force[k] = made.masses[0] * acceleration[k] + made.eta * speed[k] - pull
         force[k] += made.design.friction * np.sign(speed[k])
         if k < steps:
-            times = substep_times(1, chain.dt, chain.integrator, k)
+            times = substep_times(1, chain.dt, k)
             chain.advance(still, HeldCell(1, kick.evaluate_motion(times)))
     return {'stroke': place - place[0], 'speed': speed, 'force': force, 'power': force * speed}

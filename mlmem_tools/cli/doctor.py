@@ -79,10 +79,10 @@ def check_library(name: str) -> Diagnosis:
 
 def check_compile_cache() -> Diagnosis:
     """Check whether compiled kernels can be cached."""
-    from mlmem.physics import NOH_BATHE
-    from mlmem.physics.jit import check_cache_space, find_cache_folder
+    from mlmem.physics import find_cache_folder
+    from mlmem.physics.jit import check_cache_space
 
-    folder = find_cache_folder(NOH_BATHE.advance)
+    folder = find_cache_folder()
     try:
         if folder is None:
             raise PermissionError('no folder can be written')

@@ -18,7 +18,7 @@ import numpy as np
 from mlmem import Element, Shot, as_designed, load_element
 from mlmem.element_file import TransducerValues, write_element_file
 from mlmem.parsing import DecodeError
-from mlmem.physics import INTEGRATORS, DesignError, Integrator
+from mlmem.physics import DesignError
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.session.data import load_session
 
@@ -45,7 +45,7 @@ from .output import create_console, print_failure, print_json, show_bar
 def fit(arguments: argparse.Namespace) -> int:
     """Fit; return 0, 1 if the data cannot be fitted, 2 if they cannot be read."""
     try:
-        known, shots, integrator = _read_inputs(arguments)
+        known, shots, simulated = _read_inputs(arguments)
         design, settings = known.design_and_settings
     except (BagError, DecodeError, DesignError, Misfitting) as error:
         return print_failure('fit', error, 2)
@@ -53,7 +53,7 @@ def fit(arguments: argparse.Namespace) -> int:
     try:
         with show_bar(console) as report:
             found = fit_element(
-                design, shots, scatter=arguments.scatter, integrator=integrator, report=report
+                design, shots, scatter=arguments.scatter, simulated=simulated, report=report
             )  # fmt: skip
         element = dataclasses.replace(build_element(found), settings=settings)
         if arguments.output:
@@ -82,15 +82,15 @@ def build_element(found: Fit) -> Element:
     )  # fmt: skip
 
 
-def _read_inputs(arguments: argparse.Namespace) -> tuple[Element, list[Shot], Integrator | None]:
-    """Return design and settings, shots, and the integrator of a simulated element."""
+def _read_inputs(arguments: argparse.Namespace) -> tuple[Element, list[Shot], bool]:
+    """Return design and settings, shots, and whether all are of a simulated element."""
     known = load_element(arguments.design) if arguments.design else None
     shots: list[Shot] = []
-    integrators: set[Integrator | None] = set()
+    simulated = True
     for source in arguments.source:
         if source.endswith('.csv'):
             shots.append(csv_shots.load_shot(Path(source)))
-            integrators.add(None)
+            simulated = False
             continue
         session = load_session(source)
         if not session.shots:
@@ -100,11 +100,10 @@ def _read_inputs(arguments: argparse.Namespace) -> tuple[Element, list[Shot], In
         if header.design != known.design:
             raise Misfitting(f'{source} is of another design')
         shots += session.shots
-        method = INTEGRATORS[header.settings.time.integrator]
-        integrators.add(method if header.simulated else None)
+        simulated = simulated and header.simulated
     if known is None:
         raise Misfitting('CSV files do not tell the design: give --design')
-    return known, shots, integrators.pop() if len(integrators) == 1 else None
+    return known, shots, simulated
 
 
 def _as_dict(found: Fit) -> dict[str, Any]:

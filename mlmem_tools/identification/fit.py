@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from mlmem.instrument.end import Shot
-from mlmem.physics import Design, Integrator
+from mlmem.physics import Design
 from mlmem.physics.potential import Array
 
 from .descent import Schedule, Stage, minimise_misfit
@@ -144,7 +144,7 @@ def fit_element(
     shots: Sequence[Shot],
     *,
     scatter: float = PRIOR_DEVIATIONS['scatter'],
-    integrator: Integrator | None = None,
+    simulated: bool = False,
     report: Report | None = None,
 ) -> Fit:
     """Return the element that explains shots.
@@ -154,14 +154,14 @@ def fit_element(
     Args:
         shots: Pulses and what both ends did, with every state at rest before.
         scatter: Standard deviation of alpha from cell to cell that is expected, relative.
-        integrator: That of a simulated element, whose errors are repeated; None for a real one.
+        simulated: Whether the element is simulated, so that its steps are repeated.
 
     Raises:
         Misfitting: The data cannot answer, or no model describes the element.
     """
     _check_shots(design, shots)
     told = report or (lambda what, share: None)
-    misfit = Misfit(Unknowns(design), shots, PRIOR_DEVIATIONS | {'scatter': scatter}, integrator)
+    misfit = Misfit(Unknowns(design), shots, PRIOR_DEVIATIONS | {'scatter': scatter}, simulated)
     first = _fit_blank(misfit, told)
     told('where the wall was', 0.0)
     misfit, x = locate_walls(first.misfit.select_shots(shots), first.x)

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from mlmem.instrument.end import End, Shot
 from mlmem.physics import (
-    PEFRL,
+    SUBSTEPS_PER_STEP,
     Chain,
     HeldCell,
-    Integrator,
     Specimen,
     StateError,
     find_walls,
@@ -41,22 +40,22 @@ class Clock:
     """How the motion between samples is computed.
 
     Attributes:
-        integrator: Of the forward model; that of a simulated element repeats its errors.
         parts: Steps between two samples that are compared.
         stride: Samples between those that are compared.
     """
 
-    integrator: Integrator
     parts: int
     stride: int
 
     @classmethod
-    def of(cls, dt: float, integrator: Integrator | None = None) -> Clock:
-        """Return the clock for samples dt apart, of a simulated element or a real one."""
-        if integrator is not None:
-            return cls(integrator, 1, 1)
+    def of(cls, dt: float, simulated: bool = False) -> Clock:
+        """Return the clock for samples dt apart, of a simulated element, whose steps are repeated
+        with their errors, or a real one.
+        """
+        if simulated:
+            return cls(1, 1)
         max_step = 0.35  # largest step in time units: the error is below 1e-6 cells then
-        return cls(PEFRL, max(1, math.ceil(dt / max_step)), max(1, math.floor(max_step / dt)))
+        return cls(max(1, math.ceil(dt / max_step)), max(1, math.floor(max_step / dt)))
 
 
 def solve_equilibrium(specimen: Specimen, wall: float, strain: float) -> Array:
@@ -82,15 +81,15 @@ class Forward:
         x: The values, shape (size,).
     """
 
-    def __init__(self, unknowns: Unknowns, x: Array, integrator: Integrator | None = None) -> None:
-        """Make the element.
+    def __init__(self, unknowns: Unknowns, x: Array, simulated: bool = False) -> None:
+        """Make the element, or with `simulated` one that repeats the steps of a simulated one.
 
         Raises:
             DesignError: There is no such element.
         """
         self.unknowns, self.x = unknowns, x
         self.specimen = unknowns.specimen(x)
-        self._integrator = integrator
+        self._simulated = simulated
         self._rest: dict[tuple[float, float], Array] = {}
         self._chains: dict[float, Chain] = {}
         self._predicted: dict[tuple[Shot, float, float], Array] = {}
@@ -134,29 +133,29 @@ class Forward:
         dt = first.dt * clock.stride / clock.parts
         late = self.unknowns.end_values(self.x, 'late') / dt
         further = _count_extra_steps(late)
-        chain = self._build_chain(dt * unit, clock.integrator)
+        chain = self._build_chain(dt * unit)
         v = self.rest(first)
         chain.place(v, design.end_displacement(first.strain))
         begins = [self.begin(first, shot) * clock.parts for shot in shots]
         parts = [v[[0, -1], None]]
         until = [*begins[1:], steps + further]
         for shot, begin, end in zip(shots, begins, until, strict=True):
-            motion = self._driven_motion(shot, dt, end - begin, clock.integrator)
+            motion = self._driven_motion(shot, dt, end - begin)
             site = shot.end.site(design)
             gain = self.unknowns.end_values(self.x, 'drive')[shot.end.row]
             held = gain * motion / np.array([[1.0], [unit]])
             held[0] += v[site - 1] + held_off
-            V_N = np.full(clock.integrator.substeps * (end - begin), chain.V_N)
+            V_N = np.full(SUBSTEPS_PER_STEP * (end - begin), chain.V_N)
             parts.append(chain.advance(V_N, HeldCell(site, held)))
         zero, gain = (self.unknowns.end_values(self.x, what)[:, None] for what in ('zero', 'gain'))
         times = np.arange(0, steps + 1, clock.parts) - late[:, None]
         ends = sample_waveforms(np.concatenate(parts, axis=1), times)
         return np.asarray(zero + gain * ends)
 
-    def _build_chain(self, dt: float, integrator: Integrator) -> Chain:
+    def _build_chain(self, dt: float) -> Chain:
         """Return the element as a chain, made once a step: its limits take longer than a shot."""
         if dt not in self._chains:
-            chain = Chain(self.specimen, dt, integrator)
+            chain = Chain(self.specimen, dt)
             if 'damping' in self.unknowns.terms:
                 chain.set_damping(self._damping_ratios)
             self._chains[dt] = chain
@@ -165,7 +164,7 @@ class Forward:
     def begin(self, first: Shot, shot: Shot) -> int:
         """Return after how many compared samples of the first shot another one began."""
         late: int = first.samples.shape[1] - shot.samples.shape[1]
-        return late // Clock.of(first.dt, self._integrator).stride
+        return late // Clock.of(first.dt, self._simulated).stride
 
     def linearise_exchange(
         self, shots: Sequence[Shot], duration: float
@@ -229,7 +228,7 @@ class Forward:
         dt = interval / parts
         late = unknowns.end_values(self.x, 'late') / dt
         steps = math.ceil(samples * parts) + _count_extra_steps(late)
-        motion = self._driven_motion(shot, dt, steps, PEFRL)
+        motion = self._driven_motion(shot, dt, steps)
         motion = motion[:, : motion.shape[1] // 5 * 5]
         gains = unknowns.end_values(self.x, 'drive')
         source = tangent.Source(
@@ -314,14 +313,14 @@ class Forward:
         return float(self.x[self.unknowns.shared(name)])
 
     def _plan_steps(self, shot: Shot, duration: float) -> tuple[Clock, int]:
-        clock = Clock.of(shot.dt, self._integrator)
+        clock = Clock.of(shot.dt, self._simulated)
         samples = math.ceil(max(0.0, duration) / shot.dt)
         samples = min(samples, shot.samples.shape[1]) // clock.stride
         return clock, samples * clock.parts
 
-    def _driven_motion(self, shot: Shot, dt: float, steps: int, integrator: Integrator) -> Array:
+    def _driven_motion(self, shot: Shot, dt: float, steps: int) -> Array:
         """Return the motion of the driven end from its rest in the instrument's time, (2, m)."""
-        times = substep_times(steps, dt, integrator) - self._unknown_value(f'lag_{shot.end}')
+        times = substep_times(steps, dt) - self._unknown_value(f'lag_{shot.end}')
         return shot.pulse.evaluate_motion(times[times <= shot.pulse.duration])
 
 

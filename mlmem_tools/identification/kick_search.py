@@ -58,7 +58,7 @@ def drive_end(
     if rest_time is None:
         rest_time = 10.0 / chain.design.eta
     steps = math.ceil((motion.duration + rest_time) / chain.dt)
-    times = substep_times(steps, chain.dt, chain.integrator)
+    times = substep_times(steps, chain.dt)
     held = HeldCell(site, motion.evaluate_motion(times[times <= motion.duration]))
     try:
         chain.advance(np.zeros(len(times)), held)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mlmem.instrument.end import Shot
-from mlmem.physics import Design, DesignError, Integrator, StateError
+from mlmem.physics import Design, DesignError, StateError
 from mlmem.physics.potential import Array
 
 from .forward import Clock, Forward
@@ -177,7 +177,7 @@ class Misfit:
 
     Attributes:
         prior: See `PRIOR_DEVIATIONS`.
-        integrator: That of a simulated element, whose errors are repeated; None for a real one.
+        simulated: Whether the element is simulated, so that its steps are repeated.
         drift: Standard deviation of a transducer's zero from shot to shot.
         gain_drift: Standard deviation of its gain from shot to shot, relative.
         scatter: Standard deviations that the data show, in place of those of the prior.
@@ -186,7 +186,7 @@ class Misfit:
     unknowns: Unknowns
     shots: Sequence[Shot]
     prior: Mapping[str, float] = field(default_factory=lambda: PRIOR_DEVIATIONS)
-    integrator: Integrator | None = None
+    simulated: bool = False
     drift: float = ZERO_DRIFT_CELLS
     gain_drift: float = 0.0
     scatter: Mapping[str, float] = field(default_factory=dict)
@@ -205,7 +205,7 @@ class Misfit:
         raises as `Forward` does.
         """
         if not (self._latest_forward and self._latest_forward[0].x is x):
-            self._latest_forward[:] = [Forward(self.unknowns, x, self.integrator)]
+            self._latest_forward[:] = [Forward(self.unknowns, x, self.simulated)]
         return self._latest_forward[0]
 
     def predict_shot(self, x: Array, shot: Shot, window: float) -> Array:
@@ -224,7 +224,7 @@ class Misfit:
                 model that is still far off are smoothed so.
         """
         predicted = self.predict_shot(x, shot, window)
-        stride = Clock.of(shot.dt, self.integrator).stride
+        stride = Clock.of(shot.dt, self.simulated).stride
         measured = shot.samples[:, stride - 1 :: stride][:, : predicted.shape[1] - 1]
         measured = np.concatenate((shot.rest[:, None], measured), axis=1)
         spread = np.maximum(estimate_noise(shot), blur)[:, None] * np.ones_like(measured)
@@ -242,7 +242,7 @@ class Misfit:
 
     def _count_held_samples(self, shot: Shot) -> int:
         """Return for how many compared samples an end is held."""
-        stride = Clock.of(shot.dt, self.integrator).stride
+        stride = Clock.of(shot.dt, self.simulated).stride
         return math.ceil(shot.pulse.duration / (shot.dt * stride))
 
     def _drift_changes(self, x: Array, shot: Shot, window: float, weights: Array) -> Array:

@@ -23,7 +23,6 @@ from rclpy.node import Node
 from mlmem import SettingsError, element_file
 from mlmem.element_file import read_matching_element
 from mlmem.instrument.drivers import SIMULATION_NAME
-from mlmem.physics import INTEGRATORS
 from mlmem.rejections import ErrorCode
 from mlmem_ros.contract.answers import RequestError
 from mlmem_ros.contract.messages import build_status
@@ -138,8 +137,7 @@ def _build_monitor(memory: MemoryClient, twin: Path) -> ResidualMonitor:
         )
         raise SettingsError(ErrorCode.UNSUPPORTED, 'element', element, expected)
     simulated = parameters['device.driver'] == SIMULATION_NAME
-    integrator = INTEGRATORS[settings.time.integrator] if simulated else None
-    return ResidualMonitor(read_matching_element(twin, design), integrator)
+    return ResidualMonitor(read_matching_element(twin, design), simulated)
 
 
 def main() -> int:

@@ -16,7 +16,7 @@ from mlmem.element_file import Element
 from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
 from mlmem.memory import Memory
-from mlmem.physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, find_walls
+from mlmem.physics import Chain, DesignError, Specimen, StateError, default_step, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank, relax_to_equilibrium
 from mlmem.physics.potential import Array
 from mlmem.procedures.writing import go_to_level
@@ -216,8 +216,8 @@ class _Trial:
     def __init__(self, specimen: Specimen, intended: Element) -> None:
         self.intended, self._specimen = intended, specimen
         design, time = intended.design, intended.settings.time
-        dt = time.tick / np.ceil(time.tick / default_step(specimen, PEFRL))
-        self._chain = Chain(specimen, float(dt), PEFRL)
+        dt = time.tick / np.ceil(time.tick / default_step(specimen))
+        self._chain = Chain(specimen, float(dt))
         delays = DelayTable(tuple(float(level) for level in range(design.levels)))
         self._memory = Memory(
             design, intended.settings, Calibration(delays, delays), Simulation(self._chain)

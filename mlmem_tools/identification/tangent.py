@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tangent-linear run: an element's motion and its derivatives, all of them in one pass.
 
-The stages are those of PEFRL (`physics.methods.pefrl`), over a substrate at rest. The motion is
+The stages are those of `physics.pefrl`, over a substrate at rest. The motion is
 computed in double precision, the derivatives in single: they need not be exact, because a fit
 compares with the motion alone. A row holds the derivatives of one cell's displacement, so that
 every loop over them has the same factors and vectorises.
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from mlmem.physics.equilibrium import solve_tridiagonal
 from mlmem.physics.formulas import INVERSE_TURN, sine_of_turns
 from mlmem.physics.jit import compile_kernel, inline_function
-from mlmem.physics.methods.pefrl import DRIFT_FRACTIONS, KICK_FRACTIONS
+from mlmem.physics.pefrl import DRIFT_FRACTIONS, KICK_FRACTIONS
 from mlmem.physics.potential import Array
 
 from .unknowns import lay_out_cells
@@ -150,7 +150,7 @@ class Source(NamedTuple):
 
     Attributes:
         site: Its index.
-        motion: Its displacement from rest and velocity at the nodes of PEFRL while it is held,
+        motion: Its displacement from rest and velocity at the nodes of a step while it is held,
             shape (2, 5 steps).
         amplitude: Factor on the motion.
     """

@@ -21,7 +21,7 @@ import numpy as np
 
 from mlmem.element_file import Element
 from mlmem.instrument.end import End, Shot
-from mlmem.physics import Design, DesignError, Integrator, StateError
+from mlmem.physics import Design, DesignError, StateError
 from mlmem.physics.potential import Array
 from mlmem.procedure_table import PROCEDURES
 from mlmem.readers.reading import UNDECODABLE
@@ -88,8 +88,8 @@ class Forecast:
     stride: int
 
 
-def build_forward(element: Element, integrator: Integrator | None) -> Forward:
-    """Return the forward model of an element in a file."""
+def build_forward(element: Element, simulated: bool) -> Forward:
+    """Return the forward model of an element in a file, or of one that is simulated."""
     made = element.specimen
     values = {'masses': made.masses, 'offsets': made.offsets, 'springs': made.k_r}
     nominal = {'masses': 1.0, 'offsets': 0.0, 'springs': 1.0}
@@ -103,7 +103,7 @@ def build_forward(element: Element, integrator: Integrator | None) -> Forward:
     for name, ends in vars(element.transducers).items():
         for end, value in zip(('left', 'right'), ends, strict=True):
             x[unknowns.shared(f'{name}_{end}')] = value
-    return Forward(unknowns, x, integrator)
+    return Forward(unknowns, x, simulated)
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,17 +175,16 @@ def project_out_prior(g: Array, H: Array, spread: Array) -> tuple[Array, Array, 
 class Residuals:
     """Compares reads with their forecast; call it from one thread."""
 
-    def __init__(self, element: Element, integrator: Integrator | None = None) -> None:
+    def __init__(self, element: Element, simulated: bool = False) -> None:
         """Watch an element.
 
         Args:
             element: The element as fitted.
-            integrator: That of a simulated element, whose errors are repeated; None for a real
-                one.
+            simulated: Whether the element is simulated, so that its steps are repeated.
         """
         self.element = element
-        self._forward = build_forward(element, integrator)
-        self._integrator = integrator
+        self._forward = build_forward(element, simulated)
+        self._simulated = simulated
         self._forecasts = dict[tuple[object, ...], Forecast]()
         # the reads in a row that must agree before a change is reported
         self._reads: deque[_Read] = deque(maxlen=2)
@@ -281,7 +280,7 @@ class Residuals:
         strain_step = 1e-5  # strain for a difference quotient
         strained = [replace(shot, strain=shot.strain + strain_step) for shot in shots]
         moved = forward.predict_exchange(strained, duration) - predicted
-        clock = Clock.of(first.dt, self._integrator)
+        clock = Clock.of(first.dt, self._simulated)
         sparse = max(1, every // clock.stride)
 
         def scale_derivatives(name: str) -> Array:
@@ -356,12 +355,12 @@ class ResidualMonitor:
         last: The last comparison, or None.
     """
 
-    def __init__(self, twin: Element, integrator: Integrator | None) -> None:
+    def __init__(self, twin: Element, simulated: bool) -> None:
         """Monitor an element; the arguments are those of `Residuals`."""
         self.twin, self.text = twin, ''
         self.compared = self.skipped = 0
         self.last: Comparison | None = None
-        self._residuals = Residuals(twin, integrator)
+        self._residuals = Residuals(twin, simulated)
         self._read: list[ReadShot] = []  # the pulses of one read, which end at the same tick
         self._lock = threading.Lock()
         self._wall: float | None = None

@@ -104,7 +104,7 @@ class EmulatedRig:
 
         Args:
             design: What the element is meant to be.
-            settings: Tick, scale and integrator are used.
+            settings: Tick and scale are used.
             element: What it is; by default a blank one, exactly as designed.
             sensors: What it measures with; by default ideal ones, in cells.
             numbers: Type of its numbers: '<f4' or '<f8'.

@@ -9,7 +9,7 @@ import pytest
 from mlmem import load_element
 from mlmem.element_file import use_kicks
 from mlmem.moves.kick import KickMotion
-from mlmem.physics import PEFRL, Chain
+from mlmem.physics import Chain
 from mlmem.physics.energy import energy
 from mlmem_tools.checks import Verdict, transducer
 from mlmem_tools.checks.concern import Subject
@@ -18,7 +18,7 @@ from mlmem_tools.checks.concern import Subject
 def test_force_of_a_kick_does_the_work_that_is_stored():
     """The sum of force times speed of every step, without damping; first order in the step."""
     design, settings = load_element('kick_2').design_and_settings
-    chain = Chain(replace(design, eta=1e-9), 0.05, PEFRL)
+    chain = Chain(replace(design, eta=1e-9), 0.05)
     kick = KickMotion(chain.end(1), design.D_s2, 0.1, replace(settings.kick, hold=0.0))
     before = energy(chain).total
     asked = transducer.simulate_kick(chain, kick)

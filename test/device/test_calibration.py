@@ -291,13 +291,6 @@ def test_correction_scales_strains_within_actuators_limit():
     assert correct_write(known, PulseCorrection(), limit) == known
 
 
-def test_factory_measures_with_fourth_order_method_for_any_device():
-    """At its step the paper's method slows the carrier: the delays are those of the element."""
-    paper = rig.shipped('bits_1', time={'integrator': 'noh_bathe'})
-    assert paper.chain.integrator.name == 'noh_bathe'
-    assert paper.calibration == rig.shipped('bits_1').calibration
-
-
 def test_ideal_element_that_cannot_be_probed_is_rejected(monkeypatch):
     def wait_in_vain(element):
         raise ProcedureFailed('the left end does not come to rest')

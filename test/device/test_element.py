@@ -31,7 +31,8 @@ from mlmem import (
     Write,
 )
 from mlmem.instrument.instrument import Progress
-from mlmem.physics import CASE_II, PEFRL, Specimen, stable_step
+from mlmem.physics import CASE_II, Specimen, stable_step
+from mlmem.physics.pefrl import MAX_ACCURATE_STEP
 
 from . import rig
 
@@ -43,7 +44,7 @@ def test_tick_is_whole_number_of_stable_steps(tick, substrate):
     element = rig.device(design=design, calibration=rig.device().calibration, time={'tick': tick})
     steps, dt = element.steps_per_tick, element.chain.dt
     assert steps * dt == pytest.approx(tick, rel=1e-14)
-    largest = min(PEFRL.accurate_step, stable_step(Specimen(design), PEFRL))
+    largest = min(MAX_ACCURATE_STEP, stable_step(Specimen(design)))
     assert dt <= largest
     assert steps == 1 or tick / (steps - 1) > largest, 'fewer steps would do'
     element.advance()

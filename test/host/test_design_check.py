@@ -32,7 +32,7 @@ def test_findings_are_kept_for_the_next_process(monkeypatch, tmp_path):
         return len(checked) > before
 
     monkeypatch.setattr(checks, 'check', check)
-    monkeypatch.setattr(design_check, 'find_cache_folder', lambda _: tmp_path)
+    monkeypatch.setattr(design_check, 'find_cache_folder', lambda: tmp_path)
     assert [asked_anew(design) for design in (CASE_II, CASE_II, CASE_I)] == [True, False, True]
     with monkeypatch.context() as changed:
         changed.setattr(design_check, '_hash_source', lambda: 'changed')

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The public names of the library, as a first script uses them."""
 
-import inspect
 import json
 import math
 from dataclasses import replace
@@ -14,14 +13,12 @@ from rejection import expect_rejection
 import mlmem
 from mlmem import (
     CASE_II,
-    Chain,
     DesignError,
     MemoryElement,
     Potential,
     Write,
 )
-from mlmem.physics import DEFAULT_INTEGRATOR, find_walls
-from mlmem.settings import TimeSettings
+from mlmem.physics import find_walls
 
 
 def double_well(D):
@@ -122,10 +119,3 @@ def test_values_of_many_numbers_have_a_short_repr():
         "Element('kick_2', Specimen(99 cells, as designed))",
     ]
     assert len(repr(replace(CASE_II, law=own))) < 400
-
-
-def test_chain_simulation_and_device_have_one_default_integrator():
-    assert Chain(CASE_II).integrator is DEFAULT_INTEGRATOR
-    assert TimeSettings().integrator == DEFAULT_INTEGRATOR.name
-    given = inspect.signature(mlmem.simulate).parameters['integrator']
-    assert given.default == DEFAULT_INTEGRATOR.name

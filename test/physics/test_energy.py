@@ -16,7 +16,7 @@ import numpy as np
 import oracle
 import pytest
 
-from mlmem.physics import CASE_II, NOH_BATHE, Chain, Specimen
+from mlmem.physics import CASE_II, Chain, Specimen
 from mlmem.physics.energy import end_force, energy
 from mlmem.physics.equilibrium import compute_energies
 
@@ -51,7 +51,7 @@ def test_end_force_is_slope_of_energy(substrate):
     """Moving V_N moves the whole foundation of the rigid model, one site of the elastic one."""
     design = dataclasses.replace(SMALL, substrate=substrate)
     v, _ = rough()
-    chain = Chain(design, integrator=NOH_BATHE)
+    chain = Chain(design)
     chain.place(v, V_N=0.7)
     moved = oracle.quasi_static(design) if substrate == 'rigid' else np.eye(design.N)[-1]
     V, h = 0.7 * oracle.quasi_static(design), 1e-5
@@ -62,7 +62,7 @@ def test_end_force_is_slope_of_energy(substrate):
 @SUBSTRATES
 def test_energy_is_the_sum_of_its_parts(substrate):
     design = dataclasses.replace(SMALL, substrate=substrate)
-    chain = Chain(design, integrator=NOH_BATHE)
+    chain = Chain(design)
     chain.place(rough()[0], V_N=0.4)
     chain.advance(0.4 + 0.01 * np.arange(40))
     parts = energy(chain)

@@ -20,7 +20,7 @@ from laws import sample_force
 from rejection import expect_rejection
 from scipy.optimize import minimize
 
-from mlmem.physics import CASE_I, CASE_II, NOH_BATHE, Chain, Specimen, StateError, find_walls
+from mlmem.physics import CASE_I, CASE_II, Chain, Specimen, StateError, find_walls
 from mlmem.physics.equilibrium import (
     find_pinned_wall,
     relax_to_equilibrium,
@@ -99,7 +99,7 @@ def test_wall_rests_at_defect_of_every_level(level):
     j = np.flatnonzero((v[:-1] > 0.0) & (v[1:] <= 0.0))[0]
     zero = j + 1 + v[j] / (v[j] - v[j + 1])
     assert zero == pytest.approx(CASE_II.defect_site(level) + 0.33, abs=0.01)
-    chain = Chain(CASE_II, integrator=NOH_BATHE)
+    chain = Chain(CASE_II)
     chain.place(v)
     chain.advance_steps(4000)  # 1000 time units
     np.testing.assert_allclose(chain.v, v, atol=1e-11)

@@ -1,17 +1,17 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The integrators, by properties that do not depend on their constants, and dry friction.
+"""The integrator, by properties that do not depend on its constants, and dry friction.
 
 =========================  =========================================================
 property                   must agree with
 =========================  =========================================================
-a damped oscillator        its closed form; the error falls with dt^2, of PEFRL with dt^4
-stability                  bounded below omega dt = 3.745 (PEFRL: 2.9895), growing above
-a step of PEFRL            shrinks the volume of states as the damping does, no more
-energy                     kept by PEFRL, where the paper's method loses a third
+a damped oscillator        its closed form; the error falls with dt^4
+stability                  bounded below omega dt = 2.9895, growing above
+a step                     shrinks the volume of states as the damping does, no more
+energy                     kept
 =========================  =========================================================
 
-`test_chain` has both follow DOP853 through strain, pulse and damping, `test_specimen` with cells
+`test_chain` has it follow DOP853 through strain, pulse and damping, `test_specimen` with cells
 of their own masses on a base that shakes.
 """
 
@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 
 import mlmem
-from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, StateError, stable_step
+from mlmem.physics import CASE_II, Chain, StateError, pefrl, stable_step, stepping
 from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import find_pinned_wall
 
@@ -30,10 +30,10 @@ UNIFORM = dataclasses.replace(CASE_II, N=26, gamma=0.0, beta=0.0)
 """Shifted as a whole it stretches no spring: all cells are one oscillator of stiffness k_s."""
 
 
-def measure_oscillator_error(design, dt, method, time=24.0):
+def measure_oscillator_error(design, dt, time=24.0):
     """Return the largest error of a damped oscillator that starts at 1, at rest."""
     amplitude = 1e-6  # harmonic to 1e-6, and 1e10 roundings high
-    chain = Chain(design, dt, method)
+    chain = Chain(design, dt)
     chain.place(np.full(design.N, design.D_s1 + amplitude))
     steps = round(time / dt)
     v_1, v_N = (chain.advance_steps(steps) - design.D_s1) / amplitude
@@ -44,42 +44,33 @@ def measure_oscillator_error(design, dt, method, time=24.0):
     return np.abs(v_1 - np.exp(-0.5 * eta * t) * exact).max()
 
 
-def measure_order(design, steps, method):
-    """Return the order of a method, and its error at the last of some steps."""
-    errors = [measure_oscillator_error(design, dt, method) for dt in steps]
+def measure_order(design, steps):
+    """Return the order of the method, and its error at the last of some steps."""
+    errors = [measure_oscillator_error(design, dt) for dt in steps]
     return np.polyfit(np.log(steps), np.log(errors), 1)[0], errors[-1]
-
-
-def phase_error(design, dt, time=24.0):
-    """Return the error of the paper's method: it is ahead by (omega dt)^2 / 166 of the angle."""
-    omega = math.sqrt(design.k_s1)
-    return (dt * omega) ** 2 / 166 * time * omega
 
 
 @pytest.mark.parametrize('eta', [0.0, 1 / 250, 0.3, 5.0])
 def test_step_shrinks_volume_of_states_by_damping_alone(eta):
     """Liouville: det = exp(-eta dt), whatever the stiffness and the step."""
     for dt in (0.1, 0.5, 1.2):
-        matrix = PEFRL.step_matrix(np.array([0.1, 1.0, 4.5], dtype=complex), eta, dt)
+        matrix = pefrl.step_matrix(np.array([0.1, 1.0, 4.5], dtype=complex), eta, dt)
         np.testing.assert_allclose(np.linalg.det(matrix), math.exp(-eta * dt), rtol=1e-13)
 
 
 def test_undamped_packet_keeps_its_energy():
-    """In 2000 time units; at a step of 0.25 the paper's method loses more than a third of it."""
+    """In 2000 time units."""
     design = dataclasses.replace(CASE_II, eta=0.0)
     rest = find_pinned_wall(design, 3)
     packet = 0.01 * np.exp(-(((design.sites - 40.0) / 8.0) ** 2)) * np.sin(1.2 * design.sites)
-    kept = {}
-    for method in (PEFRL, NOH_BATHE):
-        chain = Chain(design, integrator=method)
-        chain.place(rest)
-        ground = energy(chain).total
-        chain.place(rest + packet)
-        start = energy(chain).total - ground
-        chain.advance_steps(round(2000.0 / chain.dt))
-        kept[method.name] = (energy(chain).total - ground) / start
-    assert kept['pefrl'] == pytest.approx(1.0, abs=3e-3)  # it swings by (omega dt)^4 / 1000
-    assert kept['noh_bathe'] < 0.8
+    chain = Chain(design)
+    chain.place(rest)
+    ground = energy(chain).total
+    chain.place(rest + packet)
+    start = energy(chain).total - ground
+    chain.advance_steps(round(2000.0 / chain.dt))
+    kept = (energy(chain).total - ground) / start
+    assert kept == pytest.approx(1.0, abs=3e-3)  # it swings by (omega dt)^4 / 1000
 
 
 def test_friction_takes_same_amplitude_from_every_swing():
@@ -104,29 +95,20 @@ def test_friction_takes_same_amplitude_from_every_swing():
 
 
 @pytest.mark.parametrize('eta', [0.0, 1 / 250, 0.3])
-@pytest.mark.parametrize(
-    ('method', 'phase', 'steps', 'order', 'tolerance'),
-    [
-        (NOH_BATHE, 1, (0.4, 0.2, 0.1), 2.0, 0.05),
-        (NOH_BATHE, 2, (0.4, 0.2, 0.1), 2.0, 0.05),
-        (PEFRL, 2, (1.2, 0.8, 0.6), 4.0, 0.15),
-    ],
-)
-def test_oscillator_follows_closed_form_to_order(method, phase, steps, order, tolerance, eta):
-    design = dataclasses.replace(UNIFORM, phase=phase, eta=eta)
-    found, error = measure_order(design, steps, method)
-    assert found == pytest.approx(order, abs=tolerance)
-    # The paper's method: 1e-2 at 0.3, for as many forces as PEFRL at 0.6.
-    assert error < (1e-3 if method is PEFRL else 1.1 * phase_error(design, steps[-1]))
+def test_oscillator_follows_closed_form_to_fourth_order(eta):
+    design = dataclasses.replace(UNIFORM, phase=2, eta=eta)
+    order, error = measure_order(design, (1.2, 0.8, 0.6))
+    assert order == pytest.approx(4.0, abs=0.15)
+    assert error < 1e-3
 
 
-def measure_growth(monkeypatch, omega_dt, method, eta=0.0, steps=400):
+def measure_growth(monkeypatch, omega_dt, eta=0.0, steps=400):
     """Return by how much the fastest wave of a uniform chain has grown at its highest."""
-    monkeypatch.setattr(type(method), 'stable_turn', 100.0)
+    monkeypatch.setattr(stepping, 'limit_step', lambda omega: 100.0 / omega)
     p = dataclasses.replace(UNIFORM, eta=eta)
     kappa = np.pi * (p.N - 1) / p.N
     omega = math.sqrt(p.k_s1 + 2.0 - 2.0 * math.cos(kappa))
-    chain = Chain(p, omega_dt / omega, method)
+    chain = Chain(p, omega_dt / omega)
     wave = np.cos(kappa * (p.sites - 0.5))
     chain.place(p.D_s1 + 1e-9 * wave / wave[0])
     try:
@@ -135,37 +117,20 @@ def measure_growth(monkeypatch, omega_dt, method, eta=0.0, steps=400):
         return math.inf
 
 
-@pytest.mark.parametrize(
-    ('method', 'omega_dt', 'most'),
-    [
-        (NOH_BATHE, 3.60, 1.0),
-        (NOH_BATHE, 3.74, 1.0),  # the roots part at 2 / p = 3.704, the larger grows above 3.745
-        (NOH_BATHE, 3.75, math.inf),
-        (PEFRL, 2.98, 20.0),  # near the limit the ellipse is long, and bounded
-        (PEFRL, 3.0, math.inf),
-    ],
-)
-def test_step_is_stable_up_to_published_limit(monkeypatch, method, omega_dt, most):
-    grown = measure_growth(monkeypatch, omega_dt, method)
-    assert grown < most if most < math.inf else grown > 1e3
+def test_step_is_stable_up_to_published_limit(monkeypatch):
+    """It is 2.9895; near it the ellipse is long, and bounded."""
+    assert measure_growth(monkeypatch, 2.98) < 20.0
+    assert measure_growth(monkeypatch, 3.0) > 1e3
 
 
-def advance_at_stable_step(substrate, eta, method):
-    """Return a chain after a rough start at the largest step allowed."""
+@pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
+@pytest.mark.parametrize('eta', [0.0, 1 / 250, 1.0, 10.0])
+def test_stable_step_is_stable_and_not_too_small(substrate, eta):
+    """A rough start stays small at the largest step allowed."""
     design = dataclasses.replace(CASE_II, N=60, substrate=substrate, eta=eta)
-    chain = Chain(design, stable_step(design, method), method)
+    chain = Chain(design, stable_step(design))
     chain.place(design.D_s1 + 1e-3 * np.random.default_rng(1).standard_normal(design.N))
     chain.advance_steps(4000)
     assert np.abs(chain.v - design.D_s1).max() < 5e-3
-    return chain
-
-
-@pytest.mark.parametrize('method', [NOH_BATHE, PEFRL])
-@pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
-@pytest.mark.parametrize('eta', [0.0, 1 / 250, 1.0, 10.0])
-def test_stable_step_is_stable_and_not_too_small(substrate, eta, method):
-    chain = advance_at_stable_step(substrate, eta, method)
-    fastest = 2.0 * math.sqrt(chain.design.s.max()) if substrate == 'elastic' else 2.14
-    damped = (math.hypot(fastest, eta) - eta) / fastest
-    if method is NOH_BATHE:
-        assert 0.9 < chain.dt * fastest / (3.6 * damped) <= 0.951
+    fastest = 2.0 * math.sqrt(design.s.max()) if substrate == 'elastic' else 2.14
+    assert 0.9 < chain.dt * fastest / pefrl.MAX_STABLE_PHASE <= 0.951

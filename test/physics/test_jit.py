@@ -15,16 +15,14 @@ import numba
 import numpy as np
 import pytest
 
-from mlmem.physics import CASE_II, INTEGRATORS, Chain, jit
+from mlmem.physics import CASE_II, Chain, jit
+from mlmem.physics.pefrl import advance
 from mlmem.physics.stepping import NO_INPUTS
 
-INTEGRATOR = pytest.mark.parametrize('integrator', INTEGRATORS.values(), ids=INTEGRATORS)
 
-
-@INTEGRATOR
-def test_loops_release_gil_and_keep_ieee_arithmetic(integrator):
-    assert integrator.advance.targetoptions['nogil'] is True
-    assert not integrator.advance.targetoptions.get('fastmath', False)
+def test_loop_releases_gil_and_keeps_ieee_arithmetic():
+    assert advance.targetoptions['nogil'] is True
+    assert not advance.targetoptions.get('fastmath', False)
 
 
 def has_fma():
@@ -36,17 +34,16 @@ def has_fma():
 
 
 @pytest.mark.skipif(not has_fma(), reason='every fma is a call')
-@INTEGRATOR
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
-def test_loops_are_vectorised(integrator, substrate):
+def test_loop_is_vectorised(substrate):
     """Cell by cell they would be ten times slower: LLVM 14 leaves them so without our setting.
 
     Seen in the code that runs, be it from the cache: which was made by these settings.
     """
-    chain = Chain(dataclasses.replace(CASE_II, substrate=substrate), integrator=integrator)
+    chain = Chain(dataclasses.replace(CASE_II, substrate=substrate))
     chain.advance_steps(1)
     nothing = chain._build_arguments(NO_INPUTS, np.empty((2, 0)))
-    compiled = integrator.advance.overloads[tuple(map(numba.typeof, nothing))]
+    compiled = advance.overloads[tuple(map(numba.typeof, nothing))]
     packed = r'call .*@llvm\.fma\.v\d+f64'
     found = re.findall(packed, str(compiled.library._get_module_for_linking()))
     assert len(found) > 20  # one pass over the cells has as many
@@ -59,7 +56,6 @@ def test_loops_without_a_place_for_a_cache_still_compile(monkeypatch):
     monkeypatch.setattr(jit, '_Cache', no_place_to_write)
     double = jit.compile_kernel(lambda x: 2.0 * x)
     assert double(2.5) == 5.0
-    assert jit.find_cache_folder(double) is None
 
 
 @pytest.fixture

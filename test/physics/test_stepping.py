@@ -14,7 +14,7 @@ from sampled import sampled
 from mlmem import ELEMENT_NAMES, load_element
 from mlmem.physics import (
     CASE_II,
-    INTEGRATORS,
+    SUBSTEPS_PER_STEP,
     Chain,
     DesignError,
     HeldCell,
@@ -26,9 +26,8 @@ from mlmem.physics import (
     stable_step,
 )
 from mlmem.physics.energy import energy
+from mlmem.physics.pefrl import limit_step
 from mlmem.physics.stepping import farthest_reach, highest_frequency
-
-METHODS = pytest.mark.parametrize('method', INTEGRATORS.values(), ids=lambda each: each.name)
 
 
 def specimen(chance, design):
@@ -71,44 +70,35 @@ def test_no_wave_of_any_legal_element_is_faster_than_bound():
             assert waves.max() <= bound * (1.0 + 1e-9), (seed, made.design)
 
 
-@METHODS
-def test_step_is_stable_as_far_as_cell_may_get(method):
+def test_step_is_stable_as_far_as_cell_may_get():
     for seed in range(50):
         chance = random.Random(seed)
         made = specimen(chance, legal.design(chance))
-        dt = stable_step(made, method)
-        reach = farthest_reach(made, method, dt)
-        eta = made.eta / made.masses.min()
-        assert dt <= method.limit(highest_frequency(made, reach), eta)
+        dt = stable_step(made)
+        reach = farthest_reach(made, dt)
+        assert dt <= limit_step(highest_frequency(made, reach))
         assert reach >= max(abs(edge + made.design.c) for edge in made.design.wells)
 
 
 def test_steps_of_shipped_elements_are_as_recorded():
     """Bits depend on them. The elastic substrate's is cut to a tick of 20."""
     for name in ELEMENT_NAMES:
-        steps = [
-            default_step(Specimen(load_element(name).design), each)
-            for each in INTEGRATORS.values()
-        ]
-        # the stiff cells of 4 levels that bear friction need shorter ones
-        expected = [0.2405359, 0.4810718] if name == 'robust_2_friction' else [0.25, 0.5]
-        assert steps == pytest.approx(expected, rel=1e-6), name
+        step = default_step(Specimen(load_element(name).design))
+        # the stiff cells of 4 levels that bear friction need a shorter one
+        expected = 0.4810718 if name == 'robust_2_friction' else 0.5
+        assert step == pytest.approx(expected, rel=1e-6), name
     elastic = dataclasses.replace(CASE_II, substrate='elastic')
-    ticks = [
-        np.ceil(20.0 / default_step(Specimen(elastic), each)) for each in INTEGRATORS.values()
-    ]
-    assert ticks == [641, 774]
+    assert np.ceil(20.0 / default_step(Specimen(elastic))) == 774
 
 
-@METHODS
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 @pytest.mark.parametrize(('d', 's_min'), [(20.0, 5e3), (1e3, 1e6)])
-def test_cell_that_falls_off_its_barrier_creates_no_energy(method, substrate, d, s_min):
+def test_cell_that_falls_off_its_barrier_creates_no_energy(substrate, d, s_min):
     """However stiff the cells are. At steps stable for small waves only, it did."""
     design = dataclasses.replace(
         CASE_II, N=60, d=d, s_min=s_min, s_max=3.0 * s_min, substrate=substrate
     )
-    chain = Chain(design, integrator=method)
+    chain = Chain(design)
     v = np.where(design.sites <= 20, design.D_s2, design.D_s1)
     v[25] = design.D_barrier + 0.01
     chain.place(v)
@@ -121,14 +111,13 @@ def test_cell_that_falls_off_its_barrier_creates_no_energy(method, substrate, d,
 def hard_run(seed):
     """Strain, shake, drive and wear a chain as hard as is legal; return whether it was lost."""
     chance, noise = random.Random(seed), np.random.default_rng(seed)
-    method = chance.choice(list(INTEGRATORS.values()))
-    chain = Chain(legal.design(chance), integrator=method)
+    chain = Chain(legal.design(chance))
     design, n, steps = chain.design, chain.design.N, 200
     for _ in range(6):
         if chance.random() < 0.3:
             with contextlib.suppress(DesignError):  # it needs a smaller step
                 chain.set_specimen(specimen(chance, design))
-        share = np.linspace(0.0, 1.0, steps * method.substeps) ** chance.choice((0.0, 1.0, 3.0))
+        share = np.linspace(0.0, 1.0, steps * SUBSTEPS_PER_STEP) ** chance.choice((0.0, 1.0, 3.0))
         goal = design.end_displacement(chance.uniform(-0.5, 0.5))
         V_N = chain.V_N + (goal - chain.V_N) * share
         shake = 0.05 * np.sign(noise.standard_normal(len(V_N)))

@@ -19,9 +19,10 @@ import math
 import numpy as np
 import pytest
 
-from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Design, Specimen
+from mlmem.physics import CASE_II, Chain, Design, Specimen
 from mlmem.physics import waves as eq4
 from mlmem.physics.equilibrium import make_blank
+from mlmem.physics.pefrl import step_matrix
 from mlmem.physics.waves import Tones, combine_rows, linearize_cells, multiply_matrices
 
 UNIFORM = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0, eta=0.0)
@@ -77,13 +78,12 @@ def test_standing_wave_oscillates_at_frequency_of_eq_4(phase, mode):
     """A free chain of N cells stands in cos[kappa (j - 1/2)] with kappa = pi mode / N."""
     design = dataclasses.replace(UNIFORM, N=40, phase=phase)
     kappa = np.pi * mode / design.N
-    chain = Chain(design, dt=0.02, integrator=NOH_BATHE)
+    chain = Chain(design, dt=0.02)
     # 1e-7 is harmonic to 1e-7 and still 1e8 roundings high.
     chain.place(design.D_s1 + 1e-7 * np.cos(kappa * (design.sites - 0.5)))
     v_1 = chain.advance_steps(10_000)[0] - design.D_s1
     zeros = rising_zeros(v_1, chain.dt)
     omega = 2.0 * np.pi * (len(zeros) - 1) / (zeros[-1] - zeros[0])
-    # The integrator shortens a period by some (omega dt)^2 / 166: 1.1e-5 at the top of the band.
     assert omega == pytest.approx(float(wave_frequency(kappa, design.k_s1)), rel=1.5e-5)
 
 
@@ -95,7 +95,7 @@ def test_ends_of_uniform_chain_are_sum_of_its_modes():
     """N masses between free ends have the modes cos(m pi (j - 1/2) / N); u / f is the sum over
     them. The step is so short that the method's error is below that of rounding.
     """
-    tones = Tones.from_steps(MADE, OMEGA, PEFRL, 1e-3)
+    tones = Tones.from_steps(MADE, OMEGA, 1e-3)
     whole = multiply_matrices(*linearize_cells(MADE, make_blank(MADE)), tones.square, tones.loss)
     p, q = combine_rows(whole[None], np.array([[0]]))[0]
     n, design = 24, MADE.design
@@ -111,7 +111,7 @@ def test_matrices_of_parts_multiply_to_the_whole():
     """A chain cut anywhere is the product of its parts, and every matrix has determinant 1, which
     rounding shows inside the band.
     """
-    tones = Tones.from_steps(MADE, OMEGA[1:5], PEFRL, 0.5)
+    tones = Tones.from_steps(MADE, OMEGA[1:5], 0.5)
     stiffness, mass, spring = linearize_cells(MADE, make_blank(MADE))
     parts = np.array(
         [
@@ -126,8 +126,8 @@ def test_matrices_of_parts_multiply_to_the_whole():
 
 def test_step_makes_waves_of_its_own_frequency():
     """With a stiffness as the tones have it, a step multiplies by exp(i omega dt) exactly."""
-    tones = Tones.from_steps(MADE, OMEGA, PEFRL, 0.5)
-    step = PEFRL.step_matrix(-tones.square - tones.loss, MADE.eta, 0.5)
+    tones = Tones.from_steps(MADE, OMEGA, 0.5)
+    step = step_matrix(-tones.square - tones.loss, MADE.eta, 0.5)
     factors = np.linalg.eigvals(step)
     off = np.abs(factors - np.exp(0.5j * OMEGA)[:, None]).min(axis=1)
     assert off.max() < 1e-9

@@ -14,7 +14,7 @@ import pytest
 from mlmem import DriverError, Erase, MemoryElement, Read, Settings, SettingsError, Write
 from mlmem.instrument import drivers
 from mlmem.instrument.drivers import Simulation, Watchdog
-from mlmem.physics import CASE_II, HeldCell, substep_times
+from mlmem.physics import CASE_II, SUBSTEPS_PER_STEP, HeldCell, substep_times
 from mlmem.settings import TimeSettings
 
 from .lines import make_failing_driver, raising
@@ -30,8 +30,7 @@ class Card:
         if address != 'slot 2':
             raise OSError('nothing there')
         self.rate, self.fails = rate, False
-        time = TimeSettings(integrator='noh_bathe')  # two set-points a step, 80 steps a tick
-        self._simulation = Simulation.build_blank(CASE_II, time)
+        self._simulation = Simulation.build_blank(CASE_II, TimeSettings(), finer=2)  # 80 steps
         self._before, self._heard = np.zeros(3), np.empty((0, 2))
 
     def now(self):
@@ -40,12 +39,12 @@ class Card:
     def write(self, out):
         rows = np.vstack((self._before, out / UM))
         steps, dt = len(out), self._simulation.dt
-        at, course = substep_times(steps, dt, self._simulation), np.arange(steps + 1) * dt
+        at, course = substep_times(steps, dt), np.arange(steps + 1) * dt
         held_cell, self._before = None, rows[-1]
         for column, site in ((1, 1), (2, CASE_II.N)):
             held = rows[1:, column][np.isfinite(rows[1:, column])]
             if len(held):
-                when = at[: 2 * len(held)]
+                when = at[: SUBSTEPS_PER_STEP * len(held)]
                 position = np.interp(when, course[1 : len(held) + 1], held)
                 held_cell = HeldCell(site, np.stack((position, np.gradient(position, when))))
         heard = self._simulation.advance(np.interp(at, course, rows[:, 0]), held_cell).T

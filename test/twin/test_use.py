@@ -26,7 +26,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.parsing import DecodeError, encode_value
-from mlmem.physics import PEFRL, Chain, Scatter, Specimen, draw_specimen
+from mlmem.physics import Chain, Scatter, Specimen, draw_specimen
 from mlmem.readers.calibration import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.readers.register import pin_walls
 from mlmem.settings import ProbeSettings
@@ -71,11 +71,11 @@ def test_wrong_clock_is_simulated_by_masses_and_damping():
     x = unknowns.mean
     x[unknowns.shared('time_unit')] = 1.01
     shot = Shot(End.LEFT, 1.2, 0.01, 3.0, 0, 0.0, 0.25, np.zeros(2), np.zeros((2, 400)))
-    foretold = Forward(unknowns, x, PEFRL).predict(shot, 100.0)[:, 1:]
+    foretold = Forward(unknowns, x, simulated=True).predict(shot, 100.0)[:, 1:]
 
     file = element_file.Element(unknowns.specimen(x), np.zeros(DESIGN.N), time_unit=1.01)
-    time = replace(CHOSEN.settings.time, tick=1.0, integrator='pefrl')
-    chain = Chain(file.timed_specimen, 0.25, PEFRL)
+    time = replace(CHOSEN.settings.time, tick=1.0)
+    chain = Chain(file.timed_specimen, 0.25)
     element = Instrument(DESIGN, replace(CHOSEN.settings, time=time), Simulation(chain))
     recorder = element.transducer.record_pulse(
         End.LEFT, ProbeSettings(omega_c=shot.omega_c, A=shot.A, sigma=shot.sigma)

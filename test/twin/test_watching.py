@@ -13,7 +13,7 @@ import pytest
 from mlmem import EchoReceived, Faults, MemoryElement, Read, SetFaults, Write, load_element
 from mlmem.element_file import Element
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import INTEGRATORS, Scatter, draw_specimen
+from mlmem.physics import Scatter, draw_specimen
 from mlmem.readers.reading import BLANK, UNDECODABLE
 from mlmem_ros.contract.streams import decode_read_shot, encode_read_shot
 from mlmem_tools.identification.watching import ResidualMonitor, locate_wall
@@ -59,7 +59,7 @@ class Bench:
     def __init__(self):
         error = 1.0 + 5e-4 * np.random.default_rng(1).standard_normal(DESIGN.N)
         known = replace(MADE, alpha_factor=MADE.alpha_factor * error)
-        self.twin = Element(known, 5e-4 * MADE.alpha), INTEGRATORS[SETTINGS.time.integrator]
+        self.twin = Element(known, 5e-4 * MADE.alpha), True
         self.monitor, self.driver = ResidualMonitor(*self.twin), Worn()
         self.element = MemoryElement(CHOSEN, driver=self.driver)
         self.set_faults()

@@ -54,7 +54,7 @@ def drive_end(chain: Chain, motion: BoundaryMotion, duration: float, end: End = 
     """Make an end follow a motion at constant strain, then release it; return its displacement
     after every step of the duration, which begins with the motion.
     """
-    times = substep_times(math.ceil(duration / chain.dt), chain.dt, chain.integrator)
+    times = substep_times(math.ceil(duration / chain.dt), chain.dt)
     motion_values = motion.evaluate_motion(times[times <= motion.duration])
     held_cell = HeldCell(end.site(chain.design), motion_values)
     return np.asarray(chain.advance(np.full(len(times), chain.V_N), held_cell)[end.row])

@@ -6,8 +6,8 @@ Sites are counted from 1, masses are 1, and ends are free unless stated. A front
 configuration last falls below the barrier, linear between sites. In 1 and 2, everything starts at
 rest with u_j = mean - half tanh((j - X) / w), mean and half those of the two wells.
 
-Our answers are those of PEFRL, fourth order, at the step given. The error is the larger of the
-differences from twice that step and from Noh and Bathe's method.
+Our answers are those of PEFRL, fourth order, at the step given. The error is the difference from
+twice that step.
 """
 
 from .problem import StandardProblem

@@ -11,7 +11,7 @@ import numpy as np
 from mlmem import load_element
 from mlmem.instrument.end import Pulse
 from mlmem.moves.kick import KickMotion, KickSettings
-from mlmem.physics import CASE_I, CASE_II, Chain, Design, Integrator, Specimen
+from mlmem.physics import CASE_I, CASE_II, Chain, Design, Specimen
 from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import make_blank
 from mlmem.settings import ProbeSettings
@@ -20,9 +20,9 @@ from ..paper.echoes import drive_end
 from .problem import Answers, StandardProblem, crossing_site
 
 
-def _start_chain(design: Design, site: float, width: float, dt: float, by: Integrator) -> Chain:
+def _start_chain(design: Design, site: float, width: float, dt: float) -> Chain:
     """Return a chain at rest with a wall."""
-    chain = Chain(design, dt, by)
+    chain = Chain(design, dt)
     middle, half = 0.5 * (design.D_s1 + design.D_s2), 0.5 * (design.D_s2 - design.D_s1)
     chain.place(middle - half * np.tanh((design.sites - site) / width))
     return chain
@@ -49,13 +49,13 @@ def _kick_wall(chain: Chain, moving: float, late: float, mark: float) -> tuple[f
 
 
 @partial(StandardProblem, 'pinning', 0.1)
-def pinning(integrator: Integrator, dt: float) -> Answers:
+def pinning(dt: float) -> Answers:
     """A soft defect stops a wall.
 
     The paper's Case I (Table I), no strain. X = 50, w = 8. *farthest* place of the wall in 12 000,
     looked at once per unit of time, and where it comes to *rest*.
     """
-    chain, places = _start_chain(CASE_I, 50.0, 8.0, dt, integrator), []
+    chain, places = _start_chain(CASE_I, 50.0, 8.0, dt), []
     for _ in range(12_000):
         chain.advance_steps(round(1.0 / dt))
         places.append(crossing_site(chain.v, CASE_I.D_barrier))
@@ -63,7 +63,7 @@ def pinning(integrator: Integrator, dt: float) -> Answers:
 
 
 @partial(StandardProblem, 'echo', 0.05)
-def echo(integrator: Integrator, dt: float) -> Answers:
+def echo(dt: float) -> Answers:
     """An echo of a wall.
 
     The paper's Case II. X = 100, w = 4, 6000 of rest. Then v_1 is held at its place plus 0.01
@@ -72,7 +72,7 @@ def echo(integrator: Integrator, dt: float) -> Answers:
     after t = 144, minus 48. *loudness*: that maximum.
     """
     pulse = ProbeSettings(A=0.01, sigma=8.0, omega_c=1.5)
-    chain = _start_chain(CASE_II, 100.0, 4.0, dt, integrator)
+    chain = _start_chain(CASE_II, 100.0, 4.0, dt)
     chain.advance_steps(round(6_000.0 / dt))
     home = chain.end(1)
     heard = drive_end(chain, Pulse(home, pulse), 600.0) - home
@@ -84,7 +84,7 @@ def echo(integrator: Integrator, dt: float) -> Answers:
 
 
 @partial(StandardProblem, 'kick', 0.05)
-def kick(integrator: Integrator, dt: float) -> Answers:
+def kick(dt: float) -> Answers:
     """A wall is kicked from an end, without strain, and stops at a defect.
 
     Case II with N = 225, rigid substrate, all cells inactive and at rest. v_1 goes from D_s1 to
@@ -92,7 +92,7 @@ def kick(integrator: Integrator, dt: float) -> Answers:
     *place after 1000*, both from the start; *rest*, the place 10 000 later; *energy*, over that of
     the blank one, when the end is let go.
     """
-    chain = Chain(CASE_II, dt, integrator)
+    chain = Chain(CASE_II, dt)
     put_in, arrival = _kick_wall(chain, 25.0, 0.0, 60.0)
     chain.advance_steps(round((1_000.0 - chain.time) / dt))
     place = crossing_site(chain.configuration, CASE_II.D_barrier)
@@ -106,7 +106,7 @@ def kick(integrator: Integrator, dt: float) -> Answers:
 
 
 @partial(StandardProblem, 'byte', 0.025)
-def byte(integrator: Integrator, dt: float) -> Answers:
+def byte(dt: float) -> Answers:
     """Five kicks write a byte, and one pulse hears it.
 
     The start and the kicks are as in 3, but to and fro: v_1 to D_s2, to D_s1, ... five times, at
@@ -115,7 +115,7 @@ def byte(integrator: Integrator, dt: float) -> Answers:
     between sites. Then a pulse as in 2, of 0.01, sigma 16 and frequency 1.7, for t up to 192.
     *echo*: the root mean square of v_1 - place during the 900 after it.
     """
-    chain, wells = Chain(CASE_II, dt, integrator), (CASE_II.D_s1, CASE_II.D_s2)
+    chain, wells = Chain(CASE_II, dt), (CASE_II.D_s1, CASE_II.D_s2)
     for number, speed in enumerate((0.26, 0.08, 0.035, 0.011, 0.004)):
         shape = KickSettings(late=0.0, hold=20.0)
         motion = KickMotion(wells[number % 2], wells[1 - number % 2], speed, shape)
@@ -134,7 +134,7 @@ def byte(integrator: Integrator, dt: float) -> Answers:
 
 
 @partial(StandardProblem, 'robust kick', 0.05)
-def robust_kick(integrator: Integrator, dt: float) -> Answers:
+def robust_kick(dt: float) -> Answers:
     """A kick brings a wall to the same level of an ideal element and of one of uneven parts.
 
     The paper's potential with d = 0.0129, N = 72, eta = 0.0221, all cells inactive and at rest.
@@ -154,7 +154,7 @@ def robust_kick(integrator: Integrator, dt: float) -> Answers:
     )  # fmt: skip
     found: Answers = {}
     for specimen, kind in ((Specimen(design), ''), (uneven, 'uneven ')):
-        chain = Chain(specimen, dt, integrator)
+        chain = Chain(specimen, dt)
         chain.place(make_blank(specimen))
         put_in, arrival = _kick_wall(chain, 17.5, 1.0, 20.0)
         chain.advance_steps(round(2_000.0 / dt))

@@ -12,7 +12,7 @@ import numpy as np
 
 from mlmem import Calibrate, EchoReceived, Event, Faults, Read, SetFaults, Write, load_element
 from mlmem.errors import ProcedureFailed
-from mlmem.physics import INTEGRATORS, Scatter, draw_specimen
+from mlmem.physics import Scatter, draw_specimen
 from mlmem_tools.identification.watching import Comparison, Residuals, locate_wall
 from mlmem_tools.rig.emulated import RigSensors
 
@@ -55,7 +55,7 @@ class WatchedElement:
         calibrated, _ = perform_command(self.element, Calibrate())
         if not calibrated.success:
             raise ProcedureFailed(f'seed {seed}: {calibrated.error}')
-        self.watch = Residuals(known, INTEGRATORS[self.element.settings.time.integrator])
+        self.watch = Residuals(known, simulated=True)
         self.wall: float | None = 0.0
 
     def compare_last_read(self, command: Read | Write) -> Comparison | None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mlmem import simulate, wall_at
-from mlmem.physics import CASE_I, NOH_BATHE, Design
+from mlmem.physics import CASE_I, Design
 from mlmem_tools.checks.quasistatic import MAX_PINNED_DISTANCE, find_depinning_strain
 
 from ...studies import style
@@ -52,7 +52,7 @@ def _grow_strain(
     rate = last_strain / duration
     run = simulate(
         design, initial=wall_at(0), strain=lambda t: rate * t, duration=duration,
-        save_every=duration / 480, integrator=NOH_BATHE.name, progress=False,
+        save_every=duration / 480, progress=False,
     )  # fmt: skip
     return abs(rate) * run.t[1:], wall_path(design, run.configuration)[1:] - design.J
 

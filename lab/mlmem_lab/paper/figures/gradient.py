@@ -9,7 +9,7 @@ import dataclasses
 import numpy as np
 
 from mlmem import simulate
-from mlmem.physics import CASE_I, NOH_BATHE, Design
+from mlmem.physics import CASE_I, Design
 from mlmem.physics.held_wall import hold_walls, make_uniform
 from mlmem.physics.potential import Array
 
@@ -53,8 +53,7 @@ def _release_wall(
     """Let a wall go at rest; return the configurations, one at the end of every interval."""
     start = _equilibrium_wall(make_uniform(design), position, name)
     run = simulate(
-        design, initial=start, duration=duration, save_every=every, integrator=NOH_BATHE.name,
-        progress=False,
+        design, initial=start, duration=duration, save_every=every, progress=False,
     )  # fmt: skip
     return run.configuration[1:]
 

@@ -11,7 +11,7 @@ import numpy as np
 from mlmem.instrument.end import EndMove
 from mlmem.instrument.motion import Ramp
 from mlmem.moves.strain_cycle import EraseSettings, WriteSettings
-from mlmem.physics import CASE_II, NOH_BATHE, Chain, find_level, find_walls, substep_times
+from mlmem.physics import CASE_II, Chain, find_level, find_walls, substep_times
 
 from ..echoes import drive_end
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
@@ -61,7 +61,7 @@ def kick_cell(velocity: float, strain: float, driven: bool = False) -> float:
     A driven cell is held at this velocity all the way from s2 to s1.
     """
     times = EraseSettings()
-    chain = Chain(CASE_II, integrator=NOH_BATHE)
+    chain = Chain(CASE_II)
     chain.place(np.full(CASE_II.N, CASE_II.D_s2))
     _play_ramp(chain, Ramp(0.0, strain, times.ramp))
     if driven:
@@ -70,7 +70,6 @@ def kick_cell(velocity: float, strain: float, driven: bool = False) -> float:
     else:
         state = chain.state()
         state[1, 0] = velocity
-        state[2, 0] -= CASE_II.eta * velocity
         chain.restore(state, V_N=chain.V_N, steps_done=chain.steps_done)
         chain.advance_steps(math.ceil(times.hold / chain.dt))
     _play_ramp(chain, Ramp(strain, 0.0, times.release))
@@ -86,7 +85,7 @@ def kick_cell(velocity: float, strain: float, driven: bool = False) -> float:
 def _move_cell(speed: float, strain: float) -> int:
     """Return the level after the first cell of a blank element was moved under a strain."""
     times = WriteSettings()
-    chain = Chain(CASE_II, integrator=NOH_BATHE)
+    chain = Chain(CASE_II)
     _play_ramp(chain, Ramp(0.0, strain, times.ramp))
     move = EndMove(chain.end(1), CASE_II.D_s2, speed)
     drive_end(chain, move, move.duration + times.hold)
@@ -100,7 +99,7 @@ def _move_cell(speed: float, strain: float) -> int:
 def _play_ramp(chain: Chain, ramp: Ramp) -> None:
     """Strain a chain; a ramp from zero to zero takes no time."""
     if not ramp.is_wait:
-        at = substep_times(round(ramp.duration / chain.dt), chain.dt, NOH_BATHE)
+        at = substep_times(round(ramp.duration / chain.dt), chain.dt)
         chain.advance(ramp.strain(at) * CASE_II.end_displacement(1.0))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from mlmem import simulate, wall_at
 from mlmem.instrument.motion import Cycle, CycleSettings
-from mlmem.physics import CASE_II, NOH_BATHE, Design, find_level
+from mlmem.physics import CASE_II, Design, find_level
 
 from ...studies.trace import wall_position
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
@@ -25,7 +25,7 @@ def run_cycle(design: Design, level: int, peak: float, save_every: float = math.
     cycle = Cycle.plan_cycle(CycleSettings(), peak)
     return simulate(
         design, initial=wall_at(level), strain=cycle.strain, duration=cycle.duration,
-        save_every=min(save_every, cycle.duration), integrator=NOH_BATHE.name, progress=False,
+        save_every=min(save_every, cycle.duration), progress=False,
     ).configuration  # fmt: skip
 
 

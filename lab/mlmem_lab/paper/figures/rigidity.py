@@ -50,7 +50,7 @@ def compute_data(quality: Quality) -> Data:
         difference.append(np.abs(np.subtract(places, ideal)))
         # settling: the substrate gives way under the wall and comes to rest, exp(-8) is left
         other, dt = record_echo(design, v, PAPER_PROBE, duration=400.0, dt=None, settle=4000.0)
-        # The same step for both, or the integrator's own dispersion would be compared.
+        # The same step for both, or its dispersion would be compared.
         heard, _ = record_echo(CASE_II, v, PAPER_PROBE, duration=400.0, dt=dt)
         echoes.append(float(np.abs(other - heard).max()) / PAPER_PROBE.A)
         delays.append([detect_echo(sound, dt, PAPER_PROBE).delay for sound in (other, heard)])

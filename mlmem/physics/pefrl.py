@@ -7,7 +7,8 @@ position-extended Forest-Ruth-like scheme. A drift moves the displacements at fi
 kick solves m v' = f - eta v exactly at fixed displacements, so that damping does not lower the
 order. Time advances with the drifts: the prescribed motion is evaluated at the stages' own times.
 Undamped it loses no energy in the long run, and small waves keep their amplitude: the only damping
-of an echo is the material's.
+of an echo is the material's. The paper's own method, that of Noh and Bathe, damps the carrier of a
+pulse by a third of eta at the paper's step.
 """
 
 from __future__ import annotations
@@ -16,19 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..formulas import coupling_pull, dry_friction, exponential, join_motion, on_site_factors
-from ..jit import compile_kernel, fma
-from ..values import Array, Complex
-from .integrator import (
-    Cells,
-    Chained,
-    Forcing,
-    Integrator,
-    align_array,
-    is_below_speed,
-    make_cell_array,
-    make_displacements,
-)
+from .cells import Cells, Chained, Forcing, align_array, is_below_speed
+from .formulas import coupling_pull, dry_friction, exponential, join_motion, on_site_factors
+from .jit import compile_kernel, fma
+from .values import Array, Complex
 
 XI, LAMBDA, CHI = 0.1786178958448091, -0.2123418310626054, -0.06626458266981849
 
@@ -38,8 +30,25 @@ DRIFT_FRACTIONS = (XI, CHI, 1.0 - 2.0 * (CHI + XI), CHI, XI)
 KICK_FRACTIONS = (0.5 - LAMBDA, LAMBDA, LAMBDA, 0.5 - LAMBDA)
 """Fractions of the step, between the drifts."""
 
+NODES = (XI + CHI, XI, 1.0 - XI, 1.0 - XI - CHI, 1.0)
+"""The times in a step at which the prescribed motion (strain, base, driven cell) is needed, as
+fractions of the step: rising, the last one 1."""
 
-class Constants(NamedTuple):
+SUBSTEPS_PER_STEP = len(NODES)
+"""Set-points of the prescribed motion in a step."""
+
+MAX_ACCURATE_STEP = 0.5
+"""Largest step with the rigid substrate, in time units: 6 steps in a period of the carrier."""
+
+MAX_ACCURATE_PHASE = 1.2
+"""Largest omega dt of the cells: they swing from barrier to barrier, and steps that are stable for
+small waves only were seen to heat them until they diverged."""
+
+MAX_STABLE_PHASE = 2.98
+"""Largest omega dt considered stable. Undamped it is 2.9895, and damping only adds to it."""
+
+
+class StepConstants(NamedTuple):
     """The constants of a step; rows: for the outer kicks, then the inner ones.
 
     Attributes:
@@ -65,31 +74,36 @@ def advance(
     substrate: Chained | None,
     cells: Cells,
     forcing: Forcing,
-    constants: Constants,
+    constants: StepConstants,
     ends: Array,
     friction: tuple[float, float] | None,
     drag: Array | None,
 ) -> tuple[int, bool]:
-    """Advance Eq. (1a), and over an elastic substrate Eq. (1b); see `noh_bathe.advance`.
+    """Advance Eq. (1a), and over an elastic substrate Eq. (1b).
 
     Args:
-        chain: u, du, ddu, which is unused here, and two rows of displacements x: those at a
-            kick, and those after the following drift.
-        substrate: The same of an elastic substrate, or None.
+        chain: u, du and two rows of displacements x: those at a kick, and those after the
+            following drift.
+        substrate: The same of an elastic substrate, whose two ends belong to the frame and the
+            actuator: they are moved, not integrated, and their velocities read zero. None for a
+            rigid one, V_j = V_N shape_j; the elastic part is then not compiled.
         forcing: What is prescribed, in order of time. The stages are not: the second goes back. A
             step not driven to its end is free.
         constants: Of a step.
         ends: Out: displacement of the first and the last cell after every step, (2, steps).
-        friction: Force and creep of dry friction, which lowers the order to one; None for none.
-        drag: eta times the velocity of the substrate's end, in order of time, or None.
+        friction: Force and creep of dry friction, which lowers the order to one; None for none,
+            which is then not compiled.
+        drag: eta times the velocity of the substrate's end, in order of time, where damping acts
+            on the motion relative to a rigid substrate; None where it acts on v, which is then
+            not compiled.
 
     Returns:
-        The number of steps done, and whether a cell was out of range where it was looked at.
+        The number of steps done, and whether a cell was out of range at a check.
     """
-    u, du, _, x = chain
+    u, du, x = chain
     if substrate is not None:
-        U, dU, _, X = substrate
-    law, spring, origin, mobility, under, stuck, _ = cells
+        U, dU, X = substrate
+    law, spring, origin, mobility, under, stuck = cells
     V_N, shake, site, driven, motion, every, low, high, limit, before = forcing
     drifts, decay, kick, push, substrate_decay, substrate_kick = constants
     n, done, strayed = len(du), steps, False
@@ -185,52 +199,83 @@ def advance(
     return done, strayed
 
 
-class Pefrl(Integrator):
-    """The method, as chains use it."""
+def limit_step(omega: float) -> float:
+    """Return the largest step considered stable, for the greatest angular frequency of undamped
+    small waves.
+    """
+    return MAX_STABLE_PHASE / omega
 
-    name = 'pefrl'
-    nodes = (XI + CHI, XI, 1.0 - XI, 1.0 - XI - CHI, 1.0)
-    accurate_step = 0.5  # 6 steps per period of the probe's carrier
-    accurate_turn = 1.2
-    stable_turn = 2.98  # undamped it is 2.9895, and damping only adds to it
-    keeps_accelerations = False
-    damps_each = True
-    advance = staticmethod(advance)
 
-    def limit(self, omega: float, eta: float) -> float:
-        """Return the largest stable step (see `Integrator`)."""
-        return self.stable_turn / omega
+def compute_constants(dt: float, mobility: Array, eta: Array | float) -> StepConstants:
+    """Return the constants of a step.
 
-    def make_arrays(self, n: int) -> Chained:
-        """Return u, du, ddu and the loop's two rows of displacements (see `Integrator`)."""
-        return (
-            make_displacements(n),
-            make_cell_array(n),
-            make_cell_array(n),
-            align_array(np.zeros((2, n + 2)), 1),
-        )
+    Args:
+        dt: Step size in time units.
+        mobility: Inverse masses, shape (N,), 0 for a stuck cell.
+        eta: Damping; or that of every cell, shape (N,), over a rigid substrate.
+    """
+    kicks = np.array([_compute_kick(share * dt, mobility, eta) for share in KICK_FRACTIONS[:2]])
+    of_one = np.array([_compute_kick(share * dt, np.ones(1), eta) for share in KICK_FRACTIONS[:2]])
+    decay, kick, push = (align_array(kicks[:, k]) for k in range(3))
+    substrate = (of_one[:, k, 0].copy() for k in range(2))
+    return StepConstants(np.array(DRIFT_FRACTIONS) * dt, decay, kick, push, *substrate)
 
-    def constants(self, dt: float, mobility: Array, eta: Array | float) -> Constants:
-        """Return drifts and kicks (see `Integrator`)."""
-        kicks = np.array(
-            [_compute_kick(share * dt, mobility, eta) for share in KICK_FRACTIONS[:2]]
-        )
-        of_one = np.array(
-            [_compute_kick(share * dt, np.ones(1), eta) for share in KICK_FRACTIONS[:2]]
-        )
-        decay, kick, push = (align_array(kicks[:, k]) for k in range(3))
-        substrate = (of_one[:, k, 0].copy() for k in range(2))
-        return Constants(np.array(DRIFT_FRACTIONS) * dt, decay, kick, push, *substrate)
 
-    def step_matrix(self, stiffness: Complex, eta: float, dt: float) -> Complex:
-        """Return the matrix of a step on (U, dU), shape (m, 2, 2) (see `Integrator`)."""
-        U, dU = np.eye(2, dtype=np.complex128)[:, None, :] * np.ones((len(stiffness), 1))
-        for number, share in enumerate(DRIFT_FRACTIONS):
-            U = U + share * dt * dU
-            if number < len(KICK_FRACTIONS):
-                decay, kick, _ = _compute_kick(KICK_FRACTIONS[number] * dt, np.ones(1), eta)
-                dU = decay * dU - kick * stiffness[:, None] * U
-        return np.stack((U, dU), axis=1)
+def step_matrix(stiffness: Complex, eta: float, dt: float) -> Complex:
+    """Return the matrix of a step of an oscillator of unit mass on its state (u, du).
+
+    Args:
+        stiffness: Shape (m,).
+        eta: Damping.
+        dt: Step size in time units.
+
+    Returns:
+        Shape (m, 2, 2).
+    """
+    u, du = np.eye(2, dtype=np.complex128)[:, None, :] * np.ones((len(stiffness), 1))
+    for number, share in enumerate(DRIFT_FRACTIONS):
+        u = u + share * dt * du
+        if number < len(KICK_FRACTIONS):
+            decay, kick, _ = _compute_kick(KICK_FRACTIONS[number] * dt, np.ones(1), eta)
+            du = decay * du - kick * stiffness[:, None] * u
+    return np.stack((u, du), axis=1)
+
+
+def squared_frequency(omega: Array | Complex, eta: float, dt: float) -> Complex:
+    """Return the effective stiffness (unit mass) of the scheme for a wave of a frequency.
+
+    A harmonic motion exp(i omega t) solves u'' + eta u' + w u = 0 for w = omega^2 - i eta omega.
+    For the scheme's discrete motion w differs by its dispersion: it is the w for which
+    exp(i omega dt) is an eigenvalue of the step, found by the secant method.
+
+    Args:
+        omega: Angular frequencies, shape (m,).
+        eta: Damping.
+        dt: Step size in time units; 0 gives the exact value.
+
+    Returns:
+        w, shape (m,).
+    """
+    exact = np.asarray(omega**2 - 1j * eta * omega, dtype=np.complex128)
+    if dt == 0.0:
+        return exact
+    turn = np.exp(1j * omega * dt)
+    before, w = exact, exact * (1.0 + 1e-4)
+    miss_before, miss = (_compute_residual(each, turn, eta, dt) for each in (before, w))
+    for _ in range(12):
+        change = miss - miss_before
+        moving = np.abs(change) > 1e-300
+        step = np.where(moving, miss * (w - before) / np.where(moving, change, 1.0), 0.0)
+        before, w, miss_before = w, w - step, miss
+        if np.abs(step).max(initial=0.0) < 1e-12:
+            break
+        miss = _compute_residual(w, turn, eta, dt)
+    return np.asarray(w)
+
+
+def _compute_residual(w: Complex, turn: Complex, eta: float, dt: float) -> Complex:
+    """Return det(M(w) - turn), M the matrix of a step, shape (m,)."""
+    return np.asarray(np.linalg.det(step_matrix(w, eta, dt) - turn[:, None, None] * np.eye(2)))
 
 
 def _compute_kick(h: float, mobility: Array, eta: Array | float) -> tuple[Array, Array, Array]:
@@ -248,7 +293,3 @@ def _compute_kick(h: float, mobility: Array, eta: Array | float) -> tuple[Array,
     share = np.where(large, (1.0 - decay) / np.where(large, z, 1.0), series)
     push = h * share
     return decay, push * mobility, push
-
-
-PEFRL = Pefrl()
-"""The method of fourth order."""
