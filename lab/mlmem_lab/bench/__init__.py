@@ -3,7 +3,7 @@
 """Benchmarks, one per module, whose `run(repeats)` returns a `ResultTable`."""
 
 BENCHMARK_TITLES = {
-    'kernel': 'ns per site and sub-step compared with C',
+    'kernel': 'ns per site and stage compared with C',
     'recorder': 'recording as fast as possible',
     'node': 'share of a core, tick lateness, read latency, start-up time and memory',
 }

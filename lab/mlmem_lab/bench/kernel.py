@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel: nanoseconds per site and kick, on the same steps, of a wall at rest and a wave
-packet that runs into it.
+"""The kernel: nanoseconds per site and stage of a step, on the same steps, of a wall at rest and a
+wave packet that runs into it.
 
 The C program is compiled by gcc -O3 -march=native -ffast-math with the vector sine of libmvec,
 once with gcc's default vector width and once with the widest. It may contract and reorder; ours
@@ -59,11 +59,11 @@ def run(repeats: int) -> ResultTable:
             skipped += f'; {name} skipped: {error}'
     costs = measure_contenders(contenders, repeats, scale=1e9)
     caption = (
-        f'the same steps of {TIME_STEP:g} from the same state, one core; a step has four kicks, '
+        f'the same steps of {TIME_STEP:g} from the same state, one core; a step has four stages, '
         'in each of which all forces are computed; the elastic one moves two chains and counts a '
         'site once'
     )
-    rows = compare_costs(contenders, costs, 'ns / site and kick')
+    rows = compare_costs(contenders, costs, 'ns / site and stage')
     return ResultTable(f'Kernel at N = {CASE_II.N}', caption + skipped, rows)
 
 
