@@ -322,7 +322,7 @@ def _decode_object(kind: type, data: Any, name: str) -> Any:
     except DecodeError:
         raise
     except ValueError as error:
-        raise DecodeError.of_error(error, name) from error
+        raise DecodeError.of_error(error, name, code=ErrorCode.OUT_OF_RANGE) from error
 
 
 def _describe_kind(data: Any) -> str:

@@ -44,6 +44,9 @@ class ErrorCode(str, Enum):
     BUSY = 'busy'
     """A procedure runs, or too many requests wait: the same request can succeed later."""
 
+    INACTIVE = 'inactive'
+    """No time runs: the node is not active, or ends, or its device has stopped after a failure."""
+
     OTHER = 'other'
     """None of these; the sentence says it."""
 

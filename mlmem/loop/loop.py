@@ -17,6 +17,7 @@ from ..commands import Command, Disturb, Event
 from ..element import MemoryElement
 from ..errors import Refused
 from ..procedure_table import Abort
+from ..rejections import ErrorCode
 from .mailbox import Asked, Cancel, Mailbox, OpenRequests, Request, Resolve, Stamped, TickRequest
 from .timetable import LoopStatistics, Pacer, SteadyPacer, Timetable, check_speed
 
@@ -26,6 +27,10 @@ Listener = Callable[[Sequence[Stamped], Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""
 
 SHUTDOWN_MESSAGE = 'the device is shut down'
+
+
+def _refuse_inactive(why: str = SHUTDOWN_MESSAGE) -> Refused:
+    return Refused(ErrorCode.INACTIVE, reason=why)
 
 
 class _Turn(NamedTuple):
@@ -105,7 +110,7 @@ class Loop:
         self._box.end()
         if self._thread.is_alive():
             self._thread.join()
-        self._box.close(Refused(reason=SHUTDOWN_MESSAGE))  # if it was never started
+        self._box.close(_refuse_inactive())  # if it was never started
 
     @property
     def speed(self) -> float:
@@ -182,13 +187,13 @@ class Loop:
     # --- in the loop's thread ------------------------------------------------------------
 
     def _run_until_closed(self) -> None:
-        refusal = Refused(reason=SHUTDOWN_MESSAGE)
+        refusal = _refuse_inactive()
         try:
             self._run_ticks()
             self._release_strain()
         except BaseException as failure:  # whatever it is, the device reports it and stops
             self.failure = failure
-            refusal = Refused(reason=f'the device has stopped: {failure}')
+            refusal = _refuse_inactive(f'the device has stopped: {failure}')
         self._box.close(refusal)
         self._asked.refuse(refusal)
         if self.failure is not None:
@@ -209,7 +214,7 @@ class Loop:
 
     def _release_strain(self) -> None:
         """Abort any procedure and bring the strain to zero, without pacing."""
-        self._box.close(Refused(reason=SHUTDOWN_MESSAGE))
+        self._box.close(_refuse_inactive())
         if self.element.is_released:
             return
         abort = Abort(SHUTDOWN_MESSAGE)

@@ -363,9 +363,8 @@ class OpenRequests:
         now = threads.monotonic()
         for request in list(self.waiting):
             if now >= request.deadline:
-                self._drop_request(
-                    request, f'busy: {self.element.procedure or "another"} came first'
-                )
+                first = self.element.procedure or 'another'
+                self._drop_request(request, f'busy: {first} came first', ErrorCode.BUSY)
 
     def refuse(self, refusal: Refused) -> None:
         """Refuse all."""
@@ -386,11 +385,11 @@ class OpenRequests:
             raise Refused(ErrorCode.BUSY, reason=why)
         return self.most > 0
 
-    def _drop_request(self, request: Asked, why: str) -> None:
+    def _drop_request(self, request: Asked, why: str, code: ErrorCode = ErrorCode.OTHER) -> None:
         self.waiting.remove(request)
         self._number_waiting()
         why += ' while it waited for its turn: nothing has changed'
-        request.refuse(Refused(reason=why))
+        request.refuse(Refused(code, reason=why))
 
     def _number_waiting(self) -> None:
         for place, request in enumerate(self.waiting, start=1):

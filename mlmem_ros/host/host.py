@@ -34,6 +34,7 @@ from mlmem import (
     is_kernel_cached,
     snapshot,
 )
+from mlmem.rejections import ErrorCode
 
 from .building import Built, build_device
 from .sessions import Sessions
@@ -246,7 +247,8 @@ class Host:
         loop = self.open_loop()
         loop.shut_down()
         if loop.failure is not None:
-            raise StateError(reason=f'the device has stopped: {loop.failure}')
+            why = f'the device has stopped: {loop.failure}'
+            raise StateError(ErrorCode.INACTIVE, reason=why)
         self.loop = None
         self._save_stopped(loop.element)
 
@@ -301,10 +303,10 @@ class Host:
             Refused: The node is not active.
         """
         if (loop := self.loop) is None:
-            if self._closed:
-                raise Refused(reason='inactive: the node is shut down')
             stopped = f'{self.stopped}; ' if self.stopped else ''
-            raise Refused(reason=f'inactive: {stopped}configure and activate the node first')
+            remedy = f'{stopped}configure and activate the node first'
+            why = f'inactive: {"the node is shut down" if self._closed else remedy}'
+            raise Refused(ErrorCode.INACTIVE, reason=why)
         return loop
 
     def submit(self, command: Command, wait: float | None = None) -> Asked:

@@ -140,7 +140,7 @@ class Sessions:
         def begin_session() -> None:
             before = [] if self.buffer is None else self.buffer.list_messages()
             if not before and element is None:
-                raise Refused(reason='there is no state to begin with')
+                raise Refused(ErrorCode.CONFLICT, reason='there is no state to begin with')
             before = before or [recorder.build_header(plan, element, self._now)]
             self._worker.unless_given_up(lambda: attach_recording(before))
 
@@ -155,7 +155,7 @@ class Sessions:
     def _stop(self, element: MemoryElement | None, loop: Loop | None) -> Path:
         recording = self.current
         if recording is None:
-            raise Refused(reason='nothing is being recorded')
+            raise Refused(ErrorCode.CONFLICT, reason='nothing is being recorded')
 
         def end_session() -> None:
             self.current = None

@@ -13,6 +13,7 @@ import threading
 import time
 
 import pytest
+from rejection import expect_rejection
 from timeouts import TIMEOUT_S
 
 from mlmem import (
@@ -163,13 +164,14 @@ def test_failed_device_is_released_and_its_file_kept(serve, kept, file, log):
     assert host.submit(Write(0)).answer.result(TIMEOUT_S).success
     before = store.load_snapshot(file)
     service.poison()
-    with pytest.raises(Refused, match='the device has stopped'):
+    with expect_rejection(Refused, 'inactive'):
         host.submit(Read()).answer.result(TIMEOUT_S)
     host.release_failed()
     assert host.element is None
     assert host.loop is None
-    with pytest.raises(Refused, match=r'^inactive: the device has stopped: .*; conf'):
+    with pytest.raises(Refused, match=r'^inactive: the device has stopped: .*; conf') as caught:
         host.submit(Read()).answer.result(TIMEOUT_S)
+    assert caught.value.code == 'inactive'
     assert store.load_snapshot(file)['reading'] == before['reading']
     assert any('configure and activate to go on' in text for text in log.of('ERROR'))
     assert service.activate().submit(Read()).answer.result(TIMEOUT_S).reading.level == 0
@@ -323,7 +325,7 @@ def test_request_to_an_inactive_host_is_rejected(serve, record):
         host.record(service.plan(record)), host.record(None),
         host.submit_made(lambda element: Read()).answer,
     ):  # fmt: skip
-        with pytest.raises(Refused, match='inactive'):
+        with expect_rejection(Refused, 'inactive'):
             answer.result(0.0)
     assert host.refused == 6
     host.set_speed(2.0)

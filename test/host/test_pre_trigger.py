@@ -3,9 +3,10 @@
 """The last seconds before a request or a failure are in the session and replay to the bit."""
 
 import pytest
+from rejection import expect_rejection
 from timeouts import TIMEOUT_S
 
-from mlmem import Read, SetStrain, Write
+from mlmem import Read, Refused, SetStrain, Write
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import recording
 from mlmem_ros.host.settings import RecordSettings
@@ -22,6 +23,8 @@ def recorded(service, path):
     host = service.host
     bag = host.record(service.plan(RecordSettings(path=str(path)))).result(TIMEOUT_S)
     host.record(None).result(TIMEOUT_S)
+    with expect_rejection(Refused, 'conflict'):  # nothing is being recorded
+        host.record(None).result(TIMEOUT_S)
     return load_session(bag)
 
 

@@ -21,7 +21,7 @@ def test_managed_node_passes_through_its_states(start_robot):
     assert robot.state == 'unconfigured'
     robot.set(target_level=1)
     for service in ('write', 'read', 'erase', 'calibrate', 'abort', 'step'):
-        assert 'inactive' in robot.trigger(service)['error']
+        assert robot.trigger(service)['error_code'] == 'inactive'
     tested = robot.call('self_test')
     assert (tested.passed, len(tested.status)) == (b'\0', 1)
     assert 'inactive' in tested.status[0].message

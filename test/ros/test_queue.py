@@ -46,8 +46,9 @@ def test_request_past_its_deadline_is_rejected(memory, client):
     replies = begin_writes(memory, 1, 2, 3)
     late = client.request('read', TIMEOUT_S, deadline=0.5)
     step_until_arrived(memory, 3, unless=late.done)
-    with pytest.raises(RequestRefused, match='while it waited for its turn'):
+    with pytest.raises(RequestRefused, match='while it waited for its turn') as caught:
         late.wait()
+    assert caught.value.answer['error_code'] == 'busy'
     memory.memory.pause(False).wait()
     assert [reply.wait().details['level'] for reply in replies] == [1, 2, 3]
 
