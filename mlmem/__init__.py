@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from .instrument.end import End, Shot
     from .instrument.faults import Faults
     from .loop.loop import Loop
-    from .loop.mailbox import Asked, Request, Stamped, TickRequest
+    from .loop.mailbox import Asked, Request, Stamped
     from .loop.timetable import MAX_SPEED, MIN_SPEED, Pacer, SteadyPacer, check_speed
     from .parameter_sweep import Table, sweep
     from .physics import (
@@ -92,7 +92,7 @@ __all__ = [
     'Kick', 'Locate', 'Loop', 'MemoryElement', 'Outcome', 'Pacer', 'Potential',
     'ProcedureFailed', 'Read', 'Reading', 'Refused', 'Request', 'Reset', 'Scatter', 'SelfTest',
     'SetFaults', 'SetMethod', 'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Simulation',
-    'Specimen', 'Stamped', 'StateError', 'SteadyPacer', 'Survey', 'Table', 'TickRequest',
+    'Specimen', 'Stamped', 'StateError', 'SteadyPacer', 'Survey', 'Table',
     'Trajectory', 'Unknown', 'Write', 'as_designed', 'calibration_key', 'check_speed',
     'compute_calibration', 'count_words', 'describe_level', 'draw_specimen',
     'factory_calibration', 'find_cache_folder', 'is_kernel_cached', 'load_element',

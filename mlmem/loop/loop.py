@@ -18,7 +18,7 @@ from ..element import MemoryElement
 from ..errors import Refused
 from ..procedure_table import Abort
 from ..rejections import ErrorCode
-from .mailbox import Asked, Cancel, Mailbox, OpenRequests, Request, Resolve, Stamped, TickRequest
+from .mailbox import Asked, Cancel, Mailbox, OpenRequests, Request, Resolve, Stamped
 from .timetable import LoopStatistics, Pacer, SteadyPacer, Timetable, check_speed
 
 T = TypeVar('T')
@@ -178,11 +178,11 @@ class Loop:
         """
         return self._box.call(lambda: self.element.ticks, paused)
 
-    def step(self, steps: TickRequest | None = None) -> Request[int]:
-        """Run ticks while paused, by default one; the answer is the number of all ticks after the
-        last, once its events are published, or the exception `Refused` if time is running.
+    def step(self, ticks: int = 1) -> Request[int]:
+        """Run ticks while paused; the answer is the number of all ticks after the last, once its
+        events are published, or the exception `Refused` if time is running.
         """
-        return self._box.step(steps or TickRequest())
+        return self._box.step(ticks)
 
     # --- in the loop's thread ------------------------------------------------------------
 

@@ -21,6 +21,7 @@ from ..element import MemoryElement, ProcedureRun
 from ..errors import Refused
 from ..procedure_table import Abort, Procedures
 from ..rejections import ErrorCode
+from ..schema import is_of_type
 
 T = TypeVar('T')
 
@@ -93,14 +94,12 @@ class TickRequest:
     """Ticks that are asked for while time is paused.
 
     Attributes:
-        left: How many remain.
+        left: How many remain; less than were asked for once time was paused or resumed.
         done: How many were run.
-        cut: Whether they were to be more: time was paused or resumed.
     """
 
-    left: int = 1
+    left: int
     done: int = 0
-    cut: bool = False
 
 
 class Mailbox:
@@ -163,18 +162,19 @@ class Mailbox:
             if self._closed is None and paused is not None:
                 self.paused = paused
                 for steps in (request.asked for request in self.steps):
-                    steps.cut = steps.cut or steps.left > 1
                     steps.left = min(steps.left, 1)
             return self._post_request(self.calls, Request[T](function)).answer
 
-    def step(self, steps: TickRequest) -> Request[int]:
+    def step(self, ticks: int) -> Request[int]:
         """Ask for ticks while time is paused."""
         with self.changed:
-            why = 'step works only while paused; pause first'
-            refusal = None if self.paused else Refused(ErrorCode.CONFLICT, reason=why)
-            return self._post_request(
-                self.steps, Request[int](steps), _refuse_if_full(self.steps) or refusal
-            )
+            refusal = _refuse_if_full(self.steps)
+            if not self.paused:
+                why = 'step works only while paused; pause first'
+                refusal = Refused(ErrorCode.CONFLICT, reason=why)
+            if not (is_of_type(ticks, int) and ticks >= 1):
+                refusal = Refused.out_of_range('ticks', ticks, 'a whole number of at least 1')
+            return self._post_request(self.steps, Request[int](TickRequest(ticks)), refusal)
 
     def set_speed(self, speed: float) -> None:
         """Run at another multiple of real time from the next tick on."""

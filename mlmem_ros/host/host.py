@@ -30,7 +30,6 @@ from mlmem import (
     SetMethod,
     Stamped,
     StateError,
-    TickRequest,
     is_kernel_cached,
     snapshot,
 )
@@ -343,9 +342,9 @@ class Host:
             return Feedback('waiting', 0.0, element.transmission.encoder_strain, 0, place)
         return element.get_feedback() if element.is_running(request.run) else None
 
-    def step(self, steps: TickRequest | None = None) -> Request[int]:
-        """Run ticks while paused, by default one; see `Loop.step`."""
-        return self._send_request(lambda loop: loop.step(steps))
+    def step(self, ticks: int = 1) -> Request[int]:
+        """Run ticks while paused; see `Loop.step`."""
+        return self._send_request(lambda loop: loop.step(ticks))
 
     def pause(self, paused: bool) -> Future[int]:
         """Pause or resume time; see `Loop.pause`."""

@@ -24,8 +24,6 @@ from typing import TYPE_CHECKING
 from rclpy.context import Context
 from rclpy.utilities import try_shutdown
 
-from mlmem import TickRequest
-
 from ..contract.answers import RequestRefused
 from ..host import REFUSALS
 from ..ros.main import parse_node_arguments
@@ -222,7 +220,7 @@ class NodeHere(NodeClient):
     def step(self, ticks: int) -> int:
         """Run ticks while time is paused; return the ticks since its start."""
         try:
-            return self.node.host.step(TickRequest(ticks)).answer.result(60.0)
+            return self.node.host.step(ticks).answer.result(60.0)
         except REFUSALS as refusal:
             raise RequestRefused({'error': str(refusal)}) from refusal
 

@@ -116,6 +116,15 @@ def test_cancel_does_not_end_another_clients_procedure(start):
     assert result(loop.cancel(mine)) is None  # it has ended
 
 
+def test_several_ticks_are_one_step(start):
+    loop = start(rig.device())
+    before = hold(loop)
+    assert result(loop.step(7)) == before + 7
+    for wrong in (0, -1, 1.0, None, True):
+        assert loop.step(wrong).answer.exception(PATIENCE).code == 'out_of_range'
+    assert result(loop.step()) == before + 8
+
+
 def test_withdrawn_request_is_not_executed(start):
     stamped = []
     loop = start(rig.device(), lambda commands, _: stamped.extend(commands))

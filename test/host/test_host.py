@@ -24,7 +24,6 @@ from mlmem import (
     SetFaults,
     SetStrain,
     SettingsError,
-    TickRequest,
     Write,
 )
 from mlmem.loop.timetable import SteadyPacer
@@ -256,7 +255,7 @@ def test_session_with_faults_and_shaking_replays(serve, record):
         if shake == 10:
             host.set_faults(dataclasses.replace(faults, weak_cell=90, weak_factor=0.98))
         host.submit(Disturb(1e-7 * math.sin(shake)))
-        host.step(TickRequest(5)).answer.result(TIMEOUT_S)
+        host.step(5).answer.result(TIMEOUT_S)
     assert not write.done()
     host.pause(False)
     assert write.result(TIMEOUT_S).success

@@ -19,8 +19,6 @@ from rclpy.clock import Clock, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
 
-from mlmem import Refused, TickRequest
-
 from ...contract.requests import SIMULATOR_SERVICES
 from ...contract.topics import Qos
 from ...host import REFUSALS, Host
@@ -123,12 +121,10 @@ class Simulator:
         return _set_result(response)
 
     async def _step_simulation(self, request: Any, response: Any) -> Any:
-        steps = TickRequest(request.steps)
-        if not steps.left:
-            raise Refused.out_of_range('steps', steps.left, 'at least 1')
-        await await_future(self._host.step(steps).answer)
-        if steps.cut:
-            why = f'ended after {steps.done} steps: time was paused or resumed'
+        stepping = self._host.step(request.steps)
+        await await_future(stepping.answer)
+        if (done := stepping.asked.done) < request.steps:
+            why = f'ended after {done} steps: time was paused or resumed'
             return _set_result(response, FAILED, why)
         return _set_result(response)
 
