@@ -125,6 +125,15 @@ def test_several_ticks_are_one_step(start):
     assert result(loop.step()) == before + 8
 
 
+def test_pause_ends_ticks_that_were_asked_for(start):
+    loop = start(rig.device())
+    before = hold(loop)
+    stepping = loop.step(10**6)
+    until(lambda: loop.element.ticks > before)
+    loop.pause(True)
+    assert result(stepping) == before + stepping.asked.done < before + 10**6
+
+
 def test_withdrawn_request_is_not_executed(start):
     stamped = []
     loop = start(rig.device(), lambda commands, _: stamped.extend(commands))
