@@ -8,9 +8,11 @@ command is stamped with the tick at which it takes effect.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
+from .errors import Refused
 from .instrument.echo import Echo
 from .instrument.end import Shot
 from .instrument.faults import Faults
@@ -48,7 +50,10 @@ class FollowTrajectory:
 
     def __post_init__(self) -> None:
         for name in ('times', 'strains', 'rates'):  # lists if they come from a file
-            object.__setattr__(self, name, tuple(getattr(self, name)))
+            values = getattr(self, name)
+            if not isinstance(values, Iterable):
+                raise Refused.out_of_range(name, values, 'a list of numbers')
+            object.__setattr__(self, name, tuple(values))
 
 
 @dataclass(frozen=True)

@@ -356,17 +356,14 @@ def load_element(source: str | Path) -> Element:
     Raises:
         ElementFileError: There is no such file, or it is not that of an element.
     """
-    if source in ELEMENT_NAMES:
-        return _load_shipped(str(source))
-    path = Path(os.path.expanduser(source))  # as it is if there is no such user
-    if not os.path.exists(path):  # false for a name that is too long, too
-        known = ', '.join(ELEMENT_NAMES)
-        raise ElementFileError.out_of_range(
-            'element',
-            str(source),
-            f'one of {known}, or the path of an element file',
-        )
-    return read_element_file(path)
+    if isinstance(source, (str, Path)):
+        if source in ELEMENT_NAMES:
+            return _load_shipped(str(source))
+        path = Path(os.path.expanduser(source))  # as it is if there is no such user
+        if os.path.exists(path):  # false for a name that is too long, too
+            return read_element_file(path)
+    expected = f'one of {", ".join(ELEMENT_NAMES)}, or the path of an element file'
+    raise ElementFileError.out_of_range('element', source, expected)
 
 
 def element_path(source: str) -> str:

@@ -119,12 +119,12 @@ def sweep(
             raise SettingsError.out_of_range(name, values, 'a list of one value or more')
         if isinstance(values, np.ndarray):  # a design takes no integer of NumPy
             axes[name] = values.tolist()
+    if not np.iterable(seeds) or not (seeds := tuple(seeds)):
+        raise SettingsError.out_of_range('seeds', seeds, 'a list of one seed or more')
     points = [
         dict(zip((*axes, 'seed'), values, strict=True))
-        for values in itertools.product(*axes.values(), tuple(seeds))
+        for values in itertools.product(*axes.values(), seeds)
     ]
-    if not points:
-        raise SettingsError.out_of_range('seeds', seeds, 'one seed or more')
     elements = [_make_element(design, point) for point in points]  # Dask maps no iterator
     found = (map if executor is None else executor.map)(measure, elements)
     if progress:

@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Callable, Sized
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from numbers import Integral
 from typing import Any, Generic, TypeVar
 
 from .. import threads
@@ -21,7 +22,6 @@ from ..element import MemoryElement, ProcedureRun
 from ..errors import Refused
 from ..procedure_table import Abort, Procedures
 from ..rejections import ErrorCode
-from ..schema import is_of_type
 
 T = TypeVar('T')
 
@@ -172,7 +172,7 @@ class Mailbox:
             if not self.paused:
                 why = 'step works only while paused; pause first'
                 refusal = Refused(ErrorCode.CONFLICT, reason=why)
-            if not (is_of_type(ticks, int) and ticks >= 1):
+            if not (isinstance(ticks, Integral) and ticks >= 1):
                 refusal = Refused.out_of_range('ticks', ticks, 'a whole number of at least 1')
             return self._post_request(self.steps, Request[int](TickRequest(ticks)), refusal)
 

@@ -165,6 +165,11 @@ def test_element_of_unknown_user_is_rejected(function):
         function('~nobody-has-this-name/element.yaml')
 
 
+def test_element_that_is_no_name_is_rejected():
+    with expect_rejection(ElementFileError, 'out_of_range', 'element'):
+        mlmem.load_element(3)
+
+
 def test_element_path_holds_in_another_folder(tmp_path, monkeypatch):
     (tmp_path / 'mine.yaml').write_text(SMALL)
     monkeypatch.chdir(tmp_path)

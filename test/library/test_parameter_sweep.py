@@ -71,7 +71,7 @@ def test_sweep_failing_measurement_reaches_caller():
     ('axes', 'word'),
     [
         ({'alpha': [1.0]}, 'alpha_std'), ({'eta': []}, 'eta'), ({'seeds': ()}, 'seeds'),
-        ({'eta': 0.002}, 'eta'), ({'substrate': 'rigid'}, 'substrate'),
+        ({'seeds': 3}, 'seeds'), ({'eta': 0.002}, 'eta'), ({'substrate': 'rigid'}, 'substrate'),
     ],
 )  # fmt: skip
 def test_sweep_bad_axis_is_named(axes, word):
