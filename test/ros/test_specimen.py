@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node with the file of a fitted element: it simulates it, or knows that it is this one."""
 
-import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import rclpy
 from nodes import QUICK, end_node
 from robot import values
 from timeouts import TIMEOUT_S
@@ -14,9 +15,9 @@ from timeouts import TIMEOUT_S
 from mlmem import element_file, load_element
 from mlmem.physics import Scatter, Specimen, draw_specimen
 from mlmem.readers.calibration import PulseCorrection, PulseCorrections, hash_schedule
-from mlmem_ros.ros.node_process import run_child_process
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
+from mlmem_tools.identification import monitor_node
 
 CHOSEN = load_element('bits_1')
 BYTE, BYTE_SET = load_element('byte').design_and_settings
@@ -43,15 +44,23 @@ def write_element(path, specimen, settings, **more):
     return path
 
 
-def run_monitor(twin, **options):
-    """Return a context in which a monitor with a twin runs beside the node."""
-    given = ['--ros-args', '-p', f'twin:={twin}']
-    return run_child_process('mlmem_tools.identification.monitor_node', given, **options)
+@pytest.fixture
+def start_monitor(monkeypatch):
+    """Start the program of a monitor with a twin in a thread; return its exit status to come."""
+    with ThreadPoolExecutor() as threads:
+
+        def start_monitor(twin):
+            given = ['memory_monitor', '--ros-args', '-p', f'twin:={twin}']
+            monkeypatch.setattr('sys.argv', given)
+            return threads.submit(monitor_node.main)
+
+        yield start_monitor
 
 
-def test_monitor_names_the_cell_that_became_weaker(start_robot, file):
+def test_monitor_names_the_cell_that_became_weaker(start_robot, file, start_monitor):
     robot = start_robot({'element': str(file), 'write.method': 'strain'})
-    with run_monitor(file):
+    ended = start_monitor(file)
+    try:
         assert robot.write(1).success
 
         def status_after_a_read():
@@ -76,6 +85,9 @@ def test_monitor_names_the_cell_that_became_weaker(start_robot, file):
         status_after_a_read(), status_after_a_read()
         weaker = 'cell 5 has become'  # told later if what was compared last was an older read
         robot.next_status('twin', lambda status: status.message.startswith(weaker))
+    finally:
+        rclpy.try_shutdown()
+    assert ended.result(TIMEOUT_S) == 0
 
 
 def test_twin_that_cannot_be_used_ends_the_start(refused, tmp_path):
@@ -98,12 +110,10 @@ def test_stuck_cell_of_the_file_is_reported(start_robot, tmp_path):
     assert 'level 3 cannot be reached' in values(status)['bad_cells']
 
 
-def test_monitor_of_a_register_ends_with_the_reason(start, byte):
+def test_monitor_of_a_register_ends_with_the_reason(start, byte, start_monitor, capfd):
     start({'element': str(byte)})
-    with run_monitor(byte, stderr=subprocess.PIPE, text=True) as process:
-        printed = process.communicate(timeout=TIMEOUT_S)[1]
-        assert 'element must be one that holds one wall' in printed
-        assert process.returncode == 1
+    assert start_monitor(byte).result(TIMEOUT_S) == 1
+    assert 'element must be one that holds one wall' in capfd.readouterr().err
 
 
 @pytest.fixture(scope='module')
