@@ -16,9 +16,11 @@ from robot import BLANK, Robot, values
 from sampled import sampled
 
 from mlmem_ros import MemoryClient
+from mlmem_ros.ros import node_process
 from mlmem_ros.ros.node_process import run_child_process
 from mlmem_ros.session.data import load_session
 from mlmem_ros.testing import memory_node
+from mlmem_ros.testing.running import NodeHere
 from mlmem_tools.cli import demo, laboratory
 from mlmem_tools.cli.main import main
 
@@ -196,7 +198,14 @@ def test_command_to_two_nodes_of_one_name_warns(capsys):
     'levels', sampled([[1, 0], [*demo.DEMO_LEVELS]], lambda levels: levels == [1, 0])
 )
 def test_demo_writes_its_levels_and_records(monkeypatch, tmp_path, capfd, levels):
+    """Its node runs in this process, and ten times as fast as time."""
+
+    def run_here(arguments, **_):
+        more = ('-p', 'time.speed:=10.0', '--log-level', 'warn')
+        return NodeHere('/demo', ['memory_node', *arguments, *more])
+
     monkeypatch.setattr(demo, 'DEMO_LEVELS', levels)
+    monkeypatch.setattr(node_process, 'run_node_process', run_here)
     status = main(['demo', '--output', str(tmp_path)])
     printed, complaints = capfd.readouterr()
     slow = 'ticks of time were skipped|waits for /mlmem'  # on a busy machine
