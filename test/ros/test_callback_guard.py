@@ -11,6 +11,7 @@ import time
 from types import SimpleNamespace
 
 import pytest
+from closed_bag import check_closed
 from lifecycle_msgs.msg import Transition
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParametersAtomically
@@ -126,10 +127,28 @@ def test_undecodable_messages_are_rejected(answering, memory):
     answering.wait(lambda: rejected in memory.output, 'a rejection')
 
 
-def test_node_ends_well_after_all_that(memory):
-    memory.signal(signal.SIGINT)
+def test_ctrl_c_answers_all_requests_and_closes_the_session(robot, memory, tmp_path):
+    """In the middle of a write, and after all that the tests above have sent."""
+    bag = tmp_path / 'session'
+    robot.set(write__method='strain', time__speed=0.025, record__path=str(bag))
+    assert robot.trigger('record', data=True).success
+    waiting = [robot.begin_strained_write(1)]
+    robot.pause(True)  # from here on no tick begins, so no request is accepted or rejected
+    waiting += [robot.send('write') for _ in range(8)]  # a service keeps the last ten
+    for _ in waiting:
+        robot.pause(True)  # an executor takes one of each service at a time
+    assert not any(future.done() for future in waiting)
+    while memory.running:  # from the terminal, from launch, from an impatient user
+        memory.signal(signal.SIGINT)
+        time.sleep(0.01)
+    answers = [robot.answer(future) for future in waiting]
+    assert not any(answer.success for answer in answers)
+    assert all(answer['error'] for answer in answers)
     assert memory.exit_status() == ENDED
     assert 'Traceback' not in memory.output
+    assert '[ERROR]' not in memory.output
+    topics = {topic.rpartition('/')[2] for topic, _, _ in check_closed(bag)}
+    assert {'joint_states', 'outcome'} <= topics
 
 
 class Odd:
