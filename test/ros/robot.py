@@ -16,7 +16,6 @@ from functools import cache
 import rclpy
 from lifecycle_msgs.msg import Transition
 from rclpy.action import ActionClient
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
 from timeouts import TIMEOUT_S
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -25,6 +24,7 @@ from mlmem_ros.contract.commands import COMMAND_TOPICS
 from mlmem_ros.contract.requests import NODE_SERVICES, load_action_types
 from mlmem_ros.contract.streams import STREAMS
 from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, Qos, load_interface
+from mlmem_ros.ros.middleware import create_events_executor
 
 TOPICS_IN = {topic.name: topic for topic in COMMAND_TOPICS}
 SERVICES = {
@@ -75,7 +75,7 @@ class Robot:
             start_parameter_services=False,
             enable_rosout=False,
         )
-        self._executor = SingleThreadedExecutor(context=context)
+        self._executor = create_events_executor(context)
         self._executor.add_node(self.node)
         self._clients, self._publishers, self._subscriptions = {}, {}, {}
         self._actions = {}
