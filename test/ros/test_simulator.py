@@ -9,10 +9,11 @@ from mlmem_ros.ros.node import simulator
 if simulator.load_types() is None:
     pytest.skip('simulation_interfaces is not built: make interfaces', allow_module_level=True)
 
-from nodes import run_nodes
 from robot import Robot
 from simulation_interfaces import srv
 from simulation_interfaces.msg import EntityFilters, Result, SimulationState, SimulatorFeatures
+
+from test.rig.lines import LocalDriver
 
 STOPPED, PLAYING = SimulationState.STATE_STOPPED, SimulationState.STATE_PLAYING
 PAUSED, NO_WORLD = SimulationState.STATE_PAUSED, SimulationState.STATE_NO_WORLD
@@ -128,9 +129,17 @@ def test_write_in_lockstep_is_the_same_after_a_reset(tool):
     assert outcomes[0] == outcomes[1]
 
 
-def test_real_element_is_not_reset():
+class Bench(LocalDriver):
+    """What a laboratory has, as far as the node knows."""
+
+    def __init__(self, design, *_):
+        super().__init__(design)
+
+
+def test_real_element_is_not_reset(start):
     """To stop a simulation is to forget; what is real forgets by an erase alone."""
-    with run_nodes('rig') as start, Tool(start(name='real').element) as tool:
+    node = start({'device.driver': f'{__name__}:Bench'}, name='real')
+    with Tool(node.element) as tool:
         assert SimulatorFeatures.SIMULATION_RESET not in tool.features
         assert (tool.reset(), tool.simulate(STOPPED)) == (FAILED, NOT_REACHED)
         assert tool.simulation_state == PLAYING
