@@ -14,7 +14,7 @@ import yaml
 from rclpy.task import Future
 from timeouts import TIMEOUT_S
 
-from mlmem import Settings
+from mlmem import Settings, load_element
 from mlmem.element_file import ELEMENT_NAMES
 from mlmem.physics import CASE_II
 from mlmem.schema import find_descriptions
@@ -22,7 +22,7 @@ from mlmem_ros import RequestRefused
 from mlmem_ros.host.settings import declare_parameters
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.node_process import run_child_process
-from mlmem_ros.testing import memory_node
+from mlmem_ros.testing import frozen_clock, memory_node
 
 STREAMS = ('field', 'wall', 'joint_states', 'views')
 FOLDER = TemporaryDirectory(prefix='mlmem-elements-')
@@ -70,6 +70,9 @@ QUICK = {
 kicks, ten times as fast, with a hundred messages a second of each stream, unchecked and without
 actions.
 """
+
+TICK = load_element(QUICK['element']).settings.time.tick * QUICK['scale.time']
+"""Seconds."""
 
 LINE = ('--latency', '0.002', '--jitter', '0.003', '--loss', '0.002', '--drift', '1e-4')
 """A rig up to 5 ms away, which loses frames and has its own clock."""
@@ -133,6 +136,31 @@ def run_nodes(driver='sim', shared=False):
             return node
 
         yield start
+
+
+def write_parameters(folder):
+    """Return the path of a new parameter file, for `check_node`."""
+    path = Path(folder, 'given.yaml')
+    path.write_text('/**:\n  ros__parameters:\n    write: {attempts: 5}\n')
+    return path
+
+
+def check_node(node, element):
+    """A node of `memory_node` has its name, parameters and log; its time may be frozen."""
+    assert (node.element, node.memory.name) == (element, element)
+    names = ('write.attempts', 'write.method')
+    assert node.memory.parameters(*names, timeout=TIMEOUT_S).wait() == {  # it starts
+        'write.attempts': 5,
+        'write.method': 'kick',
+    }
+    with frozen_clock(node) as clock:
+        before = node.memory.pause().wait().tick
+        assert clock.finish(node.memory.write(0)).level == 0
+        assert node.memory.pause().wait().tick - before == clock.ticks
+        assert clock.ticks * TICK == pytest.approx(clock.now - 1.0)
+    assert node.memory.read().wait().level == 0  # time runs again
+    assert 'ready: 8 levels' in node.output
+    assert node.running
 
 
 def end_node(node):

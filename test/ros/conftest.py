@@ -106,11 +106,8 @@ def frequent_reports():
 
 @pytest.fixture(scope='module')
 def memory(request, start_shared):
-    """An element for all tests of a module, with its parameters `GIVEN` beside `nodes.QUICK`; in a
-    process of its own if the module says `APART`.
-    """
-    given = getattr(request.module, 'GIVEN', {'actions': True})
-    return start_shared(given, apart=getattr(request.module, 'APART', False))
+    """An element for all tests of a module, with its parameters `GIVEN` beside `nodes.QUICK`."""
+    return start_shared(getattr(request.module, 'GIVEN', {'actions': True}))
 
 
 @pytest.fixture(scope='module')

@@ -11,13 +11,12 @@ from xml.etree import ElementTree
 
 import pytest
 import rclpy
-from nodes import QUICK, node_parameters, program
+from nodes import QUICK, TICK, check_node, node_parameters, program, write_parameters
 from rclpy.node import Node
 from robot import Robot
 from sensor_msgs.msg import JointState
 from timeouts import TIMEOUT_S
 
-from mlmem import load_element
 from mlmem_ros import RequestError, RequestRefused
 from mlmem_ros.ros.node_process import (
     build_node_arguments,
@@ -28,30 +27,13 @@ from mlmem_ros.testing import assert_written, faults, frozen_clock, memory_node
 from mlmem_ros.testing.running import is_domain_used
 
 DATA = Path(__file__).parents[1] / 'data'
-TICK = load_element(QUICK['element']).settings.time.tick * QUICK['scale.time']
-"""Seconds."""
 
 
-@pytest.mark.parametrize('apart', [False, True])
-def test_memory_node_has_name_parameters_log_and_end(tmp_path, apart):
-    file = tmp_path / 'given.yaml'
-    file.write_text('/**:\n  ros__parameters:\n    write: {attempts: 5}\n')
-    options = {'name': 'lent', 'namespace': '/arm', 'file': file, 'apart': apart}
-    with memory_node(node_parameters(QUICK), **options) as node:
-        assert (node.element, node.memory.name) == ('/arm/lent', '/arm/lent')
-        names = ('write.attempts', 'write.method')
-        assert node.memory.parameters(*names, timeout=TIMEOUT_S).wait() == {  # it starts
-            'write.attempts': 5,
-            'write.method': 'kick',
-        }
-        with frozen_clock(node) as clock:
-            before = node.memory.pause().wait().tick
-            assert clock.finish(node.memory.write(0)).level == 0
-            assert node.memory.pause().wait().tick - before == clock.ticks
-            assert clock.ticks * TICK == pytest.approx(clock.now - 1.0)
-        assert node.memory.read().wait().level == 0  # time runs again
-        assert 'ready: 8 levels' in node.output
-        assert node.running
+def test_memory_node_has_name_parameters_log_and_end(tmp_path):
+    """One in a process of its own is in test_callback_guard.py."""
+    file = write_parameters(tmp_path)
+    with memory_node(node_parameters(QUICK), name='lent', namespace='/arm', file=file) as node:
+        check_node(node, '/arm/lent')
         node.terminate()
         assert node.exit_status() == 0
         assert not node.running
