@@ -3,6 +3,7 @@
 """Imports run one way: a package imports from itself and from those above it in `LAYERS`."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -28,8 +29,10 @@ PUBLIC_MODULES = (*BASE_MODULES, 'element_file', 'procedure_table', 'snapshot')
 """Modules of mlmem whose names `mlmem_ros` uses besides those that mlmem exports."""
 
 
+@cache
 def list_imports():
-    """Yield every module of the packages, and the dotted names it imports, late ones included."""
+    """Return pairs of a module of the packages and a dotted name it imports, perhaps late."""
+    found = []
     for package in ('mlmem', 'mlmem_ros', 'mlmem_tools'):
         for file in sorted((ROOT / package).rglob('*.py')):
             module = '.'.join(file.relative_to(ROOT).with_suffix('').parts)
@@ -37,9 +40,10 @@ def list_imports():
                 if isinstance(node, ast.ImportFrom):
                     parts = module.split('.')[: -node.level] if node.level else []
                     origin = '.'.join((*parts, *filter(None, (node.module or '').split('.'))))
-                    yield from ((module, f'{origin}.{alias.name}') for alias in node.names)
+                    found += ((module, f'{origin}.{alias.name}') for alias in node.names)
                 elif isinstance(node, ast.Import):
-                    yield from ((module, alias.name) for alias in node.names)
+                    found += ((module, alias.name) for alias in node.names)
+    return found
 
 
 def is_within(name, package):

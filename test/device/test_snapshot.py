@@ -153,8 +153,8 @@ NAN, INF = math.nan, math.inf
 
 DAMAGE = [
     ('ticks', -5), ('ticks', INF), ('chain.steps', 7), ('chain.V_N', 1.0), ('chain.V_N', NAN),
-    ('chain.values', {}), ('chain.values.f8', ''), ('chain.values.shape', [3, 125]),
-    ('chain.values.shape', [5, 50]), ('transducer.recent.shape', [1, 2]),
+    ('chain.values', {}), ('chain.values.f8', ''), ('chain.values.shape', [125, 2]),
+    ('chain.values.shape', [6, 113]), ('transducer.recent.shape', [1, 2]),
     ('transducer.recent.shape', [576]), ('actuator', {}), ('actuator.strain', 0.0799),
     ('actuator.motion.target', 0.081), ('actuator.motion.start', -1.0),
     ('actuator.motion.duration', -1.0), ('actuator.motion.duration', INF),

@@ -20,15 +20,7 @@ run = mlmem.simulate(element.design, initial=mlmem.wall_at(level=3), duration=2,
 print(json.dumps(run.wall_positions.tolist()))
 """
 
-REWRITE = """
-from pathlib import Path
-from mlmem.element_file import load_element, write_element_file
-
-for source in 'case_2', 'own.yaml':
-    write_element_file(Path('own.yaml'), load_element(source))
-"""
-
-WITHOUT_POSIX = """
+WITHOUT_POSIX_AND_ROS = """
 import os
 import sys
 
@@ -40,13 +32,15 @@ for name in ('O_CLOEXEC', 'O_NONBLOCK', 'O_DIRECTORY'):
     delattr(os, name)
 """
 
-DEMO_WITHOUT_ROS = """
-import importlib.util
-import sys
+REWRITE = """
+from pathlib import Path
+from mlmem.element_file import load_element, write_element_file
 
-find_spec = importlib.util.find_spec
-importlib.util.find_spec = lambda name, *more: None if name == 'rclpy' else find_spec(name, *more)
-sys.modules['rclpy'] = None
+for source in 'case_2', 'own.yaml':
+    write_element_file(Path('own.yaml'), load_element(source))
+"""
+
+DEMO = """
 from mlmem_tools.cli.main import main
 
 sys.exit(main(['demo', '--json']))
@@ -63,15 +57,15 @@ def run_program(text, folder=None, **environment):
     ).stdout  # fmt: skip
 
 
-def test_simulate_without_posix_functions_runs():
-    (position,) = json.loads(run_program(WITHOUT_POSIX + SIMULATE))[-1]
-    assert position == pytest.approx(100.0, abs=0.01)
-
-
-def test_element_without_posix_functions_is_written(tmp_path):
-    run_program(WITHOUT_POSIX + REWRITE, folder=tmp_path)
+def test_machine_without_posix_and_ros_runs_library_and_demo(tmp_path):
+    program = WITHOUT_POSIX_AND_ROS + SIMULATE + REWRITE + DEMO
+    positions, demo = run_program(program, folder=tmp_path).split('\n', 1)
+    assert json.loads(positions)[-1] == pytest.approx([100.0], abs=0.01)
     written = mlmem.load_element(tmp_path / 'own.yaml')
     assert written.design_and_settings == mlmem.load_element('case_2').design_and_settings
+    rows = json.loads(demo)['levels']
+    assert [row['decoded'] for row in rows] == [row['asked'] for row in rows]
+    assert {row['asked'] for row in rows} == set(range(8))
 
 
 def test_simulate_without_compiler_gives_compiled_positions():
@@ -82,9 +76,3 @@ def test_simulate_without_compiler_gives_compiled_positions():
     )
     positions = json.loads(run_program(SIMULATE, NUMBA_DISABLE_JIT='1'))
     assert positions == pytest.approx(compiled.wall_positions, abs=1e-9)
-
-
-def test_demo_without_ros_writes_and_reads_every_level(tmp_path):
-    rows = json.loads(run_program(DEMO_WITHOUT_ROS))['levels']
-    assert [row['decoded'] for row in rows] == [row['asked'] for row in rows]
-    assert {row['asked'] for row in rows} == set(range(8))
