@@ -23,7 +23,7 @@ from mlmem import (
 from mlmem.instrument.end import End
 from mlmem.physics import find_level
 from mlmem.physics.equilibrium import find_pinned_wall
-from mlmem_tools.checks import Verdict, check, disturb
+from mlmem_tools.checks import Verdict, disturb
 from mlmem_tools.checks.concern import Subject
 
 GROUPS = {End.LEFT: 'probe', End.RIGHT: 'probe_right'}
@@ -84,10 +84,5 @@ def test_pulse_that_may_move_the_wall_is_rejected(command):
     assert element.perform(Abort()).success
 
 
-def test_kicked_element_passes_and_register_is_not_judged():
+def test_kicked_element_passes():
     assert forecast(*load_element('kick_2').design_and_settings).verdict is Verdict.PASS
-    judged = {
-        finding.name for finding in check(*load_element('byte').design_and_settings).findings
-    }
-    assert 'words' in judged
-    assert not judged & {'read_disturb', 'echo_left', 'apart', 'transducer_stroke', 'launch_write'}

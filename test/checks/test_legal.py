@@ -53,7 +53,7 @@ def judge_seed(seed, *, drawn):
 
 
 def test_legal_designs_are_judged():
-    verdicts = {judge_seed(seed, drawn=seed % 2) for seed in (2, 3, 4)}
+    verdicts = {judge_seed(seed, drawn=seed % 2) for seed in (2, 4, 5)}
     assert {Verdict.FAIL} <= verdicts <= {Verdict.FAIL, None}
 
 
