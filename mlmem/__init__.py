@@ -112,7 +112,7 @@ _MODULES = (
 def __getattr__(name: str) -> Any:
     for module in _MODULES if name in __all__ else ():
         if hasattr(found := import_module(f'.{module}', __name__), name):
-            return getattr(found, name)
+            return globals().setdefault(name, getattr(found, name))
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
 
 

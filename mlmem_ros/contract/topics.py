@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from functools import cache
+from functools import cache, cached_property
 from importlib import import_module
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -81,7 +81,7 @@ class Topic:
     qos: Qos
     meaning: str
 
-    @property
+    @cached_property
     def kind(self) -> Any:
         """The class of its messages, from ROS."""
         return load_interface(self.type)
