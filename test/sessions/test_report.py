@@ -163,7 +163,7 @@ def test_part_with_an_older_state_begins_in_the_middle(
 def test_part_with_a_newer_state_begins_in_the_middle(split, tmp_path, capsys):
     """As a cut through a part leaves its end and the next part."""
     made = Tampered.read(split)
-    del made.messages[: copies(made, 'session/command')[-1]]
+    del made.messages[: find_places(made, 'session/command')[-1]]
     made.write(tmp_path / 'bag')
     assert main(['replay', str(tmp_path / 'bag'), '--json']) == 2
     assert json.loads(capsys.readouterr().out)['code'] == 'begins_in_the_middle'
@@ -259,7 +259,7 @@ def same_build(monkeypatch):
     monkeypatch.setattr('mlmem_ros.session.replay._find_other_build', lambda recorded: {})
 
 
-def copies(made, topic):
+def find_places(made, topic):
     """Return the places of a topic's messages."""
     return [n for n, each in enumerate(made.messages) if each.topic == f'/mlmem/{topic}']
 
@@ -273,46 +273,42 @@ def edit(made, index, change):
     made.messages[index] = recorded._replace(cdr=cdr)
 
 
-def test_replay_of_an_edited_outcome_names_its_topic(tmp_path, same_build):
-    def change(message):
+def test_replay_of_an_edited_session_names_every_topic(tmp_path, same_build):
+    """The text of an outcome; of three echoes a time, a displacement and a demodulated value."""
+
+    def change_margin(message):
         (margin,) = [pair for pair in message.values if pair.key == 'threshold_margin']
         margin.value = '9.9'
 
     made = Tampered.read(SESSION)
-    edit(made, copies(made, 'outcome')[-1], change)
-    made.write(tmp_path / 'bag')
-    report = run_replay(load_session(tmp_path / 'bag'))
-    assert not report.passed
-    assert (report.code, report.other_events) == ('events_differ', ['~/outcome'])
-    assert report.events['outcome'].equal == report.events['outcome'].recorded - 1
+    edit(made, find_places(made, 'outcome')[-1], change_margin)
+    for row, index in enumerate(find_places(made, 'echo')[:3]):
 
-
-@pytest.mark.parametrize('copied', [0, 2], ids=['left out', 'doubled'])
-def test_replay_of_another_number_of_echoes_fails(tmp_path, copied, same_build):
-    made = Tampered.read(SESSION)
-    place = copies(made, 'echo')[1]
-    made.messages[place : place + 1] = copied * [made.messages[place]]
-    made.write(tmp_path / 'bag')
-    report = run_replay(load_session(tmp_path / 'bag'))
-    assert not report.passed
-    assert '~/echo' in report.other_events
-
-
-def test_every_row_of_an_echo_is_compared(tmp_path, same_build):
-    """Times, displacements and the demodulated signal: one of each of three echoes is changed."""
-    made = Tampered.read(SESSION)
-    for row, index in enumerate(copies(made, 'echo')[:3]):
-
-        def change(message, row=row):
+        def change_row(message, row=row):
             rows = message.data.reshape(3, -1).copy()
             rows[row, -1] += 1e-3
             message.data = rows.ravel()
 
-        edit(made, index, change)
+        edit(made, index, change_row)
     made.write(tmp_path / 'bag')
     report = run_replay(load_session(tmp_path / 'bag'))
-    assert report.events['echo'].equal == report.events['echo'].recorded - 3
     assert not report.passed
+    assert report.code == 'events_differ'
+    assert sorted(report.other_events) == ['~/echo', '~/outcome']
+    for topic, edited in (('echo', 3), ('outcome', 1)):
+        assert report.events[topic].equal == report.events[topic].recorded - edited
+
+
+def test_replay_of_another_number_of_messages_fails(tmp_path, same_build):
+    """One is left out, and one of another topic is doubled."""
+    made = Tampered.read(SESSION)
+    del made.messages[find_places(made, 'echo')[1]]
+    doubled = find_places(made, 'range')[1]
+    made.messages.insert(doubled, made.messages[doubled])
+    made.write(tmp_path / 'bag')
+    report = run_replay(load_session(tmp_path / 'bag'))
+    assert not report.passed
+    assert sorted(report.other_events) == ['~/echo', '~/range']
 
 
 ROUNDED = {'first_difference': 500, 'state_difference': 1e-12}
