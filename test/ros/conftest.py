@@ -11,7 +11,7 @@ from contextlib import ExitStack
 import pytest
 import rclpy
 from nodes import node_parameters
-from robot import Robot
+from robot import Robot, join_graph
 from timeouts import TIMEOUT_S
 
 from mlmem_ros import standalone
@@ -57,12 +57,12 @@ def create_node(context, destroyed):
 
 
 @pytest.fixture
-def declared(context, destroyed):
+def declared(destroyed):
     """Declare the parameters of a node given some: declared({'element': 'bits_1'})."""
 
     def declare(given=(), namespace=''):
         own = node_parameters(dict(given))
-        node = MemoryNode('memory', parameters=own, namespace=namespace, context=context)
+        node = MemoryNode('memory', parameters=own, namespace=namespace, context=join_graph())
         destroyed.append(node)
         return node, node._given
 

@@ -56,7 +56,7 @@ class JsonAnswer(dict):
 
 @cache
 def join_graph():
-    """Return the context of all robots: each takes 40 ms of processor time to join the graph."""
+    """Return a context for many nodes: each takes 40 ms of processor time to join the graph."""
     context = rclpy.Context()
     rclpy.init(args=[], context=context)
     atexit.register(context.try_shutdown)

@@ -114,27 +114,31 @@ def test_dump_starts_the_same_node_and_is_loaded_again(declared, file, levels):
 
 
 @pytest.mark.parametrize(
-    ('given', 'name', 'value'),
+    ('given', 'wrong'),
     [
-        *[
-            ({'element': 'bits_2'}, 'element', value)
-            for value in ('bits_7', '', 4, [1.5], '/nowhere/element.yaml', '/')
-        ],
-        ({'element': 'bits_2'}, 'target_level', 4),
-        ({}, 'write.method', 'euler'),
-        ({}, 'read.end', 'euler'),
-        ({'element': 'byte', 'target_word': 5}, 'target_level', 5),
-        ({'target_level': 5}, 'target_word', 5),
+        (
+            {'element': 'bits_2'},
+            [
+                *(('element', value) for value in ('bits_7', '', '/nowhere/element.yaml', '/')),
+                ('element', 4),
+                ('element', [1.5]),
+                ('target_level', 4),
+            ],
+        ),
+        ({}, [('write.method', 'euler'), ('read.end', 'euler')]),
+        ({'element': 'byte', 'target_word': 5}, [('target_level', 5)]),
+        ({'target_level': 5}, [('target_word', 5)]),
     ],
     ids=str,
 )
-def test_value_that_is_no_choice_changes_nothing(declared, given, name, value):
+def test_value_that_is_no_choice_changes_nothing(declared, given, wrong):
     node, _ = declared(given)
     before = dump(node)
-    assert not set_all(node, {name: value, 'write.attempts': 7}).successful
-    assert dump(node) == before
-    with pytest.raises(SettingsError, match=name):
-        declared({**given, name: value})
+    for name, value in wrong:
+        assert not set_all(node, {name: value, 'write.attempts': 7}).successful, value
+        assert dump(node) == before
+        with pytest.raises(SettingsError, match=name):
+            declared({**given, name: value})
 
 
 def test_dump_of_a_changed_file_gives_a_warning(declared, file, capfd):

@@ -60,7 +60,7 @@ def test_clock_that_jumps_loses_no_time_and_replays(start_robot, tmp_path):
 
 
 def test_clock_that_does_not_run_is_reported(start_robot, capfd):
-    """By the client, in the log and in diagnostics: none, one that stands, and one in long steps."""
+    """By client, log and diagnostics: no clock, one that stands, and one in long steps."""
     robot = start_robot({'use_sim_time': True})
     client, printed = robot.memory.memory, []
     write = client.write(1, timeout=TIMEOUT_S)
