@@ -6,7 +6,6 @@ Nothing old replaces newer, nothing is calibrated twice.
 
 import dataclasses
 import json
-import tracemalloc
 from contextlib import closing
 
 import pytest
@@ -55,43 +54,20 @@ def test_state_below_a_file_is_rejected(file):
     store_below = open_store(file / 'element.json')
     with closing(store_below), pytest.raises(StateError, match='cannot be kept'):
         store_below.load_state()
+    with pytest.raises(StateError, match='the state cannot be saved'):
+        store.save_snapshot(file / 'element.json', {})
 
 
 @pytest.mark.parametrize(
-    'text',
-    [
-        '', '\xff', '[' * 100_000, '{"format": 1, "snap', '[]', '{"format": 1}',
-        '{"format": 2, "snapshot": {}}', '{"format": 1, "snapshot": []}',
-    ],
-)  # fmt: skip
-def test_damaged_file_is_rejected_and_kept(tmp_path, text):
+    'text', ['{"format": 1}', '{"format": 2, "snapshot": {}}', '{"format": 1, "snapshot": []}']
+)
+def test_file_of_another_format_is_rejected_and_kept(tmp_path, text):
+    """What else is no state file is in test_hostile_files.py."""
     path = tmp_path / 'element.json'
-    path.write_bytes(text.encode('latin-1'))
+    path.write_text(text)
     with pytest.raises(StateError, match=r'element\.json is damaged: '):
         store.load_snapshot(path)
-    assert path.read_bytes() == text.encode('latin-1')
-
-
-def test_huge_file_is_rejected_in_little_memory(tmp_path):
-    """50 GB of zeros, which take no room on the disk."""
-    path = tmp_path / 'element.json'
-    with path.open('wb') as file:
-        file.truncate(50 * 10**9)
-    tracemalloc.start()
-    try:
-        with pytest.raises(StateError, match='is damaged: it is larger than 33554432 bytes'):
-            store.load_snapshot(path)
-        assert tracemalloc.get_traced_memory()[1] < 80e6  # twice what is read
-    finally:
-        tracemalloc.stop()
-
-
-def test_file_that_cannot_be_read_or_written_is_reported(tmp_path):
-    with pytest.raises(StateError, match=r'the state cannot be read from .*directory'):
-        store.load_snapshot(tmp_path)
-    (tmp_path / 'file').write_text('')
-    with pytest.raises(StateError, match='the state cannot be saved'):
-        store.save_snapshot(tmp_path / 'file' / 'x.json', {})
+    assert path.read_text() == text
 
 
 # --- calibrations -----------------------------------------------------------------------------
