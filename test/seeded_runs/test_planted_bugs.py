@@ -13,7 +13,7 @@ MAX_RUNS = 10_000
 """Runs within which a fault has to be found."""
 
 FIRST_SEEDS = {
-    'no_sync_before_the_rename': 3,
+    'no_sync_before_the_rename': 6,
     'state_taken_within_a_tick': 3,
     'two_recordings_at_once': 6,
 }
