@@ -24,7 +24,7 @@ from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.qos import qos_profile_action_status_default
 from robot import values
 
-from mlmem_ros import MemoryClient, RequestFailed, standalone
+from mlmem_ros import MemoryClient, RequestFailed
 from mlmem_ros.ros.middleware import create_events_executor
 
 SUCCEEDED, CANCELED, ABORTED, UNKNOWN = (
@@ -188,22 +188,14 @@ def test_cancelled_request_cancels_its_procedure(client, robot, ended):
     assert not any(values(each).get('level') == '7' for each in outcomes[seen:])
 
 
-def test_goal_under_way_is_rejected_at_the_shutdown(start):
-    memory = start({'actions': True}, name='ending')
-    with standalone(memory.element) as client:
-        client.write(0).wait()
-        client.set_parameters({'time.speed': 0.01}).wait()  # it does not end before the node
-        client.pause().wait()
-        write = client.write(7)
-        client.pause(False).wait()
-        memory.terminate()
-        with pytest.raises(RequestFailed, match='shut down'):
-            write.wait()
+def test_goal_under_way_is_rejected_at_the_shutdown(memory, client):
+    """The last test of this node."""
+    client.write(0).wait()
+    client.set_parameters({'time.speed': 0.01}).wait()  # it does not end before the node
+    client.pause().wait()
+    write = client.write(7)
+    client.pause(False).wait()
+    memory.terminate()
+    with pytest.raises(RequestFailed, match='shut down'):
+        write.wait()
     assert memory.exit_status() == 0
-
-
-def test_node_without_actions_serves_none(start_robot):
-    robot = start_robot({'autostart': False, 'actions': False}, name='plain')
-    assert not robot.get('actions')
-    served = robot.node.get_service_names_and_types()
-    assert not [name for name, _ in served if name.startswith('/plain/') and 'goal' in name]

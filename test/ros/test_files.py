@@ -93,8 +93,9 @@ FOREIGN_FILES = (
 )
 
 
-@pytest.mark.parametrize('name', ['element', 'twin'])
-@pytest.mark.parametrize('text', FOREIGN_FILES)
+@pytest.mark.parametrize(
+    ('name', 'text'), [*(('element', text) for text in FOREIGN_FILES), ('twin', FOREIGN_FILES[-1])]
+)
 def test_error_about_a_foreign_file_quotes_nothing_of_it(refused, root, name, text):
     (root / 'foreign').write_text(text)
     line = refused({'files.root': str(root), name: 'foreign'})

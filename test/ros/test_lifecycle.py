@@ -22,6 +22,8 @@ def test_managed_node_passes_through_its_states(start_robot):
     robot.set(target_level=1)
     for service in ('write', 'read', 'erase', 'calibrate', 'abort', 'step'):
         assert robot.trigger(service)['error_code'] == 'inactive'
+    served = robot.node.get_service_names_and_types()
+    assert not [name for name, _ in served if 'send_goal' in name]  # without `actions`
     tested = robot.call('self_test')
     assert (tested.passed, len(tested.status)) == (b'\0', 1)
     assert 'inactive' in tested.status[0].message
