@@ -93,11 +93,6 @@ def pin(element, *levels):
     return settle(element, pin_walls(element.chain.specimen, levels))
 
 
-def paper(level=None, **settings):
-    """Return a device of all eight levels, where the distance to the far end matters."""
-    return device(level, design=CASE_II, **settings)
-
-
 def with_walls(*positions, design=DESIGN, first_active=True, **options):
     """Return a device at rest whose phase changes near these positions."""
     step = design.D_s2 - design.D_s1

@@ -85,7 +85,7 @@ MEAN_SIZE = math.sqrt(2.0 / math.pi)
 
 def noisy(level, deviation, seed=1):
     """Return a device at a level of which the sensors of both ends have white noise."""
-    element = rig.paper(level)
+    element = rig.device(level, design=CASE_II)
     element.set_faults(Faults(sensor_noise=deviation, seed=seed))
     rig.ticks(element, 5)
     return element
@@ -93,7 +93,7 @@ def noisy(level, deviation, seed=1):
 
 def test_noise_after_echo_raises_threshold_of_reading():
     """The echo of level 7 comes after 46 ticks: its foot would be lost in noise that began."""
-    element = rig.paper(7)
+    element = rig.device(7, design=CASE_II)
     element.apply(Read())
     rig.ticks(element, 15)
     element.apply(SetFaults(Faults(sensor_noise=1e-4, seed=3)))
@@ -194,7 +194,7 @@ def shaken(element, course, command):
 @pytest.mark.parametrize(('end', 'reads'), [('left', 4), ('right', 1), ('both', 1)])
 def test_read_of_far_level_is_right_at_15_m_per_s2(end, reads):
     """The sway of the left end exceeds the decayed threshold when the echo of level 7 arrives."""
-    element, course = rig.paper(7), imu(1.5 * G, 3)
+    element, course = rig.device(7, design=CASE_II), imu(1.5 * G, 3)
     for _ in range(reads):
         *heard, outcome = shaken(element, course, Read(end))
         assert outcome.success, outcome.error
@@ -252,11 +252,9 @@ def test_wall_that_is_shaken_about_is_at_no_level(level, seed):
     """Ten times what is harmless moves it while pulses are under way: both ends agreed on level 3
     and the wall was near level 4, on 6 and it was half-way to 5.
     """
-    *_, outcome = (
-        event
-        for event in shaken(rig.paper(level), strides(1.5e-3, 250.0, seed), Read())
-        if isinstance(event, Outcome)
-    )
+    element = rig.device(level, design=CASE_II)
+    told = shaken(element, strides(1.5e-3, 250.0, seed), Read())
+    *_, outcome = (event for event in told if isinstance(event, Outcome))
     assert not outcome.success
     assert outcome.reading.level == UNDECODABLE
 

@@ -184,7 +184,7 @@ def test_waves_stay_below_bound_after_pulses_returned(level):
     Waves of a packet that disperse may meet others again: at level 3 the left end once sees 1.53
     times the bound. The third of the threshold that may be under way leaves a factor of 3.
     """
-    element = rig.paper(level)
+    element = rig.device(level, design=CASE_II)
     rig.succeed(element, Read())
     rig.ticks(element, math.ceil(max(element.passage_time(end) for end in End) / element.tick))
     bounds, heard = [], []
