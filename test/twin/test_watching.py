@@ -86,9 +86,18 @@ class Bench:
         return found
 
 
-@pytest.fixture
-def bench():
+@pytest.fixture(scope='module')
+def shared_bench():
     return Bench()
+
+
+@pytest.fixture
+def bench(shared_bench):
+    """A bench whose element is healthy again after the test."""
+    yield shared_bench
+    shared_bench.set_faults()
+    shared_bench.driver.sensors, shared_bench.driver.weaker = RigSensors(), [1.0, 1.0]
+    shared_bench.element.transducer.assume_equilibrium()
 
 
 def test_healthy_element_is_as_forecast(bench):
@@ -157,10 +166,9 @@ def test_wall_after_a_failed_write_is_not_known():
 
 
 @pytest.fixture(scope='module')
-def pulses():
+def pulses(shared_bench):
     """The twin of an element at level 1, and the pulses of a read."""
-    bench = Bench()
-    return bench.twin, bench.record_read()
+    return shared_bench.twin, shared_bench.record_read()
 
 
 @pytest.mark.parametrize(('procedure', 'reads'), [('read', 2), ('write', 1)])
