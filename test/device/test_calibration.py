@@ -28,7 +28,7 @@ from mlmem import (
 )
 from mlmem.instrument.end import End
 from mlmem.moves.strain_cycle import correct_write
-from mlmem.physics import CASE_II, Scatter, StateError, draw_specimen
+from mlmem.physics import CASE_II, Scatter, draw_specimen
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.procedures import writing
 from mlmem.readers import listening
@@ -80,6 +80,8 @@ def test_blank_delay_equal_to_level_is_rejected(blank):
     """But for level 0, which the phase of the left end tells from it."""
     with expect_rejection(SettingsError, 'out_of_range', 'blank'):
         DelayTable(RISING.delays, blank)
+    with expect_rejection(SettingsError, 'out_of_range', 'shapes'):
+        DelayTable(RISING.delays, shapes=((None, math.nan, 1.0),) * 4)
     assert DelayTable(FALLING.delays, blank=400.0).find_nearest(400.0, -1) == (0, 1.0)
     assert DelayTable(FALLING.delays, blank=400.0).find_nearest(400.0, 0) == (-1, 1.0)
 
@@ -299,24 +301,3 @@ def test_ideal_element_that_cannot_be_probed_is_rejected(monkeypatch):
     monkeypatch.setattr(listening, 'wait_for_decay', wait_in_vain)
     with expect_rejection(SettingsError, 'unsupported', 'probe'):
         factory_calibration(CASE_II, rig.change(Settings(), read={'settle_timeout': 100.0}))
-
-
-@pytest.mark.parametrize(
-    'values',
-    [
-        {'left': {'delays': [1.0] * 4, 'shapes': [[1.0, 2.0, 0.0]] * 4}},  # an echo of no height
-        {'left': {'delays': [1.0] * 4, 'shapes': [[1.0, math.nan, 2.0]] * 4}},
-        {'left': {'delays': [1.0] * 4, 'shapes': [[1.0, 2.0, 3.0]]}},
-        {'pulse_corrections': {'steps': [{'peak': math.nan}], 'schedule': ''}},
-        {'pulse_corrections': {'steps': [{'times': 0.0}], 'schedule': ''}},
-        {'pulse_corrections': {'steps': [{'peak': 1.0}], 'schedule': ''}},  # four are needed
-    ],
-    ids=str,
-)
-def test_wrong_calibration_is_not_restored(planned, values):
-    """Values of another type are tried in `test_outside`, files in `test_store`."""
-    taken = snapshot.take_snapshot(planned)
-    with pytest.raises(StateError):
-        snapshot.restore_snapshot(
-            scattered_element(), taken | {'calibration': taken['calibration'] | values}
-        )
