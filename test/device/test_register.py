@@ -282,12 +282,12 @@ def test_ringing_element_is_read_at_one_tick_for_any_cut():
     for between in (None, lambda: None):
         element = MemoryElement(BYTE)
         element.perform(Write(0x42))
-        element.perform(Write(0x43))  # its last kick is still decoded_shots
+        element.perform(Write(0x43))  # the echoes of its last kick still return
         element.apply(Disturb(3e-4))
         element.apply(Read())
         element.advance()
         assert element.progress.phase == 'quieting'
-        assert element.idle_ticks == 2  # of three, as long as the window of what is decoded_shots
+        assert element.idle_ticks == 2  # of three, which the window of the samples lasts
         element.perform(Abort())
         read = element.perform(Read(), between)
         told.append((read.success, read.reading, read.end_tick - read.start_tick, element.ticks))
