@@ -3,14 +3,13 @@
 """Routes from level to level; kicks whose speed selects the level, which need no strain."""
 
 import itertools
-import sys
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 import pytest
 from rejection import expect_rejection
 
-import mlmem.moves
 from mlmem import (
     BLANK,
     ELEMENT_NAMES,
@@ -34,6 +33,7 @@ from mlmem import (
 from mlmem.element_file import use_kicks
 from mlmem.instrument.blocks import run, wait
 from mlmem.instrument.drivers import Simulation
+from mlmem.moves import planner
 from mlmem.moves.kick import (
     KickMotion,
     KickSettings,
@@ -43,7 +43,7 @@ from mlmem.moves.kick import (
     remove_missed_kicks,
 )
 from mlmem.moves.move import blank_content
-from mlmem.moves.planner import find_moves, find_route, move_families
+from mlmem.moves.planner import find_moves, find_route
 from mlmem.physics import Scatter, draw_specimen, find_walls
 
 from . import rig
@@ -290,14 +290,10 @@ def test_no_route_is_longer_than_move_and_route_from_there():
             assert shortest <= move.duration + rest
 
 
-MADE_UP = """
-from dataclasses import dataclass
-
-from mlmem.physics.equilibrium import find_pinned_wall
-
-
 @dataclass(frozen=True)
 class Lift:
+    """A move that puts the wall to its level at once."""
+
     start: int
     target: int
 
@@ -310,30 +306,16 @@ class Lift:
 
     def drive(self, element, how):
         element.begin_cycle('lifted')
-        element.chain.place(find_pinned_wall(element.chain.specimen, self.target))
-        element.transducer.assume_equilibrium()
+        rig.pin(element, self.target)
         yield 2
 
 
-def moves_from(design, settings, start, target):
-    if start != -1 and target > start:
-        yield Lift(start, target)
-"""
+def test_move_of_another_family_is_planned_and_driven(monkeypatch):
+    def lift_up(design, settings, start, target):
+        return [Lift(start, target)] if BLANK < start < target else []
 
-
-@pytest.fixture
-def lift(tmp_path, monkeypatch):
-    """Add a file to the package of moves, and nothing else."""
-    (tmp_path / 'lift.py').write_text(MADE_UP)
-    monkeypatch.setattr(mlmem.moves, '__path__', [*mlmem.moves.__path__, str(tmp_path)])
-    move_families.cache_clear()
-    yield
-    move_families.cache_clear()
-    sys.modules.pop('mlmem.moves.lift', None)
-
-
-@pytest.mark.usefixtures('lift')
-def test_move_in_own_file_is_planned_and_driven():
+    families = (*planner.move_families(), lift_up)
+    monkeypatch.setattr(planner, 'move_families', lambda: families)
     design, settings = load_element('case_2').design_and_settings
     assert find_names(design, settings, 1, 6) == ['lift']
     assert find_names(design, settings, BLANK, 2) == ['launch', 'lift']

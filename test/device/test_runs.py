@@ -9,21 +9,30 @@ import dataclasses
 import random
 from functools import cache, partial
 
+import legal
 import numpy as np
 import pytest
 from sampled import sampled
 
 from mlmem import (
     Abort,
+    Calibrate,
+    Calibration,
+    DelayTable,
     Disturb,
     Erase,
     Faults,
+    FollowTrajectory,
+    Kick,
     Loop,
+    MemoryElement,
     Outcome,
     Read,
     Refused,
+    SelfTest,
     SetFaults,
     SetStrain,
+    SettingsError,
     Write,
     load_element,
     snapshot,
@@ -37,8 +46,52 @@ from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.settings import ActuatorSettings
 
-from . import random_devices, rig
+from . import rig
 from .loops import PERIOD, Clock, until
+
+
+def draw_device(random):
+    """Return a device of a legal design and settings, or None if it is refused."""
+    design = legal.design(random)
+    table = DelayTable(tuple(level + 1.0 for level in range(design.levels)))
+    try:
+        return MemoryElement(design, legal.settings(random), Calibration(table, table))
+    except SettingsError:  # a tick or a rest that would take too long
+        return None
+
+
+def draw_strain(random, element):
+    limit = element.settings.actuator.max_strain
+    return random.choice((-limit, 0.0, limit, random.uniform(-limit, limit)))
+
+
+def draw_trajectory(random, element):
+    times = sorted(legal.number(random, 0.0, 1e300) for _ in range(random.randint(1, 4)))
+    rates = [legal.number(random, -1e300, 1e300) for _ in times if random.random() < 0.9]
+    return FollowTrajectory(times, [draw_strain(random, element) for _ in times], rates)
+
+
+def draw_faults(random, element):
+    drawn = legal.values(random, Faults, 0.3)
+    last = element.design.N
+    cells = {'weak_cell': random.randint(0, last), 'stuck_cell': random.randint(0, last)}
+    return SetFaults(Faults(**(drawn | cells)))
+
+
+def draw_command(random, element):
+    """Return any command, the wildest ones included."""
+    limit = element.settings.disturbance.max_acceleration
+    return random.choice((
+        lambda: SetStrain(draw_strain(random, element)),
+        lambda: draw_trajectory(random, element),
+        lambda: Disturb(random.choice((-limit, limit, random.uniform(-limit, limit)))),
+        lambda: draw_faults(random, element),
+        lambda: Write(random.randrange(element.design.levels)),
+        lambda: Read(random.choice(('', 'left', 'right', 'both'))),
+        lambda: random.choice((Erase(), Calibrate(), SelfTest())),
+        lambda: Kick(10.0 ** random.uniform(-4.0, 1.0)),
+        lambda: Abort('enough'),
+    ))()  # fmt: skip
 
 
 def live(element, story, last, length):
@@ -89,14 +142,12 @@ def test_any_legal_run_is_the_same_for_any_cut_of_time(seeds):
     """For legal designs, settings and commands, including lost ticks; the device stays sound."""
     for seed in seeds:
         chance = random.Random(seed)
-        alone, element = random_devices.device(random.Random(seed)), random_devices.device(chance)
+        alone, element = draw_device(random.Random(seed)), draw_device(chance)
         if alone is None:
             continue
         ticks = min(60, MAX_CELL_STEPS // (alone.steps_per_tick * alone.design.N))
         story = {
-            tick: [random_devices.command(chance, alone)]
-            for tick in range(ticks)
-            if chance.random() < 0.15
+            tick: [draw_command(chance, alone)] for tick in range(ticks) if chance.random() < 0.15
         }
         expected = live(alone, story, ticks, lambda: 1)
         length = partial(chance.randint, 1, 20)
