@@ -47,13 +47,6 @@ def test_wall_in_an_excerpt_is_that_of_the_element(X):
     assert part.energy == pytest.approx(whole - whole[0], abs=2e-7)
 
 
-def test_excerpt_is_shorter_and_has_the_springs_of_its_cells():
-    part = cut_excerpt(CASE_II, 110, 140)
-    assert part.design.N < CASE_II.N
-    s = CASE_II.s[part.before : part.before + part.design.N - 1]
-    assert part.design.s == pytest.approx(s, rel=1e-13)
-
-
 @pytest.mark.parametrize(
     ('level', 'sign', 'kink', 'expected'),
     [

@@ -16,31 +16,12 @@ from mlmem import (
     DesignError,
     MemoryElement,
     Potential,
-    Write,
 )
-from mlmem.physics import find_walls
 
 
 def double_well(D):
     """Ground states at -1 and 1, a barrier of 1 at 0."""
     return (D**2 - 1.0) ** 2
-
-
-def test_element_is_made_and_written_by_its_name():
-    element = MemoryElement(mlmem.load_element('kick_2'))
-    assert element.design == mlmem.load_element('kick_2').design
-    outcome = element.perform(Write(2))
-    assert (outcome.success, outcome.code) == (True, 'ok')
-    assert outcome.reading.content == 2
-    assert 0 == outcome.start_tick < outcome.end_tick
-    (wall,) = find_walls(element.design, element.chain.configuration)
-    assert wall.position == pytest.approx(element.design.defect_site(2), abs=1.0)
-
-
-def test_element_is_made_of_a_specimen():
-    made = mlmem.draw_specimen(CASE_II, mlmem.Scatter(alpha=0.01), seed=1)
-    element = MemoryElement(made)
-    assert element.chain.specimen.alpha.tolist() == made.alpha.tolist()
 
 
 @pytest.mark.parametrize('wrong', ['kick_2', None, mlmem.Settings()])
