@@ -138,8 +138,6 @@ LIMITS = ActuatorSettings(max_strain=0.08, max_rate=1e-4)
 UNIT = ScaleSettings().time
 """1e-4 s, so that the rate limit is 1/s and a tick of 20 time units 2 ms."""
 
-WAVE = FollowTrajectory((0.1, 0.2, 0.4), (0.05, -0.01, 0.0), (0.0, -0.5, 0.0))
-
 
 def test_profile_starts_from_present_strain():
     element = rig.device()
@@ -216,7 +214,7 @@ BAD_PROFILES = {
 @pytest.mark.parametrize(('code', 'field'), BAD_PROFILES)
 def test_points_that_are_not_profile_are_rejected(code, field):
     element = rig.device()
-    element.apply(WAVE)
+    element.apply(FollowTrajectory((0.1, 0.2, 0.4), (0.05, -0.01, 0.0), (0.0, -0.5, 0.0)))
     rig.ticks(element, 3)
     before = rig.bits(element)
     for points in BAD_PROFILES[code, field]:

@@ -79,9 +79,6 @@ def test_acceleration_that_makes_all_cells_slide_is_rejected():
 
 # --- reads: right or undecodable, never wrong -------------------------------------------------
 
-MEAN_SIZE = math.sqrt(2.0 / math.pi)
-"""Mean of |x| of a normal distribution, over its standard deviation."""
-
 
 def noisy(level, deviation, seed=1):
     """Return a device at a level of which the sensors of both ends have white noise."""
@@ -103,7 +100,8 @@ def test_noise_after_echo_raises_threshold_of_reading():
         for event in told
         if isinstance(event, EchoReceived) and event.echo.end == 'left'
     )
-    assert left.floor == pytest.approx(1.5 * MEAN_SIZE * 0.307 * 1e-4, rel=0.3)
+    mean_size = math.sqrt(2.0 / math.pi) * 1e-4  # of normally distributed noise
+    assert left.floor == pytest.approx(1.5 * 0.307 * mean_size, rel=0.3)
     assert left.threshold_factor > 1.4
     assert told[-1].error.startswith('the noise at the left end hides when the echo began')
 
@@ -128,9 +126,14 @@ def test_noise_never_gives_wrong_level(end, deviation):
             assert 'noise' in outcome.error or 'between levels' in outcome.error
 
 
-def vibrating(level, omega):
-    """Return a device whose sensors both add a harmonic vibration of 1e-3."""
-    element = rig.device(level)
+@pytest.mark.parametrize(
+    ('omega', 'end'), [(0.05, ''), (0.3, ''), (1.2, ''), (2.1, 'left'), (0.7, 'right')]
+)
+def test_vibration_within_band_alone_is_waited_for(omega, end):
+    """Of 1e-3, six times the left end's threshold. The phase of an end averages over it. Within a
+    band the end seems to move as if waves were running, which cannot be told from an echo.
+    """
+    element = rig.device(3)
     advance, dt = element.chain.advance, element.chain.dt
 
     def advance_and_vibrate(*arguments):
@@ -139,17 +142,6 @@ def vibrating(level, omega):
         return ends + 1e-3 * np.sin(omega * t)
 
     element.chain.advance = advance_and_vibrate
-    return element
-
-
-@pytest.mark.parametrize(
-    ('omega', 'end'), [(0.05, ''), (0.3, ''), (1.2, ''), (2.1, 'left'), (0.7, 'right')]
-)
-def test_vibration_within_band_alone_is_waited_for(omega, end):
-    """Six times the left end's threshold. The phase of an end averages over it. Within a band the
-    end seems to move as if waves were running, which cannot be told from an echo.
-    """
-    element = vibrating(3, omega)
     rig.ticks(element, 60)
     outcome = rig.run(element, Read())
     assert outcome.success == (not end)

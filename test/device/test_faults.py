@@ -220,18 +220,17 @@ def test_signals_are_late_slow_and_wrong_as_stated():
     assert noisy == pytest.approx(0.1 * noise, abs=1e-15)
 
 
-TRANSDUCER = [
-    # faults, level of the read of level 1, level of a write of 0
-    ({'transducer_off': True}, -2, -2),
-    ({'transducer_off': True, 'transducer_end': 'left'}, -2, -2),
-    ({'transducer_off': True, 'transducer_end': 'right'}, -2, -2),
-    ({'transducer_gain': 0.0, 'transducer_end': 'left'}, -2, -2),
-    ({'transducer_gain': 0.8, 'transducer_end': 'left'}, 1, -1),
-    ({'transducer_gain': 0.8}, 1, -1),
-]
-
-
-@pytest.mark.parametrize(('faults', 'read', 'left'), TRANSDUCER)
+@pytest.mark.parametrize(
+    ('faults', 'read', 'left'),  # level of the read of level 1, level after a write of 0
+    [
+        ({'transducer_off': True}, -2, -2),
+        ({'transducer_off': True, 'transducer_end': 'left'}, -2, -2),
+        ({'transducer_off': True, 'transducer_end': 'right'}, -2, -2),
+        ({'transducer_gain': 0.0, 'transducer_end': 'left'}, -2, -2),
+        ({'transducer_gain': 0.8, 'transducer_end': 'left'}, 1, -1),
+        ({'transducer_gain': 0.8}, 1, -1),
+    ],
+)
 def test_bad_transducer_kicks_no_wall_and_misleads_no_read(faults, read, left):
     """At 0.8 of its way a kick launches nothing; a pulse of 0.8 is heard."""
     element = MemoryElement(load_element('kick_2'))

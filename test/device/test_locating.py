@@ -99,19 +99,13 @@ def test_walls_other_than_one_are_neither_read_nor_located(positions, first_acti
     ],
 )
 def test_late_sensors_locate_no_wall_that_is_not_there(name, level, end, delay):
-    element = at_level(name, level, Faults(sensor_delay=delay, sensor_end=end))
+    element = MemoryElement(load_element(name))
+    element.place_content(level)
+    element.set_faults(Faults(sensor_delay=delay, sensor_end=end))
+    element.transducer.assume_equilibrium()
     outcome = rig.run(element, Locate())
     assert (outcome.success, outcome.found) == (False, {})
     assert outcome.error
-
-
-def at_level(name, level, faults):
-    """Return a shipped element at rest at a level, with faults."""
-    element = MemoryElement(load_element(name))
-    element.place_content(level)
-    element.set_faults(faults)
-    element.transducer.assume_equilibrium()
-    return element
 
 
 def test_shaken_wall_is_not_located(written):

@@ -34,9 +34,6 @@ from mlmem.physics.equilibrium import relax_to_equilibrium, wall_profile
 
 from . import rig
 
-FEEBLE = {'compression': -0.001, 'tension': 0.001}
-"""An erase that frees no wall."""
-
 DESIGN = rig.DESIGN
 
 ROBUST_NAMES = ['robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction']
@@ -95,7 +92,8 @@ def test_undecodable_content_is_read_again_and_then_erased(written):
 def test_erase_that_frees_no_wall_ends_and_so_does_write(command):
     three_levels = dataclasses.replace(CASE_II, N=100)
     known = factory_calibration(three_levels, Settings())
-    element = rig.device(2, design=three_levels, calibration=known, erase=FEEBLE)
+    feeble = {'compression': -0.001, 'tension': 0.001}
+    element = rig.device(2, design=three_levels, calibration=known, erase=feeble)
     outcome = rig.run(element, command)
     assert not outcome.success
     assert outcome.error.startswith('the element is not blank after 8 strain cycles')

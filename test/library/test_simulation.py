@@ -15,13 +15,12 @@ from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.rejections import Rejected
 from mlmem.simulation import simulate, wall_at, walls_at
 
-KICK_SPEED = 0.0793
-"""Mean speed of the kick that leads to level 4, in cells per time unit."""
-
 
 def kick(t):
-    """Return the motion of the left end from s1 to s2 along 3x^2 - 2x^3, then free."""
-    duration = (CASE_II.D_s2 - CASE_II.D_s1) / KICK_SPEED
+    """Return the motion of the left end from s1 to s2 along 3x^2 - 2x^3, then free: the kick to
+    level 4.
+    """
+    duration = (CASE_II.D_s2 - CASE_II.D_s1) / 0.0793  # its mean speed in cells per time unit
     x = np.clip(t / duration, 0.0, 1.0)
     moved = CASE_II.D_s1 + (CASE_II.D_s2 - CASE_II.D_s1) * (3.0 * x**2 - 2.0 * x**3)
     return np.where(t <= duration + 20.0, moved, np.nan)
