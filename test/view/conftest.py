@@ -2,19 +2,51 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page server, and the browser of this machine."""
 
+import asyncio
 import contextlib
+import queue
+import threading
 
 import page_browser
 import pytest
 
+from mlmem_ros.ros.client.client import standalone
+from mlmem_tools.view.live import Live
+from mlmem_tools.view.server import Server, run_server
+
+
+@contextlib.contextmanager
+def serve_page(sessions):
+    """Serve sessions, or else the element, from a thread of its own; yield the address."""
+    started = queue.Queue()
+
+    async def serve():
+        over, loop = asyncio.Event(), asyncio.get_running_loop()
+        with contextlib.ExitStack() as stack:
+            live = None
+            if not sessions:
+                live = Live(stack.enter_context(standalone('/mlmem')))
+                stack.callback(live.end)
+
+            def announce(port):
+                started.put((port, lambda: loop.call_soon_threadsafe(over.set)))
+
+            await run_server(Server('', live, sessions), '127.0.0.1', 0, announce, over)
+
+    thread = threading.Thread(target=lambda: asyncio.run(serve()))
+    thread.start()
+    port, end = started.get(timeout=60.0)
+    yield f'http://127.0.0.1:{port}/'
+    end()
+    thread.join()
+
 
 @pytest.fixture(scope='module')
-def view():
-    """Serve a page: view(argument, ...) returns its address."""
+def view(tmp_path_factory):
+    """Serve a page: view(session, ...) returns its address."""
     with contextlib.ExitStack() as stack:
-        yield lambda *arguments, **options: stack.enter_context(
-            page_browser.run_view(*arguments, **options)
-        )
+        stack.enter_context(pytest.MonkeyPatch.context()).chdir(tmp_path_factory.mktemp('view'))
+        yield lambda *sessions: stack.enter_context(serve_page(sessions))
 
 
 @pytest.fixture(scope='session')

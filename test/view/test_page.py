@@ -19,10 +19,10 @@ def node(start_shared):
 
 
 @pytest.fixture(scope='module')
-def page(node, view, browser, tmp_path_factory):
+def page(node, view, browser):
     """Open the page of the running element, in a browser that has been used before."""
     browser.open('about:blank')
-    browser.open(view(cwd=tmp_path_factory.mktemp('view')))
+    browser.open(view())
     browser.wait_until(f'window.mlmem && {STATE}.column', 'a first picture')
     yield browser
     assert browser.list_complaints() == []

@@ -1,19 +1,48 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Page and node start each other and end together."""
+"""`mlmem view` starts a page, and a node if need be, and ends with either."""
 
 import json
 import os
+import queue
 import signal
-import threading
+import subprocess
 import urllib.request
+import webbrowser
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from sampled import sampled
 
-from mlmem_ros.ros.client.client import standalone, wait_until
+from mlmem_ros.ros.client.client import standalone
 from mlmem_tools.cli.main import main
+
+LIFE = Path(__file__).parent.parent / 'data' / 'life'
+
+
+@pytest.fixture
+def run_view(monkeypatch):
+    """Run `mlmem view` here: run_view(arguments, use) gives the address to a function in a thread,
+    which must end the page; returns the exit status.
+    """
+    addresses = queue.Queue()
+    monkeypatch.setattr(webbrowser, 'open', addresses.put)
+
+    def act(use):
+        try:
+            use(addresses.get(timeout=60.0))
+        except BaseException:
+            os.kill(os.getpid(), signal.SIGTERM)
+            raise
+
+    def run(arguments, use):
+        with ThreadPoolExecutor(1) as executor:
+            acting = executor.submit(act, use)
+            status = main(['view', *arguments, '--port', '0', '--browser'])
+            acting.result()
+        return status
+
+    return run
 
 
 def test_session_that_cannot_be_shown_is_rejected(tmp_path, capsys):
@@ -26,60 +55,36 @@ def test_session_that_cannot_be_shown_is_rejected(tmp_path, capsys):
     assert 'does not exist' in said[0]
 
 
-def served(arguments, meanwhile):
-    """Serve a page here until a function of a thread has returned; return its exit status."""
-    over = threading.Event()
+def test_session_page_ends_with_a_signal(run_view):
+    def use(address):
+        with urllib.request.urlopen(address, timeout=60.0) as response:
+            assert response.status == 200
+        os.kill(os.getpid(), signal.SIGTERM)
 
-    def run():
-        try:
-            meanwhile(over)
-        finally:
-            if not over.is_set():
-                os.kill(os.getpid(), signal.SIGTERM)
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    try:
-        return main(['view', *arguments, '--port', '0'])
-    finally:
-        over.set()
-        thread.join()
+    assert run_view([str(LIFE)], use) == 0
 
 
-def test_page_ends_with_the_node_that_it_started(tmp_path, capsys):
-    """Without a word it would wait for a node that cannot start."""
+def test_page_starts_its_element_and_ends_with_it(run_view, tmp_path, monkeypatch, capsys):
+    """Otherwise it would wait for a node that cannot start."""
     file = tmp_path / 'element.yaml'
-    text = 'format: 1\nbased_on: case_2\nprobe: {omega_c: 2.4}'  # which fails the design check
-    file.write_text(text, encoding='utf-8')
-    command = ['--start', str(file), '--node', '/own/none']
-    assert served(command, lambda over: over.wait(60.0)) == 1
-    told = capsys.readouterr().err.splitlines()
-    assert told[-1] == 'mlmem view: its node has ended with status 1'
+    file.write_text('format: 1\nbased_on: bits_1\n', encoding='utf-8')
+    processes, start = [], subprocess.Popen
 
+    def keep(*arguments, **options):
+        processes.append(start(*arguments, **options))
+        return processes[-1]
 
-@pytest.mark.parametrize('kind', sampled(['preset', 'file'], lambda kind: kind == 'preset'))
-def test_page_starts_an_element_on_request(kind, tmp_path, capsys):
-    """Of a shipped name or an element file: either is of two levels. See also the node above."""
-    chosen = 'bits_1'
-    if kind == 'file':
-        chosen = str(tmp_path / 'element.yaml')
-        Path(chosen).write_text('format: 1\nbased_on: bits_1\n', encoding='utf-8')
-    found = []
+    monkeypatch.setattr(subprocess, 'Popen', keep)
 
-    def ask(_):
-        printed = []
-
-        def has_address():
-            printed.append(capsys.readouterr().out)
-            return 'mlmem view: ' in ''.join(printed)
-
-        wait_until(has_address, 'the address of the page', 60.0)
-        address = ''.join(printed).partition('mlmem view: ')[2].splitlines()[0]
+    def use(address):
         with urllib.request.urlopen(f'{address}about', timeout=60.0) as response:
             assert json.load(response)['live']
         with standalone('/own/one') as memory:
             memory.ready(90.0).wait()  # a busy machine starts its process late
-            found.append(memory.parameters('element', timeout=30.0).wait())
+            found = memory.parameters('element', timeout=30.0).wait()
+        assert found == {'element': str(file)}
+        processes[0].kill()
 
-    assert served(['--start', chosen, '--node', '/own/one'], ask) == 0
-    assert found == [{'element': chosen}]
+    assert run_view(['--start', str(file), '--node', '/own/one'], use) == 1
+    told = capsys.readouterr().err.splitlines()
+    assert told[-1] == 'mlmem view: its node has ended with status -9'

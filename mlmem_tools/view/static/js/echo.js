@@ -56,7 +56,7 @@ export class Echo {
         axis({ label: 'v_c in cells, damping compensated', grid: lines(), size: 48, splits: () => decades(faint / 60, highest), values: (_, all) => all.map(power) }),
       ],
       series: [{}, { stroke: tone('active'), width: 1.5, fill: tone('active') + '1e', points: { show: false }, fillTo: faint / 60 }],
-      hooks: { draw: [(plot) => threshold && this.mark(plot, threshold, delays)], setCursor: [(plot) => this.point(plot)] },
+      hooks: { draw: [(plot) => threshold && this.mark(plot, echo, threshold, delays)], setCursor: [(plot) => this.point(plot)] },
     }, [x, y], this.root);
     this.limits = [x[0], x[x.length - 1]];
     this.tip = new Tip(this.plot.over);
@@ -68,7 +68,7 @@ export class Echo {
   }
 
   /** Mark the threshold, the delay of every level, and the measured delay. */
-  mark(plot, threshold, delays) {
+  mark(plot, echo, threshold, delays) {
     const { ctx } = plot, { left, top, width, height } = plot.bbox, ratio = devicePixelRatio || 1;
     ctx.save();
     ctx.font = `600 ${11 * ratio}px Inter, sans-serif`;
@@ -85,19 +85,19 @@ export class Echo {
     ctx.lineWidth = ratio;
     const every = Math.ceil(delays.length / 12);
     for (const [level, delay] of delays.entries()) {
-      const x = plot.valToPos(delay, 'x', true), here = level === this.echo.level;
+      const x = plot.valToPos(delay, 'x', true), here = level === echo.level;
       if (x < left - 1 || x > left + width + 1 || (!here && level % every)) continue;
       ctx.strokeStyle = ctx.fillStyle = tone(here ? 'ink' : 'muted');
       ctx.globalAlpha = here ? 1 : 0.55;
       ctx.setLineDash([2 * ratio, 3 * ratio]);
       line(ctx, x, top, x, top + height);
-      const crowded = !here && Math.abs(x - plot.valToPos(delays[this.echo.level], 'x', true)) < 15 * ratio;
+      const crowded = !here && Math.abs(x - plot.valToPos(delays[echo.level], 'x', true)) < 15 * ratio;
       if (!crowded) ctx.fillText(level, x, top - 8 * ratio);
     }
     ctx.globalAlpha = 1;
     ctx.setLineDash([]);
-    if (this.echo?.delay != null) {
-      const x = plot.valToPos(this.echo.delay, 'x', true);
+    if (echo?.delay != null) {
+      const x = plot.valToPos(echo.delay, 'x', true);
       if (x >= left && x <= left + width) {
         ctx.strokeStyle = ctx.fillStyle = tone('ink');
         ctx.lineWidth = 1.75 * ratio;
