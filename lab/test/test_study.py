@@ -12,8 +12,9 @@ import pytest
 
 from mlmem_lab import results
 from mlmem_lab import study as studies
-from mlmem_lab.study import STUDY_MODULES, Study, load_study
+from mlmem_lab.study import STUDY_MODULES, Study, load_study, map_calls
 from mlmem_tools.cli.main import main
+from mlmem_tools.cli.output import create_console
 
 
 def count_letters(case, seed, count=1):
@@ -78,6 +79,13 @@ def test_study_of_an_unknown_case_is_refused(lengths, capsys):
     assert run_study('bits_9') == 2
     assert 'got bits_9' in capsys.readouterr().err
     assert not lengths.path.exists()
+
+
+def test_calls_in_processes_keep_their_order():
+    then = []
+    console = create_console(aside=True)
+    found = map_calls(console, 2, 'powers', pow, (2, 3, 4), (2, 2, 2), then=then.append)
+    assert found == then == [4, 9, 16]
 
 
 def list_used_files(module, found):
