@@ -44,14 +44,12 @@ class Message(NamedTuple):
     Attributes:
         type: Name of the message type; empty when the bag does not say.
         log_time: When it was received, in nanoseconds.
-        publish_time: When it was sent, in nanoseconds; the log time if the bag has none.
         cdr: The encoded message.
     """
 
     topic: str
     type: str
     log_time: int
-    publish_time: int
     cdr: bytes
 
 

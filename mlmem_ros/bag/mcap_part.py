@@ -94,12 +94,7 @@ class McapPart:
             if isinstance(record, records.Message):
                 left -= 1
                 if record.channel_id in wanted:
-                    yield Message(
-                        *wanted[record.channel_id],
-                        record.log_time,
-                        record.publish_time,
-                        record.data,
-                    )
+                    yield Message(*wanted[record.channel_id], record.log_time, record.data)
         if left:
             raise BagError(f'{self.path} must not change while it is read.')
 

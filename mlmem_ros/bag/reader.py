@@ -56,7 +56,13 @@ class BagReader:
                 known.message_count += info.message_count
 
     def __iter__(self) -> Iterator[Message]:
-        return self.messages()
+        """Read all messages in the order in which they were written, across all files.
+
+        Raises:
+            BagError: The bag has changed since it was opened.
+        """
+        for part in self._parts:
+            yield from part.messages(self.topics)
 
     @property
     def losses(self) -> tuple[Loss, ...]:
@@ -76,21 +82,10 @@ class BagReader:
             return None
         return min(start for start, _ in spans), max(end for _, end in spans)
 
-    def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
-        """Read messages in the order in which they were written, across all files.
-
-        Args:
-            topics: Names of the wanted topics; all by default. Unknown names are ignored.
-
-        Raises:
-            BagError: The bag has changed since it was opened.
-        """
-        wanted = self.topics.keys() if topics is None else set(topics)
-        for part in self._parts:
-            yield from part.messages(wanted)
-
     def session_messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Read messages as `messages` does, but only up to the first missing file."""
+        """Read the messages of some topics, of which it may lack some, up to the first missing
+        file.
+        """
         for part in self._parts[: self._parts_before_gap]:
             yield from part.messages(topics)
 

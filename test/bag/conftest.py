@@ -21,7 +21,7 @@ def messages():
     for i in range(15):
         for topic, fields in ((LEVEL, {'data': i - 2}), (RANGE, {'data': i / 8}), (PROBE, {})):
             time = start + len(made) * step
-            made.append(Message(*topic, time, time, jazzy.encode_message(topic[1], **fields)))
+            made.append(Message(*topic, time, jazzy.encode_message(topic[1], **fields)))
     return made
 
 

@@ -106,8 +106,8 @@ def test_overflow_is_counted_and_recorded(make, monkeypatch):
     recorder.close()
     assert recorder.dropped == 5
     reader = BagReader(recorder.path)
-    assert [m.cdr for m in reader.messages(['/level'])] == [level(i) for i in range(11)]
-    (count,) = reader.messages([TOPIC])
+    assert [m.cdr for m in reader.session_messages(['/level'])] == [level(i) for i in range(11)]
+    (count,) = reader.session_messages([TOPIC])
     assert reader.deserialize(count).data == 5
     assert count.log_time == 15  # that of the last message that is missing
 

@@ -62,7 +62,7 @@ def test_messages_come_back_in_order(record, messages):
     assert (topic.type, topic.type_hash) == (FLOAT, jazzy.find_definition(FLOAT).hash)
     assert topic.message_count == 15
     some = ['/mlmem/probe', '/not/there']
-    assert list(reader.messages(some)) == [m for m in messages if m.topic == some[0]]
+    assert list(reader.session_messages(some)) == [m for m in messages if m.topic == some[0]]
 
 
 def test_order_is_that_of_writing_across_chunks_and_files(tmp_path):

@@ -95,7 +95,7 @@ def test_session_holds_what_was_published_and_replays(start_robot, tmp_path):
     assert report.endings == report.recorded_endings
     assert len(heard['echo']) == ECHOES
     commands = contents = 0
-    for message in BagReader(bag).messages():
+    for message in BagReader(bag):
         commands += message.topic.endswith('/session/command')
         contents += message.topic == '/mlmem/content'
         assert commands >= contents  # a file cut anywhere has the command of every event in it

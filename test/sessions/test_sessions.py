@@ -53,7 +53,7 @@ def test_header_has_initial_state_and_versions(recorded, tmp_path):
     assert data.node == NODE
     assert data.header.versions['mlmem_ros'] == __version__
     bag = BagReader(tmp_path / 'bag')
-    (message,) = bag.messages([f'{NODE}/session'])
+    (message,) = bag.session_messages([f'{NODE}/session'])
     values = json.loads(bag.deserialize(message).data)
     assert values['format'] == records.SESSION_FORMAT
     assert values['parameters'] == {'autostart': True}
