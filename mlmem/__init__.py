@@ -112,9 +112,10 @@ _MODULES = (
 def __getattr__(name: str) -> Any:
     for module in _MODULES if name in __all__ else ():
         if hasattr(found := import_module(f'.{module}', __name__), name):
-            return globals().setdefault(name, getattr(found, name))
+            globals()[name] = value = getattr(found, name)  # the next look-up finds it at once
+            return value
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    return sorted({*globals(), *__all__})

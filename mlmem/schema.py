@@ -190,9 +190,10 @@ def make_printable(text: str, most: int = MAX_MESSAGE_CHARS) -> str:
     """Return a text, whatever it is, as one line of at most `most` characters that a terminal
     displays without interpreting it.
     """
-    # Cut first: every character may take ten.
-    shown = ''.join(c if c.isprintable() else repr(c)[1:-1] for c in _shorten_text(text, most))
-    return _shorten_text(shown, most)
+    shown = _shorten_text(text, most)  # cut first: every character may take ten
+    if shown.isprintable():
+        return shown
+    return _shorten_text(''.join(c if c.isprintable() else repr(c)[1:-1] for c in shown), most)
 
 
 def _shorten_text(text: str, most: int) -> str:
