@@ -333,16 +333,23 @@ def test_request_to_an_inactive_host_is_rejected(serve, record):
     host.close()
 
 
-def test_host_without_a_queue_rejects_at_once(serve):
-    host = serve(queue=QueueSettings(most=0)).activate()
+@pytest.mark.parametrize('most', [0, 3])
+def test_host_with_a_full_queue_rejects_at_once(serve, most):
+    """What waits is done in its order; what could not be done either way is said to be wrong."""
+    host = serve(queue=QueueSettings(most=most)).activate()
     host.pause(True).result(TIMEOUT_S)
-    write, read = host.submit(Write(0)).answer, host.submit(Read(), 60.0).answer
+    writes = [host.submit(Write(level), TIMEOUT_S).answer for level in range(most + 1)]
+    late = [host.submit(command, TIMEOUT_S).answer for command in (Read(), Write(8))]
     host.step().answer.result(TIMEOUT_S)
-    with pytest.raises(Refused) as refused:
-        read.result(TIMEOUT_S)
-    assert refused.value.code == 'busy'
+    for answer, code in zip(late, ('busy', 'out_of_range'), strict=True):
+        with pytest.raises(Refused) as refused:
+            answer.result(TIMEOUT_S)
+        assert refused.value.code == code
     host.pause(False)
-    assert write.result(TIMEOUT_S).success
+    outcomes = [write.result(TIMEOUT_S) for write in writes]
+    assert [outcome.reading.level for outcome in outcomes] == [*range(most + 1)]
+    begun = [outcome.start_tick for outcome in outcomes]
+    assert begun == sorted(begun)
 
 
 def test_initial_content_of_a_simulated_element_is_read(serve):

@@ -11,10 +11,7 @@ from timeouts import TIMEOUT_S
 from mlmem_ros import RequestFailed, RequestRefused
 from mlmem_ros.contract.requests import load_action_types
 
-MOST = 3
-"""Requests that may wait."""
-
-GIVEN = {'actions': True, 'queue.most': MOST}
+GIVEN = {'actions': True, 'queue.most': 3}
 
 
 @pytest.fixture(autouse=True)
@@ -31,14 +28,6 @@ def begin_writes(memory, *levels):
         replies.append(memory.memory.request('write', TIMEOUT_S, level=level))
         step_until_arrived(memory, waiting)
     return replies
-
-
-def test_full_queue_rejects_the_next_request(memory, client):
-    replies = begin_writes(memory, *range(MOST + 1))
-    check_refused(memory, client.request('read', TIMEOUT_S), 'busy')
-    check_refused(memory, client.request('write', TIMEOUT_S, level=8), 'out_of_range')
-    memory.memory.pause(False).wait()
-    assert [reply.wait().details['level'] for reply in replies] == [*range(MOST + 1)]
 
 
 def test_request_past_its_deadline_is_rejected(memory, client):
