@@ -269,16 +269,6 @@ def test_session_with_faults_and_shaking_replays(serve, record):
     assert (report.exact, report.refused) == (True, [])
 
 
-def test_session_does_not_begin_while_a_procedure_runs(serve, record):
-    service = serve()
-    host = service.activate()
-    host.pause(True).result(TIMEOUT_S)
-    host.submit(Write(0))
-    host.step().answer.result(TIMEOUT_S)
-    with pytest.raises(Refused, match='write is running'):
-        host.record(service.plan(record)).result(TIMEOUT_S)
-
-
 def test_session_that_a_procedure_prevents_leaves_no_bag(serve, record, monkeypatch, tmp_path):
     """The procedure begins while the bag opens."""
     service = serve()
@@ -292,8 +282,10 @@ def test_session_that_a_procedure_prevents_leaves_no_bag(serve, record, monkeypa
         return made(plan)
 
     monkeypatch.setattr(recording_module, 'open_bag', open_late)
-    with pytest.raises(Refused, match='write is running'):
-        host.record(service.plan(record)).result(TIMEOUT_S)
+    for _ in range(2):  # the second time it runs before
+        with pytest.raises(Refused, match='write is running'):
+            host.record(service.plan(record)).result(TIMEOUT_S)
+        monkeypatch.setattr(recording_module, 'open_bag', made)
     assert host.sessions.current is None
     assert not list(tmp_path.iterdir())
 
