@@ -17,13 +17,13 @@ BY_HAND = {'autostart': False}
 
 
 def test_managed_node_passes_through_its_states(start_robot):
-    robot = start_robot(BY_HAND)
+    robot = start_robot(BY_HAND, name='plain')
     assert robot.state == 'unconfigured'
     robot.set(target_level=1)
     for service in ('write', 'read', 'erase', 'calibrate', 'abort', 'step'):
         assert robot.trigger(service)['error_code'] == 'inactive'
     served = robot.node.get_service_names_and_types()
-    assert not [name for name, _ in served if 'send_goal' in name]  # without `actions`
+    assert not [name for name, _ in served if name.startswith('/plain/') and 'send_goal' in name]
     tested = robot.call('self_test')
     assert (tested.passed, len(tested.status)) == (b'\0', 1)
     assert 'inactive' in tested.status[0].message
@@ -109,9 +109,10 @@ def test_request_to_a_preparing_node_waits(start, slow_build, capfd):
     """Longer than its time-out, and says what it waits for."""
     with standalone(patience=TIMEOUT_S) as memory, ThreadPoolExecutor() as threads:
         starting = threads.submit(start)
-        read = memory.read(timeout=4.0)
+        memory.ready(TIMEOUT_S).wait()  # its services are there
+        read = memory.read(timeout=2.0)
         with pytest.raises(FuturesTimeout):
-            read.result(8.0)
+            read.result(4.0)
         slow_build.set()
         assert read.wait().level == -1
         starting.result()
