@@ -198,18 +198,3 @@ def test_file_of_other_content_is_rejected(kind, path):
     for part in (0.1, 0.5, 0.9, 0.99):
         path.write_bytes(content[: int(part * len(content))])
         assert rejection(kind, path) or kind.suffix != '.json'
-
-
-@pytest.mark.parametrize('name', ['curve', 'shot'])
-@pytest.mark.parametrize('value', ['inf', '-inf', '1e400', '9' * 5000, 'x', '[1]', '1;2', '\0'])
-def test_wrong_number_in_a_table_is_rejected(name, value, tmp_path):
-    """What else holds numbers is YAML or JSON: `test_outside` spoils each of its values."""
-    path = tmp_path / 'file.csv'
-    KINDS[name].make(path)
-    lines = path.read_text().splitlines()
-    place = len(lines) // 2
-    for column in (0, 1):
-        cells = lines[place].split(',')
-        cells[column] = value
-        path.write_text('\n'.join([*lines[:place], ','.join(cells), *lines[place + 1 :]]))
-        assert rejection(KINDS[name], path)
