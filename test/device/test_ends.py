@@ -31,18 +31,6 @@ from .test_robust_element import make_scattered
 NAMES = ('left', 'right', 'both')
 
 
-@pytest.mark.parametrize('late', [22.0, 25.0, 28.0])
-def test_right_sensor_late_by_level_gives_no_level(late):
-    """It hears level 0, and at the left that is 3 time units from level 1."""
-    element = rig.pin(MemoryElement(load_element('bits_1')), 1)
-    assert rig.run(element, Read()).reading.level == 1
-    element.set_faults(Faults(sensor_delay=late, sensor_end='right'))
-    element.transducer.assume_equilibrium()
-    outcome = rig.run(element, Read())
-    assert not outcome.success
-    assert 'the left end does not tell it from level 1' in outcome.error
-
-
 @pytest.mark.parametrize(
     'name', [name for name in ELEMENT_NAMES if load_element(name).settings.read.method == 'delay']
 )

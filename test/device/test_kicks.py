@@ -354,6 +354,8 @@ CASE_2_SPEEDS = {'speeds': '0.006 0.0145 0 0.053'}
         # In a byte the levels are the bits: walls are added, or all are cleared first.
         ('byte', 'kick', {}, 0b1000_0000, 0b1100_0001, ['kick'] * 2),
         ('byte', 'kick', {}, 0b1000_0001, 0b1100_0000, ['clearing pulse', *['kick'] * 2]),
+        # Words of robust_words: only walls to the left of that at level 7 are missing.
+        ('robust_words', 'kick', {}, 19, 27, ['kick'] * 2),
     ],
 )  # fmt: skip
 def test_method_decides_how_content_is_reached(name, method, changes, start, target, names):

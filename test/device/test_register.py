@@ -34,7 +34,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.moves.kick import KickMotion
-from mlmem.moves.planner import erasing_moves, find_route
+from mlmem.moves.planner import erasing_moves
 from mlmem.physics import Scatter, Specimen, draw_specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_walls
 from mlmem.readers.register import find_wall_levels, forecast_words
@@ -364,14 +364,6 @@ def test_kicks_out_have_the_speeds_of_kinks_and_walls_in_turn():
     of_kinks, of_walls = ROBUST.settings.kick.kink_speeds, ROBUST.settings.kick.wall_speeds
     assert speeds[0] / of_kinks[0] == pytest.approx(speeds[1] / of_walls[3])
     assert speeds[0] < of_kinks[0]  # they stop short of what they are to meet
-
-
-def test_route_keeps_walls_that_rest_already():
-    """Only walls to the left are missing: nothing is taken out."""
-    start, target = ROBUST_CODE.word((7,)), ROBUST_CODE.word((1, 4, 7))
-    assert [move.name for move in find_route(*ROBUST.design_and_settings, start, target)] == [
-        'kick'
-    ] * 2
 
 
 def test_kicks_clear_only_without_a_clearing_pulse():
