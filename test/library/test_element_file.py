@@ -132,9 +132,8 @@ def test_element_file_keeps_fitted_element_with_settings(tmp_path):
     ],
 )  # fmt: skip
 def test_wrong_element_file_names_line_and_key(tmp_path, change, line, field, code):
-    with pytest.raises(ElementFileError) as refused:
+    with expect_rejection(ElementFileError, code, field) as refused:
         load_text(tmp_path, SMALL.replace(*change))
-    assert (refused.value.field, refused.value.code) == (field, code)
     said = str(refused.value)
     assert f'line {line}' in said
     assert 'mine.yaml' in said

@@ -141,9 +141,8 @@ def test_law_file_that_is_none_is_rejected_by_code_and_field(tmp_path, text, cod
     path = tmp_path / 'law.yaml'
     if text is not None:
         path.write_text(text)
-    with pytest.raises(LawFileError) as rejected:
+    with expect_rejection(LawFileError, code, field) as rejected:
         read_law_file(path)
-    assert (rejected.value.code, rejected.value.field) == (code, field)
     assert rejected.value.place == str(path)
 
 
@@ -161,9 +160,8 @@ def test_law_file_that_is_none_is_rejected_by_code_and_field(tmp_path, text, cod
 def test_snapshot_of_another_device_is_rejected_by_code_and_field(change, code, field):
     element = MemoryElement(load_element('bits_1'))
     taken = take_snapshot(element)
-    with pytest.raises(StateError) as rejected:
+    with expect_rejection(StateError, code, field):
         restore_snapshot(element, taken | change)
-    assert (rejected.value.code, rejected.value.field) == (code, field)
     assert take_snapshot(element) == taken
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rejection import expect_rejection
 
 from mlmem import (
     UNDECODABLE,
@@ -117,9 +118,8 @@ def test_scattered_register_is_read_by_its_twin():
 def test_twin_that_cannot_hold_every_word_is_rejected():
     element = MemoryElement(BYTE)
     known = element.reader.forecasts
-    with pytest.raises(SettingsError) as rejected:
+    with expect_rejection(SettingsError, 'unsupported', 'word'):
         element.adopt_twin(Specimen(BYTE.design, stuck=(104,)))
-    assert (rejected.value.code, rejected.value.field) == ('unsupported', 'word')
     assert (element.twin, element.reader.forecasts) == (None, known)
 
 
