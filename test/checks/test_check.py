@@ -8,12 +8,11 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 from mlmem import MemoryElement, Settings, factory_calibration, load_element
 from mlmem.instrument.end import End
 from mlmem.parsing import decode_value, encode_value
-from mlmem.physics import CASE_II
+from mlmem.physics import CASE_II, wall_energy
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.held_wall import hold_walls
 from mlmem.settings import ActuatorSettings
@@ -90,8 +89,7 @@ def test_brief_check_leaves_out_what_passes(capsys, monkeypatch):
 
 def test_numbers_of_case_ii(case_ii):
     """Against measurements on the device and closed forms."""
-    energy, _ = quad(lambda D: math.sqrt(2 * CASE_II.potential.energy(D)), CASE_II.D_s1,
-                     CASE_II.D_s2)  # fmt: skip
+    energy = wall_energy(CASE_II)
     flat = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
     (held,) = hold_walls(flat, np.array([112.5]), np.zeros(225)).energy
     assert energy == pytest.approx(held, rel=0.01)  # continuum against lattice
