@@ -1,7 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The fit against hidden elements that an independent simulation measured."""
+"""The fit against hidden elements that an independent simulation measured, and its commands."""
 
+import json
 import math
 import re
 from dataclasses import replace
@@ -9,8 +10,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from laws import sample_force
+from shot_file import save_shot
 
+from mlmem import element_file, load_element
 from mlmem.instrument.end import End
+from mlmem_tools.cli import fit as command
+from mlmem_tools.cli.main import main
 from mlmem_tools.identification.fit import (
     Misfitting,
     _extend_model,
@@ -24,6 +29,14 @@ from mlmem_tools.identification.noise import estimate_noise
 from mlmem_tools.identification.trusted import list_doubts
 
 from .truth import SHOTS, SMALL, hidden, measured
+
+
+@pytest.fixture(scope='module')
+def fitted():
+    """A hidden element, its shots, and their fit, which takes seconds."""
+    element = hidden(1)
+    shots = measured(element)
+    return element, shots, fit_element(SMALL, shots)
 
 
 def test_fit_finds_every_cell(fitted):
@@ -198,3 +211,51 @@ def test_fit_of_shots_that_cannot_answer_is_refused(kept, reason):
     shots = [shot for shot in measured(hidden(3), duration=3.0) if kept(shot)]
     with pytest.raises(Misfitting, match=reason):
         fit_element(SMALL, shots)
+
+
+def test_fit_and_plan_commands_make_pulses_of_shots(fitted, tmp_path, capsys, monkeypatch):
+    """What is fitted are the shots in the files, two of the blank element and one with a wall, and
+    their fit, which takes long, is known. Without the latter nothing is written.
+    """
+    element, shots, found = fitted
+    file, design = tmp_path / 'element.yaml', tmp_path / 'design.yaml'
+    settings = load_element('bits_1').settings
+    element_file.write_element_file(design, element_file.as_designed(SMALL, settings))
+    files = {tmp_path / f'{number}.csv': shots[number] for number in (0, 2, 4)}
+    for path, shot in files.items():
+        save_shot(path, shot)
+
+    def run(*arguments):
+        return main([str(each) for each in arguments]), capsys.readouterr()
+
+    blank = [path for path, shot in files.items() if not shot.wall]
+    status, printed = run('fit', *blank, '--design', design, '--output', file)
+    assert status == 1
+    assert 'shots with a wall are needed' in printed.err
+    assert not file.exists()
+
+    def known(design, read, **_):
+        assert design == SMALL
+        for one, other in zip(read, files.values(), strict=True):
+            assert (one.samples == other.samples).all()
+        return found
+
+    monkeypatch.setattr(command, 'fit_element', known)
+    status, printed = run('fit', *files, '--design', design, '--output', file, '--json')
+    assert status == 0, printed.err
+    told = json.loads(printed.out)
+    assert told['chi2'] == pytest.approx(found.chi2)
+    pulls = (np.array(told['alpha']) - element.strength) / told['alpha_std']
+    assert np.abs(pulls).max() < 5.0
+    assert told['undetermined']
+    assert told['held_out'] == pytest.approx(found.held_out)
+    assert told['added'] == []
+    kept = element_file.read_element_file(file)
+    assert kept.specimen.alpha.tolist() == pytest.approx(told['alpha'])
+
+    status, printed = run('plan', file, '--json')
+    steps = json.loads(printed.out)['steps']
+    assert status == 0
+    assert [step['level'] for step in steps] == [0, 1]
+    assert min(step['margin'] for step in steps) >= 0.03
+    assert len(element_file.read_element_file(file).plan.steps) == SMALL.levels

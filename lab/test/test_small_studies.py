@@ -1,0 +1,136 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Studies in small: reads in a row, shaken elements, plans of kicks, limits of the model, standard
+problems.
+"""
+
+import itertools
+from collections import Counter
+
+import numpy as np
+import pytest
+from small_register import first_levels
+
+from mlmem import MemoryElement, Settings, Write
+from mlmem.element_file import Element
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import CASE_II, Scatter, draw_specimen
+from mlmem_lab.reads import count
+from mlmem_lab.reads.count import (
+    READS_PER_MOVE,
+    count_rows,
+    describe_counts,
+    sum_presets,
+    true_level,
+)
+from mlmem_lab.shaken import Shaking, count_block
+from mlmem_lab.standard_problems import ALL_PROBLEMS
+from mlmem_lab.standard_problems.problem import ANSWERS_FILE, read_answers
+from mlmem_lab.validity import try_amount
+from mlmem_tools.identification import plan
+from mlmem_tools.identification.plan import plan_pulses
+
+
+@pytest.mark.parametrize('finer', [1, 2])
+def test_every_read_is_counted_after_every_kind_of_move(finer):
+    counts = count_rows('bits_1', 4, seed=1, finer=finer)
+    assert counts['rows'] == 4
+    assert describe_counts(counts)['reads'] == counts['right'] == 4 * READS_PER_MOVE
+    assert counts['written'] == 2  # the write, and that after the erase
+    assert not describe_counts(counts)['reasons']
+
+
+def test_proof_catches_a_device_that_lies(monkeypatch):
+    """Walls are one level beside the place that the device is right about."""
+    monkeypatch.setattr(count, 'true_level', lambda element: 1 - true_level(element))
+    counts = count_rows('bits_1', 4, seed=1)
+    assert counts['wrong'] == 4 * READS_PER_MOVE
+    assert counts['wrong rows'] == counts['rows'] == 4
+    assert counts['written wrong'] == 2
+    assert any(reason.startswith('WRONG: ') for reason in counts)
+    assert describe_counts(counts)['wrong rows, at most (95 %)'] == 1.0
+
+
+def test_counts_of_all_elements_are_summed():
+    def counts(right):
+        return describe_counts(Counter(right=right, rows=1))
+
+    found = sum_presets({
+        'bits_1': {'ideal': counts(1), 'scattered': counts(2)},
+        'bits_2': {'ideal': counts(4), 'scattered': counts(8)},
+    })  # fmt: skip
+    assert [found[kind]['reads'] for kind in ('ideal', 'scattered', 'all')] == [5, 10, 15]
+
+
+def test_imu_of_200_hz_sends_every_two_and_a_half_ticks():
+    course = Shaking('white', 1.0).generate_course(seed=1, tick=2e-3)
+    accelerations = np.array(list(itertools.islice(course, 10_000)))
+    assert len(np.unique(accelerations)) == pytest.approx(4000, abs=1)
+    assert np.abs(accelerations).max() == pytest.approx(9.81, rel=1e-3)
+    assert accelerations.std() == pytest.approx(9.81 / 3**0.5, rel=0.03)
+
+
+def test_shaken_count_repeats_to_the_bit():
+    shaking = Shaking('white', 1.5)
+    first, again = (
+        count_block(CASE_II, Settings(), shaking, 'left', 7, 2, seed=5) for _ in range(2)
+    )
+    assert (first['reads'], first['wrong'], first['undecodable']) == (2, 0, 0)
+    assert first == again
+
+
+def test_wall_that_was_shaken_off_is_not_counted():
+    counts = count_block(CASE_II, Settings(), Shaking('sine', 400.0, 16.0), 'left', 3, 1, seed=1)
+    assert (counts['reads'], counts['moved']) == (0, 1)
+
+
+def test_register_is_kicked_as_planned_for_its_cells(monkeypatch):
+    """Alpha scattered by 1 %. With its twin's forecasts, but kicks as shipped, it writes 2 of 8
+    words. The plan tries every third speed.
+    """
+    monkeypatch.setattr(plan, 'KICK_SPEEDS', plan.KICK_SPEEDS[::3])
+    chosen = first_levels(3)
+    design, settings = chosen.design_and_settings
+    specimen = draw_specimen(design, Scatter(alpha=0.01), 0)
+    found = plan_pulses(specimen, chosen)
+    assert found.complete
+    assert [len(found.steps), len(found.kinks), len(found.corrections.kinks)] == [3, 2, 3]
+    known = Element(specimen, np.zeros(design.N), plan=found.corrections)
+    written = {}
+    for kicks in (settings, known.apply_planned_kicks(settings)):
+        device = MemoryElement(
+            design, kicks, driver=Simulation.build_blank(specimen, settings.time)
+        )
+        device.adopt_twin(specimen)
+        outcomes = [device.perform(Write(word)) for word in range(device.reader.content_count)]
+        written[kicks] = [outcome.success for outcome in outcomes].count(True)
+    assert written[settings] <= 4
+    assert written[known.apply_planned_kicks(settings)] == 8
+
+
+@pytest.mark.parametrize('way', ['relative damping', 'friction', 'end mass', 'softer'])
+def test_next_to_nothing_passes_any_trial(way):
+    """Damping of v - V is all or nothing, and slow writes do not feel it."""
+    amount = 1.0 if way in ('relative damping', 'end mass') else 1e-9
+    assert try_amount('bits_1', way, amount).passed
+
+
+def test_friction_above_the_limit_fails_its_trial():
+    """The wall stops short, and no write is called a success that is none."""
+    trial = try_amount('bits_1', 'friction', 3e-5)
+    assert not trial.passed
+    assert trial.read <= trial.reached
+
+
+ANSWERS = {(each.problem, each.quantity): each for each in read_answers(ANSWERS_FILE)}
+
+
+@pytest.mark.parametrize('problem', ALL_PROBLEMS, ids=lambda each: each.name)
+def test_committed_answers_are_those_of_longer_steps(problem):
+    """Twice the step, whose error is below 0.1 %."""
+    found = problem.solve(2.0 * problem.step)
+    assert {name for kind, name in ANSWERS if kind == problem.name} == set(found)
+    for name, value in found.items():
+        ours = ANSWERS[problem.name, name]
+        limit = max(1e-3 * abs(ours.value), 10.0 * ours.error)
+        assert value == pytest.approx(ours.value, rel=0.0, abs=limit), name
