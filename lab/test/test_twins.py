@@ -22,14 +22,14 @@ def calibrated_once(monkeypatch):
 
 
 def test_healthy_element_is_read_and_nothing_is_told(calibrated_once):
-    found = watched.watch_healthy('bits_1', 0.01, 1, reads=5)
+    found = watched.watch_healthy('bits_1', 0.01, 2, reads=5)
     assert found['reads'] == 4  # not that of the write, whose waves are still about
     assert found['alarms'] == 0
 
 
 @pytest.mark.parametrize('change', ['a cell 8 % weaker', 'left gain - 5 %'])
 def test_change_is_told_with_its_name_and_amount(change, calibrated_once):
-    found = watched.watch_changed('bits_1', 0.01, 1, change)
+    found = watched.watch_changed('bits_1', 0.01, 2, change)
     assert (found['alarm'], found['named']) == (False, True)
     assert found['reads'] == 2
     assert found['off'] < 0.2
