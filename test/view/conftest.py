@@ -11,13 +11,15 @@ import page_browser
 import pytest
 
 from mlmem_ros.ros.client.client import standalone
-from mlmem_tools.view.live import Live
-from mlmem_tools.view.server import Server, run_server
 
 
 @contextlib.contextmanager
 def serve_page(sessions):
     """Serve sessions, or else the element, from a thread of its own; yield the address."""
+    pytest.importorskip('aiohttp')
+    from mlmem_tools.view.live import Live
+    from mlmem_tools.view.server import Server, run_server
+
     started = queue.Queue()
 
     async def serve():

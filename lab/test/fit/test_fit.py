@@ -1,7 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The fit against hidden elements that an independent simulation measured, and its commands."""
+"""The fit against hidden elements that an independent simulation measured, its commands, and its
+shots.
+"""
 
+import argparse
 import json
 import math
 import re
@@ -10,12 +13,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from laws import sample_force
+from rig.lines import ADDRESS, TamperedLine
 from shot_file import save_shot
 
-from mlmem import element_file, load_element
+from mlmem import MemoryElement, Shot, Survey, element_file, factory_calibration, load_element
+from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
+from mlmem.physics import Scatter, draw_specimen
+from mlmem_lab.twins.sensed import perform_command
+from mlmem_ros.rig import Rig
 from mlmem_tools.cli import fit as command
 from mlmem_tools.cli.main import main
+from mlmem_tools.cli.rig import _build_rig, rig
 from mlmem_tools.identification.fit import (
     Misfitting,
     _extend_model,
@@ -259,3 +268,33 @@ def test_fit_and_plan_commands_make_pulses_of_shots(fitted, tmp_path, capsys, mo
     assert [step['level'] for step in steps] == [0, 1]
     assert min(step['margin'] for step in steps) >= 0.03
     assert len(element_file.read_element_file(file).plan.steps) == SMALL.levels
+
+
+def survey(driver, element):
+    """Return the shots of a survey of a device with an element."""
+    calibration = factory_calibration(*element.design_and_settings)
+    device = MemoryElement(element, calibration=calibration, driver=driver)
+    outcome, events = perform_command(device, Survey())
+    assert outcome.success
+    return [event for event in events if isinstance(event, Shot)]
+
+
+def test_shots_over_a_line_equal_those_in_process():
+    """Of the rig of the page on fits, as `mlmem rig` makes it. Procedures look later over a line,
+    so other waves of what was before are left; all are below the least noise that a fit assumes,
+    1e-6 cells.
+    """
+    element, seed = load_element('bits_1'), 4711
+    parser = argparse.ArgumentParser()
+    for add in rig.options:
+        add(parser)
+    words = '--element', 'bits_1', '--scatter', '0.01', '--seed', str(seed), '--at-once'
+    line = TamperedLine(_build_rig(element, parser.parse_args(words)))
+    heard = survey(Rig(*element.design_and_settings, ADDRESS, line), element)
+    made = draw_specimen(element.design, Scatter(alpha=0.01), seed)
+    finer = round(Simulation.build_blank(made, element.settings.time).dt / heard[0].dt)
+    here = survey(Simulation.build_blank(made, element.settings.time, finer), element)
+    assert len(here) == len(heard)
+    for there, ours in zip(heard, here, strict=True):
+        assert np.std(there.samples - ours.samples) < 1e-6
+        assert there.rest == pytest.approx(ours.rest, abs=1e-7)
