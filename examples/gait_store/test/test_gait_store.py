@@ -30,7 +30,7 @@ from mlmem_ros.testing import (
 )
 
 PACKAGE = Path(__file__).parents[1]
-QUICK = {'scale.time': 5e-5, 'publish.field_every': 0, 'publish.wall_every': 0}
+QUICK = {'time.speed': 10.0, 'publish.field_every': 0, 'publish.wall_every': 0}
 
 
 class Behaviour:
