@@ -93,13 +93,13 @@ class MemoryNode(LifecycleNode):
             self.destroy_node()
             raise
         Heartbeat.start_heartbeat(self, self._build_heartbeat)
-        self._subscribed = Subscriptions(self, self.host)
+        Subscriptions(self, self.host)
         self._actions = serve_actions(self, self.host)  # before ~/request: who sees it sees them
         Services(
             self, self.host, lambda path: build_session_plan(self, self._given.values(), path)
         )
         Simulator(self, self.host, self._begin_anew, self._activate_device)
-        self._diagnostics = Diagnostics(self, self.host, callback_guard)
+        Diagnostics(self, self.host, callback_guard)
         self._published: Publishers | None = None
         self._starting = self._blank = self._held = False
         self._refusal: Exception | None = None
