@@ -79,28 +79,29 @@ if TYPE_CHECKING:
     from .readers.calibration import Calibration, DelayTable, calibration_key
     from .readers.reading import Reading, Unknown
     from .readers.words import count_words
+    from .rejections import ErrorCode, Rejected
     from .settings import Settings
     from .simulation import Trajectory, simulate, wall_at, walls_at
 
 __all__ = [
     'ARITHMETIC_VERSION', 'BLANK', 'CASE_I', 'CASE_II', 'COMMANDS_BY_NAME', 'ELEMENT_NAMES',
-    'MAX_PROFILE_POINTS', 'MAX_RUN_TICKS', 'MAX_SPEED', 'MIN_SPEED',
-    'SHIPPED_DRIVERS', 'SIMULATION_NAME', 'UNDECODABLE', 'Abort', 'Array',
-    'Asked', 'Calibrate', 'Calibration', 'Chain', 'Checked', 'Command', 'DelayTable', 'Design',
-    'DesignError', 'Disturb', 'Driver', 'DriverError', 'DriverHangs', 'EchoReceived',
-    'Element', 'End', 'Erase', 'Event', 'Faults', 'Feedback', 'FollowTrajectory', 'HeldCell',
-    'Kick', 'Locate', 'Loop', 'MemoryElement', 'Outcome', 'Pacer', 'Potential',
-    'ProcedureFailed', 'Read', 'Reading', 'Refused', 'Request', 'Reset', 'Scatter', 'SelfTest',
-    'SetFaults', 'SetMethod', 'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Simulation',
-    'Specimen', 'Stamped', 'StateError', 'SteadyPacer', 'Survey', 'Table',
-    'Trajectory', 'Unknown', 'Write', 'as_designed', 'calibration_key', 'check_speed',
-    'compute_calibration', 'count_words', 'describe_level', 'draw_specimen',
-    'factory_calibration', 'find_cache_folder', 'is_kernel_cached', 'load_element',
-    'open_driver', 'simulate', 'steps_per_tick', 'sweep', 'wall_at', 'walls_at',
+    'MAX_PROFILE_POINTS', 'MAX_RUN_TICKS', 'MAX_SPEED', 'MIN_SPEED', 'SHIPPED_DRIVERS',
+    'SIMULATION_NAME', 'UNDECODABLE', 'Abort', 'Array', 'Asked', 'Calibrate', 'Calibration',
+    'Chain', 'Checked', 'Command', 'DelayTable', 'Design', 'DesignError', 'Disturb', 'Driver',
+    'DriverError', 'DriverHangs', 'EchoReceived', 'Element', 'End', 'Erase', 'ErrorCode', 'Event',
+    'Faults', 'Feedback', 'FollowTrajectory', 'HeldCell', 'Kick', 'Locate', 'Loop',
+    'MemoryElement', 'Outcome', 'Pacer', 'Potential', 'ProcedureFailed', 'Read', 'Reading',
+    'Refused', 'Rejected', 'Request', 'Reset', 'Scatter', 'SelfTest', 'SetFaults', 'SetMethod',
+    'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Simulation', 'Specimen', 'Stamped',
+    'StateError', 'SteadyPacer', 'Survey', 'Table', 'Trajectory', 'Unknown', 'Write',
+    'as_designed', 'calibration_key', 'check_speed', 'compute_calibration', 'count_words',
+    'describe_level', 'draw_specimen', 'factory_calibration', 'find_cache_folder',
+    'is_kernel_cached', 'load_element', 'open_driver', 'simulate', 'steps_per_tick', 'sweep',
+    'wall_at', 'walls_at',
 ]  # fmt: skip
 
 _MODULES = (
-    'errors', 'procedure_table', 'physics', 'physics.potential', 'instrument.end',
+    'rejections', 'errors', 'procedure_table', 'physics', 'physics.potential', 'instrument.end',
     'instrument.faults', 'instrument.blocks', 'settings', 'readers.reading', 'readers.calibration',
     'readers.words', 'commands', 'instrument.actuator', 'instrument.drivers', 'element_file',
     'factory', 'element', 'loop.timetable', 'loop.mailbox', 'loop.loop', 'simulation',
