@@ -64,15 +64,29 @@ class CallbackGuard:
 
     Attributes:
         waiting: Ids of the requests not answered yet.
-        held: Done when requests to services of our own may go on; None if they may.
     """
 
     def __init__(self, node: Node, log: ThrottledLog) -> None:
         self.waiting: set[int] = set()
-        self.held: Future[None] | None = None
+        self._held: Future[None] | None = None  # done when held requests may go on
         self._node = node
         self._log = log
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+
+    def hold_requests(self) -> None:
+        """Let requests to services of our own wait until `release_requests`."""
+        self._held = Future()
+
+    def release_requests(self) -> None:
+        """Let requests go on, those that wait first."""
+        held, self._held = self._held, None
+        if held is not None:
+            held.set_result(None)
+
+    async def wait_while_held(self) -> None:
+        """Wait until requests are not held."""
+        if self._held is not None:
+            await await_future(self._held)
 
     def call_every(self, seconds: float, where: str, callback: Callable[[], None]) -> Timer:
         """Call back periodically by the machine's clock, even while simulated time stands."""
@@ -96,8 +110,8 @@ class CallbackGuard:
 
         async def serve_request(request: Any, response: Any) -> Any:
             try:
-                if own and self.held is not None:
-                    await await_future(self.held)
+                if own:
+                    await self.wait_while_held()
                 answer = callback(request, response)
                 return await answer if inspect.isawaitable(answer) else answer
             except Exception as error:

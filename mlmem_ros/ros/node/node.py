@@ -62,6 +62,7 @@ class MemoryNode(LifecycleNode):
 
     Attributes:
         host: Holds the element; it is independent of ROS.
+        callback_guard: Answers its requests, or holds them.
     """
 
     def __init__(
@@ -86,7 +87,7 @@ class MemoryNode(LifecycleNode):
             name=self.get_fully_qualified_name(),
             failed=lambda: self._call_in_executor(self._handle_failure),
         )
-        self._callback_guard = callback_guard = CallbackGuard(self, self.host.log)
+        self.callback_guard = callback_guard = CallbackGuard(self, self.host.log)
         try:
             self._given = ParameterSet(self, self.host)
         except BaseException:
@@ -166,16 +167,6 @@ class MemoryNode(LifecycleNode):
             waited = time.monotonic() - since
             self.host.log.warning(f'the element is back after {waited:.3g} s')
 
-    def hold_requests(self) -> None:
-        """Let requests wait until `release_requests`, while the node starts by itself."""
-        self._callback_guard.held = Future()
-
-    def release_requests(self) -> None:
-        """Let requests go on, those that wait first."""
-        held, self._callback_guard.held = self._callback_guard.held, None
-        if held is not None:
-            held.set_result(None)
-
     @property
     def preparing(self) -> bool:
         """Whether a device is being built by `prepare`."""
@@ -216,8 +207,7 @@ class MemoryNode(LifecycleNode):
         async def serve_request(
             request: ChangeState.Request, response: ChangeState.Response
         ) -> Any:
-            if (held := self._callback_guard.held) is not None:  # the node starts by itself
-                await await_future(held)
+            await self.callback_guard.wait_while_held()  # while the node starts by itself
             label, number = request.transition.label, request.transition.id
             configures = label == 'configure' or (
                 not label and number == Transition.TRANSITION_CONFIGURE
@@ -275,7 +265,7 @@ class MemoryNode(LifecycleNode):
     def waiting(self) -> int:
         """How many requests have not been answered yet."""
         goals = sum(action.waiting for action in self._actions)
-        return len(self._callback_guard.waiting) + goals
+        return len(self.callback_guard.waiting) + goals
 
     @property
     def client_count(self) -> int:
@@ -291,7 +281,7 @@ class MemoryNode(LifecycleNode):
         with self.host.log.guard_errors('closing'):
             self.host.close()
         self._discard_device()
-        self.release_requests()
+        self.callback_guard.release_requests()
         self._release_publishers()
 
     def destroy_node(self) -> None:

@@ -119,7 +119,7 @@ def start_nodes(
 
 def _start_node(node: MemoryNode, executor: GuardedExecutor, stop: Sequence[int]) -> None:
     """Prepare a node while its executor answers other requests, then begin; or until a signal."""
-    node.hold_requests()
+    node.callback_guard.hold_requests()  # while it starts by itself
     prepared = node.prepare()
     prepared.add_done_callback(lambda _: executor.interrupt())
     while not (prepared.done() or stop):
@@ -128,7 +128,7 @@ def _start_node(node: MemoryNode, executor: GuardedExecutor, stop: Sequence[int]
         try:
             node.begin()
         finally:
-            node.release_requests()
+            node.callback_guard.release_requests()
 
 
 def spin_nodes(executor: GuardedExecutor, stop: Sequence[object]) -> None:
