@@ -19,8 +19,7 @@ from ..instrument.echo import detection_threshold
 from ..instrument.end import End
 from ..memory import Memory
 from ..moves.kick import kick_out
-from ..moves.move import blank_content
-from ..moves.planner import is_strainless
+from ..moves.move import blank_content, is_strainless
 from ..moves.strain_cycle import return_to_zero
 from ..physics import StateError
 from ..procedure_table import UNSET_SEED

@@ -14,8 +14,7 @@ from ..errors import NotFollowed, ProcedureFailed, Refused
 from ..instrument.blocks import Procedure, catch_up, ramp_strain
 from ..memory import Memory
 from ..moves.kick import kick_duration, kick_to_other_phase, remove_missed_kicks
-from ..moves.move import Drive, Move, blank_content
-from ..moves.planner import disable_kicks, erasing_moves, find_route
+from ..moves.move import Drive, Move, blank_content, disable_kicks, erasing_moves, find_route
 from ..moves.strain_cycle import return_to_zero
 from ..readers.calibration import PulseCorrection
 from ..readers.listening import expected_wait, try_wait_for_decay

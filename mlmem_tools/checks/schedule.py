@@ -12,7 +12,7 @@ from mlmem.errors import ProcedureFailed
 from mlmem.instrument.echo import listening_time
 from mlmem.instrument.end import End
 from mlmem.instrument.motion import Cycle
-from mlmem.moves.planner import find_reachable_levels, find_route
+from mlmem.moves.move import find_reachable_levels, find_route
 from mlmem.moves.strain_cycle import EraseSettings, WriteSettings
 from mlmem.readers.reading import BLANK
 from mlmem.settings import RegisterSettings

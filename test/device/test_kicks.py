@@ -42,8 +42,7 @@ from mlmem.moves.kick import (
     kick_to,
     remove_missed_kicks,
 )
-from mlmem.moves.move import blank_content
-from mlmem.moves.planner import find_moves, find_route
+from mlmem.moves.move import blank_content, find_moves, find_route
 from mlmem.physics import Scatter, draw_specimen, find_walls
 
 from . import rig

@@ -34,7 +34,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.moves.kick import KickMotion
-from mlmem.moves.planner import erasing_moves
+from mlmem.moves.move import erasing_moves
 from mlmem.physics import Scatter, Specimen, draw_specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_walls
 from mlmem.readers.register import find_wall_levels, forecast_words
