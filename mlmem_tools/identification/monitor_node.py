@@ -25,7 +25,6 @@ from mlmem.element_file import read_matching_element
 from mlmem.instrument.drivers import SIMULATION_NAME
 from mlmem.rejections import ErrorCode
 from mlmem_ros.contract.answers import RequestError
-from mlmem_ros.contract.messages import build_status
 from mlmem_ros.contract.streams import STREAMS, decode_read_shot
 from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, OK, WARN, Qos, Status, parse_status
 from mlmem_ros.host.settings import DESCRIPTION
@@ -33,6 +32,7 @@ from mlmem_ros.host.worker import ThrottledLog
 from mlmem_ros.ros.client.client import MemoryClient
 from mlmem_ros.ros.middleware import write_log_line
 from mlmem_ros.ros.node.diagnostics import REPORT_PERIOD_S
+from mlmem_ros.ros.node.topics import build_status
 
 from .watching import ResidualMonitor
 

@@ -22,11 +22,12 @@ from rclpy.qos import qos_profile_action_status_default
 
 from mlmem import MemoryElement, Outcome, Refused, Request, threads
 
-from ...contract import answers, messages, requests
+from ...contract import answers, requests
 from ...contract.requests import REQUEST_ARGUMENTS, build_command
 from ...contract.topics import Qos
 from ...host import Host
 from .callback_guard import await_future
+from .topics import build_test_statuses
 
 
 def serve_actions(node: Node, host: Host) -> list[Action]:
@@ -196,7 +197,7 @@ class Action:
             name = self._node.get_fully_qualified_name()
             result.passed, result.status = (
                 outcome.success,
-                messages.build_test_statuses(outcome, name),
+                build_test_statuses(outcome, name),
             )
         return result, GoalStatus.STATUS_SUCCEEDED if good else GoalStatus.STATUS_ABORTED
 

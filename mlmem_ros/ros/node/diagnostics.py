@@ -13,11 +13,11 @@ from rclpy.node import Node
 
 from mlmem import UNDECODABLE, DriverError, End, Loop, MemoryElement
 
-from ...contract.messages import build_status
 from ...contract.streams import describe_content
 from ...contract.topics import DIAGNOSTICS_TOPIC, ERROR, OK, WARN, Status
 from ...host import Host
 from .callback_guard import CallbackGuard
+from .topics import build_status
 
 INACTIVE = Status(OK, 'inactive')
 

@@ -19,7 +19,7 @@ from std_srvs.srv import SetBool
 from mlmem import SIMULATION_NAME, Command, Refused, SelfTest, Write
 from mlmem.procedure_table import PROCEDURES
 
-from ...contract import answers, messages
+from ...contract import answers
 from ...contract.commands import COMMAND_TOPICS
 from ...contract.requests import NODE_SERVICES, Record, build_command, parse_request
 from ...contract.streams import select_streams
@@ -27,6 +27,7 @@ from ...contract.topics import Qos, load_interface
 from ...host import Host, SessionPlan
 from ...host.settings import Parameters
 from .callback_guard import await_future
+from .topics import build_test_statuses
 
 
 class Services:
@@ -112,7 +113,7 @@ class Services:
         outcome = await await_future(self._host.submit(SelfTest(), 0.0).answer)
         assert outcome is not None
         response.passed = bytes([outcome.success])
-        response.status = messages.build_test_statuses(outcome, name)
+        response.status = build_test_statuses(outcome, name)
         return response
 
 

@@ -1,28 +1,36 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The topics of a node: commands that it hears, and what it publishes and a session keeps."""
+"""The topics of a node: commands that it receives, what it publishes and a session keeps, and how
+the values of streams and of a self-test become messages.
+"""
 
 from __future__ import annotations
 
+import array
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
+from dataclasses import dataclass
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Image
+from std_msgs.msg import MultiArrayDimension, MultiArrayLayout
 from visualization_msgs.msg import MarkerArray
 
-from mlmem import Event, MemoryElement, Unknown, threads
+from mlmem import Array, Event, MemoryElement, Outcome, Unknown, threads
 
+from ...contract.answers import format_values
 from ...contract.commands import COMMAND_TOPICS, CommandTopic, NoCommand
-from ...contract.messages import Publication, build_message
 from ...contract.streams import Stream, select_streams
-from ...contract.topics import Qos
+from ...contract.topics import ERROR, OK, Qos, Status
 from ...host import Host
 from ...host.settings import COLUMN_PERIOD_TICKS, PublishSettings
 from ..views import ChainMarkers, Contour
@@ -209,3 +217,74 @@ class Publishers:
         recording = self._host.recording
         taken = recording is not None and recording.takes_topic(self._publishers[name].topic_name)
         return recording if taken else None
+
+
+# --- messages ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Publication:
+    """What a message says besides its values.
+
+    Attributes:
+        node: The node's full name.
+        frame_id: The frame of stamped messages.
+        now: Returns the time of stamped messages.
+    """
+
+    node: str
+    frame_id: str
+    now: Callable[[], Time]
+
+
+def build_message(stream: Stream, values: Any, publication: Publication) -> Any:
+    """Return the message of a stream with its values: a `Status`, an array, a mapping of fields
+    other than the header, or what is in the only field, `data`.
+    """
+    if isinstance(values, Status):
+        return build_status(values, publication.node)
+    if stream.dimensions:
+        return _build_array(stream, values)
+    message = stream.kind(**values if isinstance(values, Mapping) else {'data': values})
+    if hasattr(message, 'header'):
+        message.header.stamp = publication.now()
+        message.header.frame_id = publication.frame_id
+    return message
+
+
+def build_status(status: Status, node: str, component: str = '') -> DiagnosticStatus:
+    """Return a status of the node of this full name, or of one of its components."""
+    texts = format_values(status.values)
+    return DiagnosticStatus(
+        level=bytes([status.severity]),
+        name=f'{node[1:]}: {component}' if component else node.rpartition('/')[2],
+        message=status.text,
+        hardware_id=node,
+        values=[KeyValue(key=key, value=value) for key, value in texts.items()],
+    )
+
+
+def _build_array(stream: Stream, values: Array) -> Any:
+    """Return an array with its layout, in the only type that rclpy does not check by element."""
+    sizes = [size for _, size in stream.dimensions]
+    shape = values.reshape(-1)[stream.offset :].reshape(sizes).shape
+    dimensions: list[MultiArrayDimension] = []
+    stride = 1
+    for (label, _), size in reversed(list(zip(stream.dimensions, shape, strict=True))):
+        stride *= size
+        dimensions.insert(0, MultiArrayDimension(label=label, size=size, stride=stride))
+    single = 'Float32' in stream.type
+    data = array.array('f' if single else 'd')
+    data.frombytes(values.astype(np.float32 if single else np.float64).tobytes())
+    layout = MultiArrayLayout(dim=dimensions, data_offset=stream.offset)
+    return stream.kind(layout=layout, data=data)
+
+
+def build_test_statuses(outcome: Outcome, node: str) -> list[DiagnosticStatus]:
+    """Return one status for every check of a self-test, or a single one without checks."""
+    return [
+        build_status(
+            Status(OK if check.passed else ERROR, check.message, check.values), node, check.name
+        )
+        for check in outcome.checks
+    ] or [build_status(Status(ERROR, outcome.error), node, 'self_test')]
