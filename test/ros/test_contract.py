@@ -11,12 +11,11 @@ import itertools
 import math
 
 import pytest
-from robot import BLANK, LENGTH, SERVICES, Robot, values
+from robot import BLANK, LENGTH, Robot, values
 from sampled import sampled
 from sensor_msgs.msg import Imu
 
 from mlmem import load_element
-from mlmem_ros.contract.commands import COMMAND_TOPICS
 from mlmem_ros.contract.streams import STREAMS
 from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC
 
@@ -38,14 +37,6 @@ def site(level):
 # The tables
 
 
-def test_topics_in_have_their_types(robot):
-    for topic in COMMAND_TOPICS:
-        name = robot.name(topic.name)
-        find = functools.partial(robot.node.get_subscriptions_info_by_topic, name)
-        (info,) = robot.wait(find, f'a subscriber of {name}')
-        assert info.topic_type == topic.type
-
-
 def test_topics_out_have_their_types_and_qualities(robot, driver):
     for stream in (*STREAMS.values(), DIAGNOSTICS_TOPIC):
         name = robot.name(stream.name)
@@ -58,15 +49,6 @@ def test_topics_out_have_their_types_and_qualities(robot, driver):
         assert info.topic_type == stream.type
         assert found.reliability.name.lower() == stream.qos.reliability
         assert found.durability.name.lower() == stream.qos.durability
-
-
-def test_services_of_the_table_are_offered(robot):
-    expected = {robot.name(service): [kind] for service, kind in SERVICES.items()}
-
-    def offered():  # they are discovered one by one
-        return expected.items() <= dict(robot.node.get_service_names_and_types()).items()
-
-    robot.wait(offered, 'all services')
 
 
 # Write, read, erase
