@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node with the file of a fitted element: it simulates it, or knows that it is this one."""
 
+import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -47,46 +48,50 @@ def write_element(path, specimen, settings, **more):
 @pytest.fixture
 def start_monitor(monkeypatch):
     """Start the program of a monitor with a twin in a thread; return its exit status to come."""
+    started = []
     with ThreadPoolExecutor() as threads:
 
         def start_monitor(twin):
             given = ['memory_monitor', '--ros-args', '-p', f'twin:={twin}']
             monkeypatch.setattr('sys.argv', given)
-            return threads.submit(monitor_node.main)
+            monkeypatch.setattr(monitor_node, 'REPORT_PERIOD_S', 0.3)
+            started.append(threads.submit(monitor_node.main))
+            return started[-1]
 
         yield start_monitor
+        while not all(status.done() for status in started):
+            rclpy.try_shutdown()
+            time.sleep(0.1)
 
 
 def test_monitor_names_the_cell_that_became_weaker(start_robot, file, start_monitor):
     robot = start_robot({'element': str(file), 'write.method': 'strain'})
     ended = start_monitor(file)
-    try:
-        assert robot.write(1).success
+    assert robot.write(1).success
 
-        def status_after_a_read():
-            """Return what is reported once a read has been compared."""
-            robot.next_status('twin')  # the element comes to rest until the next one
-            before = compared(robot.next_status('twin'))
-            assert robot.trigger('read').success
-            return robot.next_status('twin', lambda status: compared(status) > before)
+    def status_after_a_read():
+        """Return what is reported once a read has been compared."""
+        robot.next_status('twin')  # the element comes to rest until the next one
+        before = compared(robot.next_status('twin'))
+        assert robot.trigger('read').success
+        return robot.next_status('twin', lambda status: compared(status) > before)
 
-        def compared(status):
-            return int(values(status)['compared'])
+    def compared(status):
+        return int(values(status)['compared'])
 
-        status = status_after_a_read()
-        assert status.message == 'as forecast'
-        alpha, deviation = (
-            np.array(values(status)[name].split(), float) for name in ('alpha', 'alpha_std')
-        )
-        known = element_file.read_element_file(file).specimen.alpha / CHOSEN.design.alpha
-        assert alpha == pytest.approx(known, abs=1e-5)
-        assert (deviation == 0.0).all()
-        robot.set(faults__weak_factor=0.9, faults__weak_cell=5)
-        status_after_a_read(), status_after_a_read()
-        weaker = 'cell 5 has become'  # told later if what was compared last was an older read
-        robot.next_status('twin', lambda status: status.message.startswith(weaker))
-    finally:
-        rclpy.try_shutdown()
+    status = status_after_a_read()
+    assert status.message == 'as forecast'
+    alpha, deviation = (
+        np.array(values(status)[name].split(), float) for name in ('alpha', 'alpha_std')
+    )
+    known = element_file.read_element_file(file).specimen.alpha / CHOSEN.design.alpha
+    assert alpha == pytest.approx(known, abs=1e-5)
+    assert (deviation == 0.0).all()
+    robot.set(faults__weak_factor=0.9, faults__weak_cell=5)
+    status_after_a_read(), status_after_a_read()
+    weaker = 'cell 5 has become'  # told later if what was compared last was an older read
+    robot.next_status('twin', lambda status: status.message.startswith(weaker))
+    rclpy.try_shutdown()
     assert ended.result(TIMEOUT_S) == 0
 
 
