@@ -233,7 +233,7 @@ def test_signals_are_late_slow_and_wrong_as_stated():
 )
 def test_bad_transducer_kicks_no_wall_and_misleads_no_read(faults, read, left):
     """At 0.8 of its way a kick launches nothing; a pulse of 0.8 is heard."""
-    element = MemoryElement(load_element('kick_2'))
+    element = rig.shipped('kick_2', actuator={'present': False})
     assert element.perform(Write(1)).success
     element.apply(SetFaults(Faults(**faults)))
     assert element.perform(Read()).reading.level == read
