@@ -66,14 +66,17 @@ def test_element_in_the_tab_is_read_written_and_erased(page, tmp_path):
 
     page.open(f'file://{tmp_path}/try.html?preset=case_2')
     page.wait_until('window.mlmem', 'a page')
-    for name in ('case_2', 'kick_2'):
-        page.pick('#preset', name)
-        assert 'level 3, first echo after' in get_last_event()
-        page.click('[data-level="1"]')
-        assert 'level 1, first echo after' in get_last_event()
-        page.click('[data-do="erase"]')
-        assert 'blank' in get_last_event()
-        assert page.text('.level') == 'blank'
+    assert 'level 3, first echo after' in get_last_event()
+    page.click('[data-do="erase"]')
+    assert 'blank' in get_last_event()
+    assert page.text('.level') == 'blank'
+    page.click('[data-level="0"]')  # a launch under strain
+    assert 'level 0, first echo after' in get_last_event()
+
+    page.pick('#preset', 'kick_2')
+    assert 'level 3, first echo after' in get_last_event()
+    page.click('[data-level="1"]')
+    assert 'level 1, first echo after' in get_last_event()
 
     page.pick('#preset', 'byte')
     assert 'word 12' in get_last_event()
