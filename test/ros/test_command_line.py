@@ -65,10 +65,6 @@ def test_speed_0_runs_faster_than_real_time(start_robot):
         ({'target_level': 8}, ['target_level', 'from 0 to 7']),
         ({'faults.weak_cell': 300}, ['faults.weak_cell', 'N = 225']),
         ({'design.J': 300}, ['element', 'line 3', 'design.J', 'N - tail - 1']),
-        (
-            {'probe.omega_c': 2.4, 'design.check': 'refuse'},
-            ['carrier_left', 'mlmem design check', 'design.check'],
-        ),
         ({'twin': '/nowhere.yaml'}, ['twin: /nowhere.yaml: ']),
         (
             {'device.driver': 'rig', 'device.retry': 1.0, 'device.address': 'slot 2'},

@@ -51,6 +51,11 @@ def test_topics_out_have_their_types_and_qualities(robot, driver):
         assert found.durability.name.lower() == stream.qos.durability
 
 
+def test_messages_of_an_idle_element_have_own_stamps(robot):
+    heard = [robot.next('joint_states', lambda state: state.velocity[1] == 0.0) for _ in range(3)]
+    assert len({str(state.header.stamp) for state in heard}) == len(heard)
+
+
 # Write, read, erase
 
 

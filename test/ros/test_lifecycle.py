@@ -74,6 +74,7 @@ def test_design_that_fails_its_check_is_rejected_or_named(start_robot):
     robot.set(element=element_file('case_2', {'design.gamma': -6e-5}))
     assert not robot.response(robot.request_transition('configure')).success
     assert 'cannot configure: the design fails its check (peierls_nabarro' in robot.memory.output
+    assert 'mlmem design check' in robot.memory.output
     assert not robot.try_set('design.check', 'perhaps').successful
     robot.set(design__check='warn')
     robot.change_state('configure')

@@ -77,8 +77,3 @@ def test_new_stream_is_in_the_page_and_the_policy(monkeypatch):
     assert '| `~/energies` | std_msgs/Float64MultiArray |' in page
     assert '<topic>~/energies</topic>' in reference.policy()
     assert 'energies' not in reference.POLICY.read_text(encoding='utf-8')
-
-
-def test_messages_of_an_idle_element_have_own_stamps(robot):
-    heard = [robot.next('joint_states', lambda state: state.velocity[1] == 0.0) for _ in range(3)]
-    assert len({str(state.header.stamp) for state in heard}) == len(heard)
