@@ -29,14 +29,14 @@ def messages():
 def record(tmp_path, messages):
     """Record these messages into `tmp_path / 'bag'`; options go to the writer."""
 
-    def record(name='bag', sync_each=False, begins_file=(LEVEL, RANGE, PROBE), **options):
+    def record(name='bag', sync_each=False, **options):
         with BagWriter(tmp_path / name, **options) as writer:
             for topic, qos in (
                 (LEVEL, {'durability': 'transient_local'}),
                 (RANGE, {'reliability': 'best_effort'}),
                 (PROBE, {}),
             ):
-                writer.add_topic(*topic, **qos, begins_file=topic in begins_file)
+                writer.add_topic(*topic, **qos, begins_file=True)
             for message in messages:
                 writer.write(message.topic, message.cdr, message.log_time)
                 if sync_each:

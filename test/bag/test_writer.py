@@ -55,16 +55,6 @@ def test_file_of_the_size_is_followed_by_another(tmp_path):
     assert [m.cdr for m in BagReader(tmp_path / 'bag')] == [level(i) for i in range(600)]
 
 
-def test_file_begins_with_the_topic_that_begins_files(record, messages):
-    path = record(
-        sync_each=True, max_bytes=1024, begins_file=[('/mlmem/level', 'std_msgs/msg/Int16')]
-    )
-    files = [list(BagReader(file)) for file in path.glob('*.mcap')]
-    assert len(files) > 3
-    assert {file[0].topic for file in files} == {'/mlmem/level'}
-    assert list(BagReader(path)) == messages
-
-
 def test_existing_path_is_never_touched(record, tmp_path):
     path = record()
     before = {file: file.read_bytes() for file in path.iterdir()}

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import pytest
 from closed_bag import check_closed
 from lifecycle_msgs.msg import Transition
-from nodes import check_node, write_parameters
+from nodes import check_node
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.serialization import serialize_message
@@ -29,11 +29,9 @@ from mlmem_ros.ros.node.run import ENDED, GuardedExecutor
 
 
 @pytest.fixture(scope='module')
-def memory(start_shared, tmp_path_factory):
+def memory(start_shared):
     """A node in a process of its own, whose output shows every traceback."""
-    file = write_parameters(tmp_path_factory.mktemp('guarded'))
-    options = {'name': 'lent', 'namespace': '/arm', 'file': file}
-    return start_shared({'actions': True}, apart=True, **options)
+    return start_shared({'actions': True}, apart=True, name='lent', namespace='/arm')
 
 
 def test_memory_node_apart_has_name_parameters_log_and_clock(memory):

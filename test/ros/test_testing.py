@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import pytest
 import rclpy
-from nodes import QUICK, TICK, check_node, node_parameters, program, write_parameters
+from nodes import QUICK, TICK, check_node, node_parameters, program
 from rclpy.node import Node
 from robot import Robot
 from sensor_msgs.msg import JointState
@@ -31,9 +31,11 @@ DATA = Path(__file__).parents[1] / 'data'
 
 def test_memory_node_has_name_parameters_log_and_end(tmp_path):
     """One in a process of its own is in test_callback_guard.py."""
-    file = write_parameters(tmp_path)
+    file = tmp_path / 'given.yaml'
+    file.write_text('/**:\n  ros__parameters:\n    write: {attempts: 5}\n')
     with memory_node(node_parameters(QUICK), name='lent', namespace='/arm', file=file) as node:
         check_node(node, '/arm/lent')
+        assert node.memory.parameters('write.attempts').wait() == {'write.attempts': 5}
         node.terminate()
         assert node.exit_status() == 0
         assert not node.running
