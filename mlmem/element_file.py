@@ -362,6 +362,7 @@ def load_element(source: str | Path) -> Element:
         path = Path(os.path.expanduser(source))  # as it is if there is no such user
         if os.path.exists(path):  # false for a name that is too long, too
             return read_element_file(path)
+        source = str(source)
     expected = f'one of {", ".join(ELEMENT_NAMES)}, or the path of an element file'
     raise ElementFileError.out_of_range('element', source, expected)
 
