@@ -9,22 +9,25 @@ erased and writes 3; then its page is taken, wide and on a phone. The recording 
 beside a session of the tests.
 """
 
+import contextlib
 import os
 import random
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 from PIL import Image
 
 from mlmem_lab.results import keep_picture
+from mlmem_ros.ros.node_process import run_child_process
 
 CHECKOUT_ROOT = Path(__file__).resolve().parent.parent
 sys.path.append(str(CHECKOUT_ROOT / 'test' / 'view'))
 
-from page_browser import Browser, find_browser, run_view  # noqa: E402
+from page_browser import Browser, find_browser  # noqa: E402
 
 SESSION_BAG = CHECKOUT_ROOT / 'test' / 'data' / 'life'
 DESK_SIZE, PHONE_SIZE, LONG_SIZE = (1320, 1080), (390, 800), (1320, 1240)
@@ -48,6 +51,16 @@ def main(folder: Path) -> None:
             take_session_picture(browser, folder, session)
         finally:
             browser.driver.quit()
+
+
+@contextlib.contextmanager
+def run_view(*sessions: str) -> Iterator[str]:
+    """Run `mlmem view` of sessions, or of the running element; yield its address."""
+    command = ['view', '--port', '0', *sessions]
+    with run_child_process(
+        'mlmem_tools.cli.main', command, stdout=subprocess.PIPE, text=True
+    ) as process:
+        yield process.stdout.readline().removeprefix('mlmem view: ').strip()
 
 
 def take_live_pictures(browser: Browser, folder: Path, session: Path) -> None:

@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page in a headless Chromium, and its frames, for its tests and its pictures."""
 
+import asyncio
 import contextlib
 import json
+import queue
 import shutil
-import subprocess
+import threading
 import time
-
-from mlmem_ros.ros.node_process import run_child_process
 
 BROWSER_NAMES = ('chromium', 'chromium-browser', 'google-chrome')
 BROWSER_OPTIONS = (
@@ -26,13 +26,33 @@ BROWSER_OPTIONS = (
 
 
 @contextlib.contextmanager
-def run_view(*arguments, **streams):
-    """Run `mlmem view` and yield its address; `streams` are for `subprocess.Popen`."""
-    command = ['view', '--port', '0', *arguments]
-    with run_child_process(
-        'mlmem_tools.cli.main', command, stdout=subprocess.PIPE, text=True, **streams
-    ) as it:
-        yield it.stdout.readline().removeprefix('mlmem view: ').strip()
+def serve_page(*sessions):
+    """Serve sessions, or else the element, from a thread of its own; yield the address."""
+    from mlmem_ros.ros.client.client import standalone
+    from mlmem_tools.view.live import Live
+    from mlmem_tools.view.server import Server, run_server
+
+    started = queue.Queue()
+
+    async def serve():
+        over, loop = asyncio.Event(), asyncio.get_running_loop()
+        with contextlib.ExitStack() as stack:
+            live = None
+            if not sessions:
+                live = Live(stack.enter_context(standalone('/mlmem')))
+                stack.callback(live.end)
+
+            def announce(port):
+                started.put((port, lambda: loop.call_soon_threadsafe(over.set)))
+
+            await run_server(Server('', live, sessions), '127.0.0.1', 0, announce, over)
+
+    thread = threading.Thread(target=lambda: asyncio.run(serve()))
+    thread.start()
+    port, end = started.get(timeout=60.0)
+    yield f'http://127.0.0.1:{port}/'
+    end()
+    thread.join()
 
 
 def unpack_frame(frame):

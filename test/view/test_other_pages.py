@@ -6,8 +6,16 @@ from pathlib import Path
 
 import pytest
 import try_page
+from page_browser import serve_page
 
 DATA = Path(__file__).parent.parent / 'data'
+
+
+@pytest.fixture
+def session_page():
+    """The address of a page of two sessions."""
+    with serve_page(str(DATA / 'life'), str(DATA / 'aborted_write')) as address:
+        yield address
 
 
 @pytest.fixture
@@ -18,17 +26,16 @@ def page(browser):
     browser.open('about:blank')
 
 
-def test_session_page_is_scrubbed_and_played(page, view):
+def test_session_page_is_scrubbed_and_played(page, session_page):
     """Two sessions stand side by side. The first one writes 2, reads, erases and reads."""
-    address = view(str(DATA / 'life'), str(DATA / 'aborted_write'))
-    page.open(address)
+    page.open(session_page)
     page.wait_until('window.mlmem && mlmem.shown().duration', 'two sessions')
     left, right = page.evaluate(
         "[...document.querySelectorAll('.picture')].map(p => p.getBoundingClientRect().left)"
     )
     assert left < right
 
-    page.open(f'{address}?session=0')
+    page.open(f'{session_page}?session=0')
     page.wait_until('window.mlmem && mlmem.shown().duration', 'one session')
     levels, walls = [], []
     written = page.evaluate('mlmem.shown().sessions[0].events.find(e => e.ok).t')

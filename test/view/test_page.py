@@ -5,6 +5,7 @@
 import zipfile
 
 import pytest
+from page_browser import serve_page
 
 STATE = 'mlmem.shown().state'
 GIVEN = {'scale.time': 2e-5, 'queue.most': 0} | {
@@ -19,14 +20,17 @@ def node(start_shared):
 
 
 @pytest.fixture(scope='module')
-def page(node, view, browser):
+def page(node, browser, tmp_path_factory):
     """Open the page of the running element, in a browser that has been used before."""
-    browser.open('about:blank')
-    browser.open(view())
-    browser.wait_until(f'window.mlmem && {STATE}.column', 'a first picture')
-    yield browser
-    assert browser.list_complaints() == []
-    browser.open('about:blank')  # the server ends before the browser does
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp('view'))  # where its recordings go
+        with serve_page() as address:
+            browser.open('about:blank')
+            browser.open(address)
+            browser.wait_until(f'window.mlmem && {STATE}.column', 'a first picture')
+            yield browser
+            assert browser.list_complaints() == []
+            browser.open('about:blank')  # the server ends before the browser does
 
 
 def test_click_on_a_defect_writes_its_level(page, node):
@@ -36,7 +40,7 @@ def test_click_on_a_defect_writes_its_level(page, node):
 
     def written():
         before = page.evaluate('mlmem.shown().track.end')
-        node.step(25)
+        node.step(20)  # until the next picture
         page.wait_until(f'mlmem.shown().track.end > {before}', 'a picture')
         seen.update(round(wall) for wall in page.evaluate(f'{STATE}.walls'))
         return page.text('.level') == '5' and page.text('.code') == '101'
