@@ -104,20 +104,14 @@ def list_used_files(module, found):
 
 @pytest.mark.parametrize('name', STUDY_MODULES)
 def test_study_names_the_files_that_its_numbers_depend_on(name):
-    module = importlib.import_module(f'mlmem_lab.{STUDY_MODULES[name]}')
-    named = load_study(name).modules
-    for file in list_used_files(module, set()):
-        assert any(file.is_relative_to(each) for each in named), file
-
-
-@pytest.mark.parametrize('name', STUDY_MODULES)
-def test_every_study_is_that_of_its_result_file(name):
-    """The committed file has its cases, and names modules that are there."""
+    """They are there; the committed result file is its own, and has cases that it has."""
     found = load_study(name)
+    module = importlib.import_module(f'mlmem_lab.{STUDY_MODULES[name]}')
+    for file in list_used_files(module, set()):
+        assert any(file.is_relative_to(each) for each in found.modules), file
+    assert all((results.CHECKOUT_ROOT / each).exists() for each in found.modules)
     assert found.name == name
-    kept = results.load_result(found.path)
-    assert set(kept['hashes']) <= set(found.cases)
-    assert all((results.CHECKOUT_ROOT / module).exists() for module in found.modules)
+    assert set(results.load_result(found.path)['hashes']) <= set(found.cases)
 
 
 def test_figure_of_a_case_that_is_not_measured_is_refused(lengths, monkeypatch, capsys):
