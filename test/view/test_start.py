@@ -55,13 +55,17 @@ def test_session_that_cannot_be_shown_is_rejected(tmp_path, capsys):
     assert 'does not exist' in said[0]
 
 
-def test_session_page_ends_with_a_signal(run_view):
+def test_session_page_is_printed_and_ends_with_a_signal(run_view, capsys):
+    printed = []
+
     def use(address):
         with urllib.request.urlopen(address, timeout=60.0) as response:
             assert response.status == 200
+        printed.append(f'mlmem view: {address}\n')
         os.kill(os.getpid(), signal.SIGTERM)
 
     assert run_view([str(LIFE)], use) == 0
+    assert [capsys.readouterr().out] == printed
 
 
 def test_page_starts_its_element_and_ends_with_it(run_view, tmp_path, monkeypatch, capsys):
