@@ -62,6 +62,12 @@ def failed(report):
 # --- the shipped elements --------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(('J_s', 'verdict'), [(50, Verdict.PASS), (75, Verdict.WARN)])
+def test_substrate_must_alternate_from_level_to_level(J_s, verdict):
+    report = part((material,), J_s=J_s)
+    assert [each.verdict for each in report.findings if each.name == 'levels'] == [verdict]
+
+
 def test_case_ii_passes_everything(case_ii):
     assert case_ii.verdict is Verdict.PASS
 

@@ -33,7 +33,6 @@ from mlmem import (
 from mlmem.element_file import use_kicks
 from mlmem.instrument.blocks import run, wait
 from mlmem.instrument.drivers import Simulation
-from mlmem.moves import move
 from mlmem.moves.kick import (
     KickMotion,
     KickSettings,
@@ -42,7 +41,7 @@ from mlmem.moves.kick import (
     kick_to,
     remove_missed_kicks,
 )
-from mlmem.moves.move import blank_content, find_moves, find_route
+from mlmem.moves.move import blank_content, find_moves, find_route, move_families
 from mlmem.physics import Scatter, draw_specimen, find_walls
 
 from . import rig
@@ -313,8 +312,8 @@ def test_move_of_another_family_is_planned_and_driven(monkeypatch):
     def lift_up(design, settings, start, target):
         return [Lift(start, target)] if BLANK < start < target else []
 
-    families = (*move.move_families(), lift_up)
-    monkeypatch.setattr(move, 'move_families', lambda: families)
+    families = (*move_families(), lift_up)
+    monkeypatch.setattr('mlmem.moves.move.move_families', lambda: families)
     design, settings = load_element('case_2').design_and_settings
     assert find_names(design, settings, 1, 6) == ['lift']
     assert find_names(design, settings, BLANK, 2) == ['launch', 'lift']

@@ -185,3 +185,10 @@ def test_element_file_number_has_any_exponent(tmp_path, number):
 def test_unknown_element_lists_those_shipped():
     with pytest.raises(ElementFileError, match=r'one of case_1, case_2, .*; got .case_9'):
         mlmem.load_element('case_9')
+
+
+def test_file_of_an_ideal_element_keeps_its_uncertainty():
+    """Its cells are as designed, as far as a fit can say."""
+    design = load_element('bits_1').design
+    element = Element(Specimen(design), np.full(design.N, 1e-3))
+    assert element.as_dict()['alpha_std'] == [1e-3] * design.N

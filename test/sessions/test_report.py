@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A replay reports what it compared and what was missing; only a pass has exit status 0."""
 
+import copy
 import json
 import re
 import shutil
 from pathlib import Path
 
 import pytest
+import yaml
 
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.writer import BagWriter
@@ -92,6 +94,21 @@ def test_truncated_bag_is_not_whole(tmp_path, capsys, counted):
     assert bool(found) == counted
     with pytest.raises(AssertionError, match='NOT WHOLE'):
         assert_replays(bag)
+
+
+def test_topic_that_only_the_metadata_knows_is_lost(tmp_path, capsys):
+    bag = Path(shutil.copytree(SESSION, tmp_path / 'edited'))
+    metadata = bag / 'metadata.yaml'
+    known = yaml.safe_load(metadata.read_text())
+    topics = known['rosbag2_bagfile_information']['topics_with_message_count']
+    other = copy.deepcopy(topics[0])
+    other['topic_metadata']['name'] = '/mlmem/other'
+    other['message_count'] = 7
+    metadata.write_text(yaml.safe_dump({**known, 'rosbag2_bagfile_information': {
+        **known['rosbag2_bagfile_information'], 'topics_with_message_count': [*topics, other],
+    }}))  # fmt: skip
+    status, told = replayed(capsys, bag)
+    assert (status, 'messages that metadata.yaml counts: ~/other 7 of 7' in told) == (1, True)
 
 
 @pytest.fixture(scope='module')
