@@ -6,7 +6,7 @@ The bag is read by `rosbags`, which shares no code with our writer; what was pub
 subscriber received over DDS.
 """
 
-import shutil
+import signal
 from collections import defaultdict
 
 from nodes import end_node
@@ -114,14 +114,14 @@ def test_session_holds_the_shots_of_a_survey(start_robot, tmp_path):
 
 
 def test_kill_loses_no_acknowledged_write(start_robot, tmp_path, capsys):
-    """What a kill leaves is what stands in the files at that moment: a copy of them."""
-    folder, killed = tmp_path / 'running', tmp_path / 'killed'
-    folder.mkdir()
-    given = {'state.path': str(folder / 'element.json'), 'record.sync_interval': 0.1}
-    robot = start_robot(given | {'record.path': str(folder / 'session')}, name='killed')
+    bag = tmp_path / 'session'
+    kept = {'state.path': str(tmp_path / 'element.json')}
+    recorded = {**kept, 'record.path': str(bag), 'record.sync_interval': 0.1}
+    robot = start_robot(recorded, name='killed', apart=True)
     assert robot.write(1).success
-    robot.wait(lambda: load_session(folder / 'session').outcomes, 'a synced chunk')
-    bag = shutil.copytree(folder, killed, ignore=shutil.ignore_patterns('.*.new')) / 'session'
+    robot.wait(lambda: load_session(bag).outcomes, 'a synced chunk with the outcome')
+    robot.memory.signal(signal.SIGKILL)
+    robot.memory.exit_status()
     report = run_replay(load_session(bag))
     assert report.levels_agree
     assert report.first_difference is None
@@ -135,5 +135,4 @@ def test_kill_loses_no_acknowledged_write(start_robot, tmp_path, capsys):
     assert '0 bytes' not in output
     assert main(['replay', str(bag), '--incomplete']) == 0
     assert_replays(bag, incomplete=True).assert_levels([1])
-    again = start_robot({'state.path': str(killed / 'element.json')}, name='again')
-    assert again.trigger('read')['level'] == 1
+    assert start_robot(kept, name='again').trigger('read')['level'] == 1
