@@ -9,8 +9,8 @@ import math
 from collections.abc import Iterator
 from pathlib import Path
 
+from mlmem import ErrorCode
 from mlmem.parsing import DecodeError, read_file
-from mlmem.rejections import ErrorCode
 
 
 def read_rows(path: Path) -> Iterator[tuple[str, list[str]]]:

@@ -23,9 +23,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from mlmem import ErrorCode, Rejected
 from mlmem.parsing import DecodeError, decode_value, parse_json
 from mlmem.procedure_table import BLANK, JOINT_NAME, UNDECODABLE, UNSET_CONTENT
-from mlmem.rejections import ErrorCode, Rejected
 from mlmem.schema import Description, short_repr
 
 from .requests import WRITE_ARGUMENTS

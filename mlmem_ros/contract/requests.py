@@ -20,10 +20,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, get_type_hints
 
 import numpy as np
 
-from mlmem import Refused
+from mlmem import ErrorCode, Refused
 from mlmem.parsing import decode_value
 from mlmem.procedure_table import CONTENT_NAMES, PROCEDURES, UNSET_CONTENT, Procedure, Write
-from mlmem.rejections import ErrorCode
 from mlmem.schema import short_repr
 
 if TYPE_CHECKING:

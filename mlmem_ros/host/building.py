@@ -11,6 +11,7 @@ from typing import NamedTuple
 from mlmem import (
     Calibration,
     DriverError,
+    ErrorCode,
     MemoryElement,
     Refused,
     SettingsError,
@@ -22,7 +23,6 @@ from mlmem import (
 )
 from mlmem.element_file import Element, ElementFileError, read_matching_element
 from mlmem.procedure_table import UNSET_CONTENT
-from mlmem.rejections import ErrorCode
 
 from .design_check import check_design
 from .settings import Parameters

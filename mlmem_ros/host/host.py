@@ -17,6 +17,7 @@ from mlmem import (
     Asked,
     Command,
     DriverError,
+    ErrorCode,
     Event,
     Faults,
     Feedback,
@@ -33,7 +34,6 @@ from mlmem import (
     is_kernel_cached,
     snapshot,
 )
-from mlmem.rejections import ErrorCode
 
 from .building import Built, build_device
 from .sessions import Sessions

@@ -11,8 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from mlmem import Loop, MemoryElement, Refused, SettingsError
-from mlmem.rejections import ErrorCode
+from mlmem import ErrorCode, Loop, MemoryElement, Refused, SettingsError
 
 from ..bag.errors import BagError
 from .settings import SessionPlan

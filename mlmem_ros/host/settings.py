@@ -14,10 +14,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mlmem import MAX_SPEED, MIN_SPEED, Checked, Design, Faults, Settings, SettingsError, Specimen
+from mlmem import (
+    MAX_SPEED,
+    MIN_SPEED,
+    Checked,
+    Design,
+    ErrorCode,
+    Faults,
+    Settings,
+    SettingsError,
+    Specimen,
+)
 from mlmem.element_file import ELEMENT_NAMES
 from mlmem.procedure_table import UNSET_CONTENT
-from mlmem.rejections import ErrorCode
 from mlmem.schema import (
     Description,
     describe_field,

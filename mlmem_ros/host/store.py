@@ -17,6 +17,7 @@ from typing import Any
 from mlmem import (
     Asked,
     Calibration,
+    ErrorCode,
     Loop,
     MemoryElement,
     Outcome,
@@ -29,7 +30,7 @@ from mlmem import (
 )
 from mlmem.parsing import DecodeError, decode_value, parse_json
 from mlmem.procedure_table import PROCEDURES
-from mlmem.rejections import ErrorCode, OutcomeCode
+from mlmem.rejections import OutcomeCode
 
 from .settings import FileSettings, StateSettings
 from .worker import ThrottledLog, Worker

@@ -17,8 +17,17 @@ from threading import Condition
 
 import numpy as np
 
-from mlmem import Array, Design, Driver, DriverError, HeldCell, Settings, SettingsError, threads
-from mlmem.rejections import ErrorCode
+from mlmem import (
+    Array,
+    Design,
+    Driver,
+    DriverError,
+    ErrorCode,
+    HeldCell,
+    Settings,
+    SettingsError,
+    threads,
+)
 from mlmem.schema import make_printable
 
 from .frames import (

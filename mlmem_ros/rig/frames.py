@@ -19,9 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mlmem import Array, DriverError, Settings, SettingsError
+from mlmem import Array, DriverError, ErrorCode, Settings, SettingsError
 from mlmem.parsing import DecodeError, decode_value, parse_json
-from mlmem.rejections import ErrorCode
 from mlmem.schema import describe_field, short_repr
 
 PROTOCOL_VERSION = 1

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
+from mlmem import ErrorCode
 from mlmem.instrument.end import End, Shot
 from mlmem.parsing import DecodeError, read_file
-from mlmem.rejections import ErrorCode
 
 from ..csv_rows import parse_number, read_rows
 

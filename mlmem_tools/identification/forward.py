@@ -82,7 +82,10 @@ class Forward:
     """
 
     def __init__(self, unknowns: Unknowns, x: Array, simulated: bool = False) -> None:
-        """Make the element, or with `simulated` one that repeats the steps of a simulated one.
+        """Make the element.
+
+        Args:
+            simulated: Whether the measured element is simulated, so that its steps are repeated.
 
         Raises:
             DesignError: There is no such element.

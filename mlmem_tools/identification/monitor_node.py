@@ -20,10 +20,9 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 
-from mlmem import SettingsError, element_file
+from mlmem import ErrorCode, SettingsError, element_file
 from mlmem.element_file import read_matching_element
 from mlmem.instrument.drivers import SIMULATION_NAME
-from mlmem.rejections import ErrorCode
 from mlmem_ros.contract.answers import RequestError
 from mlmem_ros.contract.streams import STREAMS, decode_read_shot
 from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, OK, WARN, Qos, Status, parse_status

@@ -89,7 +89,7 @@ class Forecast:
 
 
 def build_forward(element: Element, simulated: bool) -> Forward:
-    """Return the forward model of an element in a file, or of one that is simulated."""
+    """Return the forward model of an element in a file; for `simulated` see `Forward`."""
     made = element.specimen
     values = {'masses': made.masses, 'offsets': made.offsets, 'springs': made.k_r}
     nominal = {'masses': 1.0, 'offsets': 0.0, 'springs': 1.0}

@@ -20,12 +20,12 @@ from typing import Any
 
 import numpy as np
 
+from mlmem import ErrorCode
 from mlmem.parsing import DecodeError
 from mlmem.physics import DesignError
 from mlmem.physics.curve import Curve
 from mlmem.physics.potential import Array
 from mlmem.physics.wall import next_wall_costs
-from mlmem.rejections import ErrorCode
 
 from ..csv_rows import parse_number, read_rows
 

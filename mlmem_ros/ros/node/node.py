@@ -18,8 +18,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
-from mlmem import DriverError, DriverHangs, Event, Refused, SteadyPacer, threads
-from mlmem.rejections import ErrorCode
+from mlmem import DriverError, DriverHangs, ErrorCode, Event, Refused, SteadyPacer, threads
 
 from ...contract.requests import NODE_SERVICES
 from ...host import REFUSALS, Host

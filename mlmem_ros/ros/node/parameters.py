@@ -29,6 +29,7 @@ from rclpy.service_introspection import ServiceIntrospectionState
 from mlmem import (
     SHIPPED_DRIVERS,
     SIMULATION_NAME,
+    ErrorCode,
     Refused,
     Settings,
     SettingsError,
@@ -38,7 +39,6 @@ from mlmem import (
 )
 from mlmem.element_file import ELEMENT_NAMES, Element, ElementFileError, text_of
 from mlmem.procedure_table import CONTENT_NAMES, PROCEDURES, UNSET_CONTENT
-from mlmem.rejections import ErrorCode
 from mlmem.schema import Description, describe_choices, find_descriptions, short_repr
 
 from ...contract.requests import NODE_SERVICES
