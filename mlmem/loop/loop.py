@@ -132,7 +132,10 @@ class Loop:
             Its answer is the outcome of the abort once the strain is zero; None if the procedure
             has ended.
         """
-        return self._box.submit(Request(Cancel(request)))
+        cancel: Asked = Request(Cancel(request))
+        if not isinstance(request, Request):
+            return cancel.refuse(Refused.out_of_range('request', request, 'what submit returned'))
+        return self._box.submit(cancel)
 
     def call(self, function: Callable[[], T]) -> Future[T]:
         """Call a function between two ticks, in the loop's thread, paused or not."""

@@ -113,6 +113,7 @@ def test_cancel_does_not_end_another_clients_procedure(start):
     loop.pause(False)
     assert result(late) is None
     assert result(mine).success
+    assert loop.cancel(None).answer.exception(PATIENCE).code == 'out_of_range'
     assert result(loop.cancel(mine)) is None  # it has ended
 
 
