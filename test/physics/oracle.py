@@ -104,9 +104,10 @@ def solve(material, state, span, V_N, v_1=None, shake=lambda t: 0.0):
         pull = np.diff(made.k_r * np.diff(v), prepend=0.0, append=0.0) - on_site - made.eta * w
         below = np.diff(spring * np.diff(V), prepend=0.0, append=0.0) + on_site - made.eta * W
         both = (pull + below)[held] / (1.0 + made.masses[held])
-        pull = pull / made.masses - shake(t)
-        below[:: 1 if rigid else p.N - 1] = 0.0
+        pull = pull / made.masses
         pull[held] = below[held] = both
+        pull, below = pull - shake(t), below - shake(t)
+        below[:: 1 if rigid else p.N - 1] = 0.0
         return np.concatenate((w, pull, W, below))
 
     found = solve_ivp(derivative, span, state.ravel(), method='DOP853', rtol=1e-9, atol=1e-11)

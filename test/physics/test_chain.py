@@ -140,33 +140,6 @@ def test_step_out_of_range_is_rejected(substrate):
             Chain(case_ii(substrate), dt)
 
 
-def test_substeps_end_with_every_step():
-    times = substep_times(3, 0.5)
-    assert times.shape == (15,)
-    assert (np.diff(times) > 0.0).all()
-    np.testing.assert_allclose(times[4::5], [0.5, 1.0, 1.5])
-    assert substep_times(0, 0.5).shape == (0,)
-
-
-@SUBSTRATES
-def test_placed_chain_is_strained_and_accelerates_by_forces(substrate):
-    design = case_ii(substrate, N=60)
-    chain = Chain(design, 1e-4)
-    v = wall_profile(design, 30.7)
-    chain.place(v, V_N=0.8)
-    V = 0.8 * oracle.quasi_static(design)
-    f, F = oracle.forces(design, v, V)
-    np.testing.assert_array_equal(chain.v, v)
-    np.testing.assert_allclose(chain.V, V, atol=1e-13)
-    np.testing.assert_allclose(chain.configuration, v - V, atol=1e-13)
-    assert chain.V_N == 0.8
-    chain.advance_steps(1)
-    np.testing.assert_allclose(chain.velocity / chain.dt, f, atol=1e-5)
-    if substrate == 'elastic':
-        found = chain.substrate_velocity[1:-1] / chain.dt
-        np.testing.assert_allclose(found, F[1:-1], atol=1e-5)
-
-
 # --- to the bit -------------------------------------------------------------------------------
 
 

@@ -115,12 +115,6 @@ def test_wall_of_a_symmetric_law_is_not_balanced_on_its_defect():
     assert wall.position == pytest.approx(100.0, abs=1.0)
 
 
-@pytest.mark.parametrize('level', [-1, 8, 100])
-def test_level_out_of_range_has_no_wall(level):
-    with pytest.raises(StateError, match=f'^level must be from 0 to 7; got {level}'):
-        find_pinned_wall(CASE_II, level)
-
-
 @pytest.mark.parametrize(
     ('changes', 'message'),
     [

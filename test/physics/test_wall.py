@@ -12,22 +12,18 @@ from mlmem.physics.equilibrium import find_pinned_wall, wall_profile
 D_S1, D_S2, TOP = CASE_II.D_s1, CASE_II.D_s2, CASE_II.D_barrier
 
 
-def steps(*jumps, start=D_S2, other=D_S1):
-    """Return a configuration that jumps to the other phase after each of these sites."""
-    inside = sum(CASE_II.sites > j for j in jumps) % 2 == 1
-    return np.where(inside, other, start)
-
-
-def test_blank_or_full_element_has_no_wall():
-    assert find_walls(CASE_II, np.full(225, D_S1)) == []
-    assert find_walls(CASE_II, np.full(225, D_S2)) == []
-
-
-def test_sharp_wall_lies_between_two_sites():
-    """Between j = 25 (s2) and j = 26 (s1), where the line through them meets the barrier."""
-    (wall,) = find_walls(CASE_II, steps(25))
-    assert wall.anti_kink
-    assert wall.position == pytest.approx(25.0 + (D_S2 - TOP) / (D_S2 - D_S1), abs=1e-12)
+@pytest.mark.parametrize('jumps', [(), (25,), (40, 90)])
+@pytest.mark.parametrize(('start', 'other'), [(D_S2, D_S1), (D_S1, D_S2)])
+def test_walls_are_listed_between_their_sites_from_left_to_right(jumps, start, other):
+    """Where the line through the cells meets the barrier; ripples within a phase are no walls."""
+    is_other = np.searchsorted(jumps, CASE_II.sites) % 2 == 1
+    phases = np.where(is_other, other, start)
+    found = find_walls(CASE_II, phases)
+    for wall, site in zip(found, jumps, strict=True):
+        before, behind = phases[site - 1 : site + 1]
+        share = (before - TOP) / (before - behind)
+        assert wall == Wall(pytest.approx(site + share, abs=1e-12), bool(before > behind))
+    assert len(find_walls(CASE_II, phases + 0.2 * np.sin(CASE_II.sites))) == len(jumps)
 
 
 @pytest.mark.parametrize('position', [1.25, 25.3, 112.75, 224.5])
@@ -36,18 +32,6 @@ def test_straight_wall_is_found_where_it_is(position, anti_kink):
     slope = 0.1 if anti_kink else -0.1
     (wall,) = find_walls(CASE_II, TOP - slope * (CASE_II.sites - position))
     assert wall == Wall(pytest.approx(position, abs=1e-9), anti_kink)
-
-
-def test_two_walls_are_listed_from_left_to_right():
-    left, right = find_walls(CASE_II, steps(40, 90))
-    assert (left.anti_kink, right.anti_kink) == (True, False)
-    assert 40.0 < left.position < 41.0
-    assert 90.0 < right.position < 91.0
-
-
-def test_ripples_within_phase_are_no_walls():
-    ripples = 0.2 * np.sin(CASE_II.sites)
-    assert len(find_walls(CASE_II, steps(50) + ripples)) == 1
 
 
 @pytest.mark.parametrize('preset', ELEMENT_NAMES)
