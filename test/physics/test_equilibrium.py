@@ -7,7 +7,9 @@ equilibrium            must agree with
 =====================  =============================================================
 relax                  scipy.optimize (trust-exact with the exact Hessian), from the
                        same guess; forces of the paper below rounding
-find_pinned_wall(level)    one anti-kink at the defect of every level; a chain put there stays
+find_pinned_wall       one anti-kink at the defect of every level; a chain put there stays
+hold_walls             walls at their positions; the paper's forces balance but for those
+                       that hold them
 =====================  =============================================================
 """
 
@@ -27,6 +29,7 @@ from mlmem.physics.equilibrium import (
     solve_tridiagonal,
     wall_profile,
 )
+from mlmem.physics.held_wall import hold_walls
 
 SMALL = dataclasses.replace(CASE_II, N=80)
 
@@ -126,6 +129,21 @@ def test_wall_of_a_symmetric_law_is_not_balanced_on_its_defect():
 def test_design_without_pinning_is_reported(changes, message):
     with pytest.raises(StateError, match=message):
         find_pinned_wall(Specimen(dataclasses.replace(CASE_I, **changes)), 0)
+
+
+@pytest.mark.parametrize('strain', [0.0, -0.012, 0.012])
+def test_held_wall_is_where_it_is_held_and_all_else_is_relaxed(strain):
+    V = CASE_I.end_displacement(strain) * oracle.quasi_static(CASE_I)
+    X = np.array([40.0, 81.3, 99.5, 100.0, 150.75])
+    held = hold_walls(CASE_I, X, V)
+    for position, v, force in zip(X, held.v, held.force, strict=True):
+        (wall,) = find_walls(CASE_I, v - V)
+        assert wall.position == pytest.approx(position, abs=1e-9)
+        residual = oracle.forces(CASE_I, v, V)[0]
+        left = int(position) - 1
+        residual[left] -= force * (1.0 - position % 1.0)
+        residual[left + 1] -= force * (position % 1.0)
+        assert np.abs(residual).max() < 1e-10
 
 
 def test_tridiagonal_solver_detects_indefinite_matrix():
