@@ -2,17 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """The design checker: the paper's elements pass, and every spoiled one fails for its reason."""
 
-import dataclasses
 import json
 import math
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from mlmem import MemoryElement, Settings, factory_calibration, load_element
+from mlmem.element_file import use_kicks
 from mlmem.instrument.end import End
+from mlmem.moves.kick import KickMotion
 from mlmem.parsing import decode_value, encode_value
-from mlmem.physics import CASE_II, wall_energy
+from mlmem.physics import CASE_II, Chain, wall_energy
+from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.held_wall import hold_walls
 from mlmem.settings import ActuatorSettings
@@ -28,6 +32,7 @@ from mlmem_tools.checks import (
     pinning,
     schedule,
     steps,
+    transducer,
 )  # fmt: skip
 from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.echoes import forecast_echo
@@ -45,14 +50,19 @@ def case_ii():
     return check(CASE_II)
 
 
-SHORT = dataclasses.replace(CASE_II, N=125)
+SHORT = replace(CASE_II, N=125)
 """Four of the eight levels of Case II: what is wrong with its cells is wrong with these."""
 
 
 def part(concerns, design=SHORT, settings=None, **changes):
     """Return the findings of some modules on a changed design."""
-    subject = Subject(dataclasses.replace(design, **changes), settings or Settings())
+    subject = Subject(replace(design, **changes), settings or Settings())
     return Report(tuple(finding for concern in concerns for finding in concern.check(subject)))
+
+
+def settings_with(**groups):
+    """Return the default settings but for some values of some groups."""
+    return decode_value(Settings, encode_value(Settings()) | groups)
 
 
 def failed(report):
@@ -96,7 +106,7 @@ def test_brief_check_leaves_out_what_passes(capsys, monkeypatch):
 def test_numbers_of_case_ii(case_ii):
     """Against measurements on the device and closed forms."""
     energy = wall_energy(CASE_II)
-    flat = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
+    flat = replace(CASE_II, gamma=0.0, beta=0.0)
     (held,) = hold_walls(flat, np.array([112.5]), np.zeros(225)).energy
     assert energy == pytest.approx(held, rel=0.01)  # continuum against lattice
     ours = case_ii['peierls_nabarro'].values
@@ -155,7 +165,7 @@ def test_pulse_that_hides_the_first_levels_fails():
     """With sigma 8 in place of 6 it still rings at the left when both their echoes arrive."""
     design, settings = load_element('bits_2').design_and_settings
     assert part((echoes,), design, settings)['apart'].verdict is Verdict.PASS
-    long = dataclasses.replace(settings, probe=dataclasses.replace(settings.probe, sigma=8.0))
+    long = replace(settings, probe=replace(settings.probe, sigma=8.0))
     found = part((echoes,), design, long)['apart']
     assert (found.verdict, found.values['at the left']) == (Verdict.FAIL, 0.0)
 
@@ -165,9 +175,7 @@ def alike(known, level):
     left = known.left
     delays, shapes = list(left.delays), list(left.shapes)
     delays[level], shapes[level] = delays[level + 1], shapes[level + 1]
-    return dataclasses.replace(
-        known, left=dataclasses.replace(left, delays=tuple(delays), shapes=tuple(shapes))
-    )
+    return replace(known, left=replace(left, delays=tuple(delays), shapes=tuple(shapes)))
 
 
 def test_levels_between_the_samples_are_compared_too(monkeypatch):
@@ -206,7 +214,7 @@ def test_soft_substrate_traps_the_wall(s_min, substrate, verdict):
 
 def test_trap_too_near_the_end_loses_the_wall():
     """The device also loses it: the wall swings back and out of the free end."""
-    near = dataclasses.replace(CASE_II, J=10, J_s=20, j_0=6.8)
+    near = replace(CASE_II, J=10, J_s=20, j_0=6.8)
     assert 'launch_write' in failed(part((launch,), near))
     assert math.isnan(simulate_launch(Subject(near, Settings()), 'write'))
 
@@ -245,6 +253,108 @@ def test_register_is_not_judged_as_one_wall():
     }  # fmt: skip
 
 
-def settings_with(**groups):
-    """Return the default settings but for some values of some groups."""
-    return decode_value(Settings, encode_value(Settings()) | groups)
+# --- carriers: they propagate in the phase of their end, and not in the other one --------------
+
+BANDS = {'left': (0.7688, 2.1318), 'right': (0.4689, 2.0500)}
+"""Of Case II where every cell passes: s2 before the wall at the left, s1 behind it."""
+
+
+def judge_carrier(end, omega, sigma=8.0, design=CASE_II):
+    """Return the finding on a carrier of an end, by default of pulses of the paper's length."""
+    name = 'probe' if end == 'left' else 'probe_right'
+    settings = settings_with(**{name: {'omega_c': omega, 'sigma': sigma}})
+    return part((material,), design, settings)[f'carrier_{end}']
+
+
+@pytest.mark.parametrize(
+    ('end', 'omega', 'verdict', 'reason'),
+    [
+        ('left', 2.10, Verdict.PASS, 'propagates in s2, and enough of it not in s1'),
+        ('left', 2.03, Verdict.PASS, 'propagates in s2, and enough of it not in s1'),
+        ('left', 2.00, Verdict.WARN, 'also propagates in s1'),
+        ('left', 1.20, Verdict.WARN, 'also propagates in s1'),
+        ('left', 2.16, Verdict.WARN, 'only the edge of the pulse propagates'),
+        ('left', 0.60, Verdict.WARN, 'only the edge of the pulse propagates'),
+        ('left', 0.50, Verdict.FAIL, 'is in the band of s1 alone'),
+        ('left', 0.42, Verdict.FAIL, 'is in neither band'),
+        ('left', 2.40, Verdict.FAIL, 'is in neither band'),
+        ('right', 0.70, Verdict.PASS, 'propagates in s1, and enough of it not in s2'),
+        ('right', 0.76, Verdict.PASS, 'propagates in s1, and enough of it not in s2'),
+        ('right', 0.80, Verdict.WARN, 'also propagates in s2'),
+        ('right', 0.42, Verdict.WARN, 'only the edge of the pulse propagates'),
+        ('right', 2.40, Verdict.FAIL, 'is in neither band'),
+    ],
+)
+def test_carrier_is_judged_by_the_bands_of_both_phases(end, omega, verdict, reason):
+    """Up to a quarter of its bandwidth, 0.031, a carrier may lie within the other band."""
+    found = judge_carrier(end, omega)
+    assert found.verdict is verdict
+    assert reason in found.text
+
+
+@pytest.mark.parametrize(('end', 'omega'), [('left', 2.1), ('left', 0.74), ('right', 0.45)])
+@pytest.mark.parametrize('sigma', [2.0, 8.0])
+def test_share_of_a_pulse_is_its_energy_within_the_band(end, omega, sigma):
+    """Of a Gaussian pulse the energy at a frequency falls as exp(-sigma^2 (w - omega)^2)."""
+    w = np.linspace(omega - 5.0, omega + 5.0, 100_001)
+    energy, (low, high) = np.exp(-((sigma * (w - omega)) ** 2)), BANDS[end]
+    share = energy[(low < w) & (w < high)].sum() / energy.sum()
+    said = re.search(r'(\d+)% of the pulse propagates', judge_carrier(end, omega, sigma).text)
+    assert float(said[1]) / 100.0 == pytest.approx(share, abs=0.006)  # it is told in per cent
+
+
+def test_pulse_much_wider_than_its_band_does_not_propagate():
+    """Stiff cells pass 0.25 about 8.9; the pulse, a tenth of a time unit long, has 10."""
+    stiff = replace(CASE_II, d=5.0, gamma=0.0, beta=-1e-3)
+    found = judge_carrier('left', 8.93, sigma=0.1, design=stiff)
+    assert found.verdict is Verdict.FAIL
+    assert 'choose a larger sigma' in found.text
+
+
+# --- the transducer: its force does the work that the element stores -----------------------------
+
+
+def test_force_of_a_kick_does_the_work_that_is_stored():
+    """The sum of force times speed of every step, without damping; first order in the step."""
+    design, settings = load_element('kick_2').design_and_settings
+    chain = Chain(replace(design, eta=1e-9), 0.05)
+    kick = KickMotion(chain.end(1), design.D_s2, 0.1, replace(settings.kick, hold=0.0))
+    before = energy(chain).total
+    asked = transducer.simulate_kick(chain, kick)
+    put_in = energy(chain).total - before
+    assert asked['power'].sum() * chain.dt == pytest.approx(put_in, rel=0.01)
+    assert asked['stroke'].max() == pytest.approx(design.D_s2 - design.D_s1, rel=1e-5)
+    assert asked['speed'].max() == pytest.approx(0.1 * settings.kick.peak_speed_ratio, rel=1e-3)
+
+
+def test_check_says_it_in_si_and_warns_of_what_is_not_made():
+    design, settings = use_kicks(load_element('case_2')).design_and_settings
+    found = part((transducer,), design, settings)
+    assert found['transducer_stroke'].values['write'] == pytest.approx(
+        settings.scale.length * (design.D_s2 - design.D_s1)
+    )
+    assert found['transducer_speed'].values['erase'] == pytest.approx(
+        settings.scale.speed * settings.kick.peak_speed_ratio * settings.kick.erase_speed, rel=0.02
+    )
+    assert {each.verdict for each in found.findings} == {Verdict.PASS}
+    slow = replace(settings, transducer=replace(settings.transducer, max_speed=0.3))
+    found = part((transducer,), design, slow)
+    assert found['transducer_speed'].verdict is Verdict.WARN
+    assert 'it is not made' in found['transducer_speed'].text
+    strained = replace(slow, write=replace(slow.write, method='strain'))  # it needs no kick
+    found = part((transducer,), design, strained)
+    assert found['transducer_speed'].verdict is Verdict.PASS
+
+
+def test_force_contains_the_jump_at_the_end_of_a_late_kick():
+    """A unit mass at the end of 3 x^2 - 2 x^3, x = (1 - l) s + l s^2 needs 6 D (1 + l)^2 / T^2.
+
+    The spring to the next cell changes that by at most k_r D.
+    """
+    design, settings = load_element('robust_3').design_and_settings
+    found = part((transducer,), design, settings)
+    step, kick = design.D_s2 - design.D_s1, settings.kick
+    duration = step / kick.wall_speeds[-1]
+    jump = 6.0 * step * (1.0 + kick.late) ** 2 / duration**2
+    force = found['transducer_force'].values['write'] / settings.scale.force
+    assert force == pytest.approx(jump, abs=step)

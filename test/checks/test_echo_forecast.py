@@ -28,13 +28,6 @@ def test_no_frequencies_have_no_squares():
     assert squared_frequency(np.array([]), 0.004, 0.25).shape == (0,)
 
 
-def test_scheme_error_is_of_fourth_order_in_the_step():
-    omega = np.array([2.1])
-    ideal, *seen = (squared_frequency(omega, 0.004, dt) for dt in (0.0, 0.2, 0.1))
-    off = [abs(each - ideal)[0] for each in seen]
-    assert off[0] / off[1] == pytest.approx(16.0, rel=0.05)
-
-
 def test_right_end_hears_what_the_left_end_of_the_mirror_image_hears():
     made = draw_specimen(CASE_II, Scatter(alpha=0.01, k_r=0.01, offset=0.01), 3)
     mirrored = Specimen(
