@@ -41,36 +41,25 @@ def chain_of(name):
 
 
 @pytest.mark.parametrize('name', kicks_study.cases)
-def test_kick_map_is_that_of_the_code(name):
+def test_shipped_kicks_are_those_that_were_mapped(name):
+    """Each tolerates a speed a tenth off: a level whose kick tolerates less is disabled. No write
+    that was counted was wrong.
+    """
     design, settings = load_element(name).design_and_settings
-    chain = chain_of(name)
+    chain, mapped = chain_of(name), MAPPED[name]
     for k in range(20, 320, 60):
-        found = after_kick(chain, MAPPED[name]['speeds'][k], settings.kick)
-        assert found == MAPPED[name]['ends'][k]
-    speed = settings.kick.erase_speed
-    assert after_erase(chain, design.levels - 1, speed, settings.kick) == BLANK
-
-
-@pytest.mark.parametrize('name', kicks_study.cases)
-def test_every_shipped_kick_tolerates_a_speed_a_tenth_off(name):
-    """A level whose kick tolerates less is disabled."""
-    design, settings = load_element(name).design_and_settings
-    chain = chain_of(name)
+        assert after_kick(chain, mapped['speeds'][k], settings.kick) == mapped['ends'][k]
     for level, speed in enumerate(settings.kick.wall_speeds):
         for factor in (1.1, 1.0 / 1.1):
             assert after_kick(chain, factor * speed, settings.kick) == level
-        found = MAPPED[name]['levels'][level]
+        found = mapped['levels'][level]
         assert found['room'] >= MIN_MARGIN
         assert settings.kick.speed_margin(level) <= found['room'] + 0.005  # as it says itself
-    for factor in (0.9, 1.1):
+    for factor in (0.9, 1.0, 1.1):
         for level in (0, 1, design.levels - 1):
             speed = factor * settings.kick.erase_speed
             assert after_erase(chain, level, speed, settings.kick) == BLANK
-
-
-@pytest.mark.parametrize('name', kicks_study.cases)
-def test_no_write_of_the_committed_count_was_wrong(name):
-    written = MAPPED[name]['written']
+    written = mapped['written']
     assert written['writes'] + written['erases'] >= 1000
     assert written['wrong'] == written['failed'] == 0
     assert written['strained'] <= 0.1 * written['writes']

@@ -90,9 +90,9 @@ def test_simulate_end_held_by_a_number_or_a_function_is_there():
     def hold(t):
         return np.where((t > 10.2) & (t < 10.23), np.nan, CASE_II.D_s2)
 
-    for motion in (hold, CASE_II.D_s2):
-        run = simulate(CASE_II, drive={1: motion}, duration=20.0, save_every=20.0, dt=0.25)
-        assert run.displacement[-1, 0] == CASE_II.D_s2
+    for motion, site in ((hold, 1), (hold, CASE_II.N), (CASE_II.D_s2, 1)):
+        run = simulate(CASE_II, drive={site: motion}, duration=20.0, save_every=20.0, dt=0.25)
+        assert run.displacement[-1, site - 1] == CASE_II.D_s2
 
 
 def test_simulate_damping_overrides_that_of_design():

@@ -8,7 +8,6 @@ run                      must agree with
 ramp + driven end        DOP853 on Eqs. (1a), (1b) as printed; the error falls with the order
 saved and continued      the run that was not interrupted, to the bit
 cut into pieces          the run in one piece, to the bit
-driven end               the prescribed motion, to the bit, then free
 refused input            the state before, to the bit
 =======================  ===========================================================
 """
@@ -217,76 +216,7 @@ def test_slices_and_whole_numbers_compile_nothing_new(substrate):
     assert len(loop.signatures) == known
 
 
-# --- the driven end ---------------------------------------------------------------------------
-
-
-@SUBSTRATES
-@pytest.mark.parametrize('site', [1, 61], ids=['left', 'right'])
-def test_driven_end_follows_its_motion_exactly_and_then_is_free(substrate, site):
-    design = case_ii(substrate, N=61)
-    chain = Chain(design)
-    chain.place(find_pinned_wall(design, 1))
-    home = chain.end(site)
-    t = substep_times(100, chain.dt)
-    motion = np.array([home + 0.1 * np.sin(0.5 * t), 0.05 * np.cos(0.5 * t)])
-    ends = chain.advance(np.zeros(len(t)), HeldCell(site, motion))
-    driven, other = (ends[0], ends[1]) if site == 1 else (ends[1], ends[0])
-    whole = motion[0, SUBSTEPS_PER_STEP - 1 :: SUBSTEPS_PER_STEP]
-    np.testing.assert_array_equal(driven, whole)
-    assert chain.end(site) == motion[0, -1]
-    assert chain.velocity[site - 1] == motion[1, -1]
-    if substrate == 'rigid':  # within 25 time units the wave has not crossed the chain yet
-        early = other[: round(25.0 / chain.dt)]
-        assert np.abs(early - other[0]).max() < 1e-5
-
-    free = chain.advance_steps(2)[0 if site == 1 else 1]
-    # Let go, it coasts on: at first by its velocity, with a force of at most 0.1 (k + 1).
-    coasting = motion[0, -1] + motion[1, -1] * chain.dt * np.array([1.0, 2.0])
-    np.testing.assert_allclose(free, coasting, atol=0.5 * 0.2 * (2.0 * chain.dt) ** 2)
-    assert np.all(free != motion[0, -1])
-
-
 # --- refusals ---------------------------------------------------------------------------------
-
-
-@SUBSTRATES
-def test_chain_is_finite_or_lost_but_never_in_between(substrate):
-    """A blow-up spreads from row to row of the state; it must be seen in any of them."""
-    chain, _ = moved(substrate)
-    good, seen = chain.state(), set()
-    for row in range(0, len(good), 2):
-        for exponent in range(0, 300, 2):
-            bad = good.copy()
-            bad[row + 1, 30] = 10.0**exponent  # a velocity
-            chain.restore(bad, V_N=chain.V_N, steps_done=0)
-            try:
-                chain.advance_steps(1)
-            except StateError:
-                seen.add('lost')
-            else:
-                seen.add('finite')
-                assert np.isfinite(chain.state()).all(), (row, exponent)
-    assert seen == {'lost', 'finite'}
-
-
-@SUBSTRATES
-@pytest.mark.parametrize(
-    ('end', 'loss'),
-    [(1e200, 'stopped being finite before step 500'), (80.0, 'stable before step 500')],
-)
-def test_diverging_run_leaves_chain_as_it_was(substrate, end, loss):
-    """It then continues as if the run had not been requested."""
-    chain, twin = (Chain(case_ii(substrate)) for _ in range(2))
-    for each in (chain, twin):
-        each.advance(np.full(400 * SUBSTEPS_PER_STEP, 0.1))
-    before = chain.state()
-    with pytest.raises(StateError, match=f'{loss}.* as it was at step 400'):
-        chain.advance(np.full(100 * SUBSTEPS_PER_STEP, end))
-    assert chain.state().tobytes() == before.tobytes()
-    assert (chain.V_N, chain.steps_done) == (0.1, 400)
-    for each in (chain, twin):
-        each.advance_steps(100)
-    assert chain.state().tobytes() == twin.state().tobytes()
 
 
 @SUBSTRATES

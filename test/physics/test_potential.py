@@ -39,14 +39,10 @@ def test_ground_states_are_those_of_the_paper(n, configuration, k_over_d):
     assert TABLE_I.stiffness(state) / TABLE_I.d == pytest.approx(k_over_d, abs=5e-5)
 
 
-def test_energy_is_the_formula_of_the_paper():
+def test_energy_and_slope_are_those_of_the_paper():
     D = np.linspace(-15.0, 4.0, 1001)  # ground states -3 to 4
     # Two roundings of an angle of at most 30.
     np.testing.assert_allclose(TABLE_I.energy(D), oracle.psi(TABLE_I, D), atol=1e-14 * TABLE_I.d)
-
-
-def test_slope_is_derivative_of_energy():
-    D = np.linspace(-15.0, 4.0, 1001)
     exact = oracle.psi_prime(TABLE_I, D)
     np.testing.assert_allclose(TABLE_I.slope(D), exact, atol=1e-13 * np.abs(exact).max())
 
@@ -63,22 +59,23 @@ def test_stiffness_is_second_derivative_of_energy(D):
 
 once = settings(deadline=None, derandomize=True, database=None)
 
-coefficients = {
-    'a': st.floats(1e-3, 1e2),
-    'b': st.one_of(st.just(0.0), st.floats(1e-12, 10.0), st.floats(-10.0, -1e-12)),
-    'n': st.integers(-20, 20),
-}
-
 
 def phase(a, b, y):
     """Return the phase at y, the sizes of its terms summed (what it is rounded by), its slope."""
     return a * y + b * y**3, a * abs(y) + abs(b * y**3), a + 3.0 * b * y * y
 
 
-def solved_or_out_of_reach(a, b, theta, find):
-    """Check that find() returns y of phase theta on the rising branch, or rightly refuses."""
+@given(
+    a=st.floats(1e-3, 1e2),
+    b=st.one_of(st.just(0.0), st.floats(1e-12, 10.0), st.floats(-10.0, -1e-12)),
+    half_turns=st.integers(-40, 40),
+)
+@settings(once, max_examples=220)
+def test_states_and_barriers_have_phases_of_half_turns(a, b, half_turns):
+    """On the rising branch; refused are those which it does not reach."""
+    potential, theta = Potential(a, b, c=0.0, d=1.0), math.pi * half_turns
     try:
-        y = find()
+        y = (potential.barrier if half_turns % 2 else potential.ground_state)(half_turns // 2)
     except DesignError:
         assert b < 0.0
         top = -math.sqrt(a / (-3.0 * b)) if theta < 0.0 else math.sqrt(a / (-3.0 * b))
@@ -87,20 +84,6 @@ def solved_or_out_of_reach(a, b, theta, find):
     reached, size, rising = phase(a, b, y)
     assert reached == pytest.approx(theta, abs=4e-15 * size)
     assert rising > -1e-7 * a  # zero at the turning point, to the root of the rounding
-
-
-@given(**coefficients)
-@settings(once, max_examples=150)
-def test_ground_state_has_phase_of_whole_turns(a, b, n):
-    potential = Potential(a, b, c=0.0, d=1.0)
-    solved_or_out_of_reach(a, b, 2.0 * math.pi * n, lambda: potential.ground_state(n))
-
-
-@given(**coefficients)
-@settings(once, max_examples=70)
-def test_barrier_has_phase_of_odd_half_turns(a, b, n):
-    potential = Potential(a, b, c=0.0, d=1.0)
-    solved_or_out_of_reach(a, b, math.pi * (2 * n + 1), lambda: potential.barrier(n))
 
 
 @given(a=st.floats(1e-2, 10.0), b=st.floats(-1e-3, 10.0), c=st.floats(-50.0, 50.0))

@@ -9,7 +9,7 @@ import threading
 import time
 
 from mlmem import Driver, MemoryElement, Settings
-from mlmem.instrument.drivers import Simulation, open_driver
+from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II
 from mlmem_ros.rig import Rig
 from mlmem_ros.rig.frames import Parser, encode_frame
@@ -81,12 +81,6 @@ def driven(line, settings=None, address=ADDRESS):
     """Return a device with its element at the other end of a line."""
     settings = settings or Settings()
     return MemoryElement(CASE_II, settings, driver=Rig(CASE_II, settings, address, line))
-
-
-def connect(address, settings):
-    """Return a device with the element of the rig at an address."""
-    driver = open_driver('rig', address, CASE_II, settings)
-    return MemoryElement(CASE_II, settings, driver=driver)
 
 
 @contextlib.contextmanager

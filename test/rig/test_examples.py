@@ -17,11 +17,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mlmem import DriverError, Read, Settings, Write
+from mlmem import DriverError, MemoryElement, Read, Settings, Write
+from mlmem.instrument.drivers import open_driver
+from mlmem.physics import CASE_II
 from mlmem.settings import ReadSettings, ScaleSettings
 from mlmem_ros.rig.frames import FrameKind, Parser
-
-from .lines import connect
 
 EXAMPLES = Path(__file__).parents[2] / 'examples' / 'rig'
 SOON = 60.0
@@ -39,7 +39,9 @@ LEAD = f'lead={500 * UNIT}'
 
 def element_at(address):
     patient = ReadSettings(attempts=100)  # a busy machine may be late with set-points
-    return connect(f'{address}&{LEAD}', Settings(scale=ScaleSettings(time=UNIT), read=patient))
+    settings = Settings(scale=ScaleSettings(time=UNIT), read=patient)
+    driver = open_driver('rig', f'{address}&{LEAD}', CASE_II, settings)
+    return MemoryElement(CASE_II, settings, driver=driver)
 
 
 def remembers(address, level, name):
