@@ -118,19 +118,6 @@ def test_element_under_strain_and_pulse_follows_dop853(substrate, N, dt, errors)
 
 
 @SUBSTRATES
-def test_new_chain_is_blank_at_its_default_step(substrate):
-    design = case_ii(substrate)
-    chain = Chain(design)
-    assert chain.time == 0.0
-    assert chain.dt == min(0.5, stable_step(design))
-    np.testing.assert_array_equal(chain.configuration, design.D_s1)
-    np.testing.assert_array_equal(chain.velocity, 0.0)
-    chain.advance_steps(12)
-    assert chain.steps_done == 12
-    assert chain.time == 12 * chain.dt
-
-
-@SUBSTRATES
 def test_step_out_of_range_is_rejected(substrate):
     limit = stable_step(Specimen(case_ii(substrate)))
     Chain(case_ii(substrate), limit)

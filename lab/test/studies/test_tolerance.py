@@ -17,10 +17,8 @@ from mlmem_lab.results import load_result
 from mlmem_lab.studies.tolerance import curve, element
 from mlmem_lab.studies.tolerance.curve import (
     count_curve,
-    count_missing_trials,
     describe_rare_amount,
     list_rates,
-    next_rung,
 )
 from mlmem_lab.studies.tolerance.element import evaluate_batch, try_element
 from mlmem_lab.studies.tolerance.estimate import (
@@ -104,34 +102,50 @@ def test_batch_counts_its_elements(monkeypatch):
 # --- the study --------------------------------------------------------------------------------
 
 
-CURVE = Fragility(median=0.004, spread=0.5)
-
-
-def count_falsely(design, settings, kind, tried, amount, seed):
-    """Draw counts from a known curve: the study is tested, not the element."""
-    failed = int(np.random.default_rng(seed).binomial(64, float(CURVE.rate(amount))))
-    return {'elements': 64, 'trials': 64, 'failures': failed, 'squares': failed}
+LAW = Fragility(median=0.004, spread=0.5)
 
 
 @pytest.fixture
-def false(monkeypatch):
-    """Counts from a known curve, and intervals of 40 draws."""
-    monkeypatch.setattr(curve, 'evaluate_batch', count_falsely)
+def law(request, monkeypatch):
+    """The curve from which counts are drawn: the study is tested, not the element. Intervals are
+    of 40 draws.
+    """
+    law = getattr(request, 'param', LAW)
+
+    def draw_counts(design, settings, kind, tried, amount, seed):
+        failed = int(np.random.default_rng(seed).binomial(64, float(law.rate(amount))))
+        return {'elements': 64, 'trials': 64, 'failures': failed, 'squares': failed}
+
+    monkeypatch.setattr(curve, 'evaluate_batch', draw_counts)
     monkeypatch.setattr(curve, 'rare_scatter', partial(rare_scatter, repeats=40))
+    return law
 
 
-def test_curve_is_counted_until_enough_has_failed(false):
-    rows = count_curve(SHORT, Settings(), 'alpha', 'step', 4000)
-    amounts, rates = list_rates(rows)
+@pytest.mark.parametrize(
+    'law',
+    [Fragility(median, spread) for median in (2e-5, 4e-3, 0.2) for spread in (0.05, 0.5)],
+    indirect=True,
+)
+def test_curve_is_counted_until_enough_has_failed(law):
+    """Wherever failures begin; not where all is known to fail."""
+    amounts, rates = list_rates(count_curve(SHORT, Settings(), 'alpha', 'step', 4000))
     assert any(rate.trials >= 4000 for rate in rates), 'hardly anything fails: to the end'
     assert all(rate.failures < ENOUGH_FAILURES + 64 for rate in rates), 'no longer than needed'
-    assert amounts[0] < CURVE.sigma(RARE_RATE) < amounts[-1]
+    assert sum(rate.trials for rate in rates) < 5 * 4000
+    assert amounts[0] < law.sigma(RARE_RATE) < amounts[-1]
+    assert max(rate.value for rate in rates) > 0.1
+    counted = [amount for amount, rate in zip(amounts, rates, strict=True) if rate.trials > 64]
+    assert law.rate(counted[-1]) < 0.9
+
+
+def test_rare_amount_is_stated_with_its_interval(law):
+    rows = count_curve(SHORT, Settings(), 'alpha', 'step', 4000)
     (_, low, high), text = describe_rare_amount(rows)
     assert f'({low:.2g} to {high:.2g})' in text
-    assert low < CURVE.sigma(1e-3) < high
+    assert low < law.sigma(1e-3) < high
 
 
-def test_tolerance_command_keeps_curves_and_goes_on(tmp_path, capsys, false):
+def test_tolerance_command_keeps_curves_and_goes_on(tmp_path, capsys, law):
     file, picture = tmp_path / 'out' / 'bits_1.json', tmp_path / 'rates.png'
     options = ['tolerance', '--design', 'bits_1', '--output', str(file), '--jobs', '1', '--json']
     options += ['--most', '200', '--kinds', 'mass', '--tried']
@@ -199,24 +213,3 @@ def test_trials_that_fail_together_count_as_one():
     apart = random.binomial(8, 0.1, size=4000)
     rate = pool_failures(4000, 8, int(apart.sum()), int((apart**2).sum()))
     assert rate.clustering == pytest.approx(1.0, abs=0.05)
-
-
-# --- where to count ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize('median', [2e-5, 3e-3, 0.2])
-@pytest.mark.parametrize('spread', [0.05, 0.5])
-def test_counting_finds_where_failures_begin_wherever_that_is(median, spread):
-    law, random = Fragility(median, spread), np.random.default_rng(2)
-    ladder = 1e-6 * 10.0 ** (np.arange(55) / 10)
-    rates = {}
-    while (rung := next_rung(rates, len(ladder), 4000)) is not None:
-        more = 50 * math.ceil(count_missing_trials(rates.get(rung), 4000) / 50)
-        failures = int(random.binomial(more, law.rate(ladder[rung])))
-        before = rates.get(rung, Rate(0, 0))
-        rates[rung] = Rate(before.failures + failures, before.trials + more)
-    counted = [rung for rung, rate in rates.items() if rate.trials > 50]
-    assert rates[min(counted)].value < RARE_RATE
-    assert max(rate.value for rate in rates.values()) > 0.1
-    assert sum(rate.trials for rate in rates.values()) < 5 * 4000
-    assert law.rate(ladder[max(counted)]) < 0.9, 'no counting where all is known to fail'
