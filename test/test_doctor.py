@@ -1,19 +1,25 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor names problems and their cure, whatever is missing."""
+"""What is missing on a machine, and how to cure it: the doctor says so, and in one line a command
+that needs an optional package, or the laboratory.
+"""
 
 import errno
 import json
 import os
+import subprocess
 import sys
+from importlib.metadata import EntryPoints
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from mlmem import ELEMENT_NAMES, physics
 from mlmem.physics import jit
+from mlmem_ros import packages
 from mlmem_ros.host import design_check
-from mlmem_tools.cli import doctor
+from mlmem_tools.cli import doctor, laboratory
 from mlmem_tools.cli.main import main
 
 
@@ -85,3 +91,52 @@ def test_warm_checks_every_shipped_element(monkeypatch):
     monkeypatch.setattr(doctor, 'examine_machine', lambda: [])
     assert main(['doctor', '--warm']) == 0
     assert len(checked) == len(ELEMENT_NAMES)
+
+
+# --- optional packages ---------------------------------------------------------------------------
+
+INSPECT_WITHOUT_PACKAGES = """
+import sys
+sys.modules.update(dict.fromkeys('mcap rosbags lz4 zstandard scipy matplotlib rich PIL'.split()))
+import mlmem_tools.cli.main as cli
+sys.exit(cli.main(['inspect', 'bag']))
+"""
+
+
+def test_command_names_the_missing_package():
+    command = [sys.executable, '-c', INSPECT_WITHOUT_PACKAGES]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith('mlmem inspect: the Python package ')
+    assert 'install' in done.stderr
+    assert done.stderr.count('\n') == 1
+
+
+@pytest.mark.parametrize(
+    ('name', 'words'),
+    [
+        ('std_msgs.msg', ['ROS 2', '/opt/ros/jazzy/setup.bash', 'ros-jazzy-rclpy']),
+        ('mcap.writer', ['package mcap', 'pip install mcap', '--break-system-packages']),
+        ('yaml', ['pip install pyyaml']),
+    ],
+)
+def test_advice_fits_the_missing_package(name, words):
+    said = packages.describe_missing(ModuleNotFoundError('no such thing', name=name))
+    assert all(word in said for word in words)
+    assert '\n' not in said
+
+
+@pytest.mark.parametrize(
+    'words',
+    [
+        *([name, '--json'] for name in laboratory.LABORATORY_COMMANDS),
+        ['design', '--levels', '2'],
+        ['design', 'prove', 'bits_1'],
+        ['inspect', str(Path(__file__).parent / 'data/life'), '--plot', 'session.png'],
+    ],
+    ids=lambda words: f'{words[0]} {words[-1]}',
+)
+def test_command_without_the_laboratory_says_what_to_install(words, monkeypatch, capsys):
+    monkeypatch.setattr(packages, 'entry_points', lambda group: EntryPoints())
+    assert main(words) == 1
+    assert 'the laboratory is missing; in a checkout: pip install' in capsys.readouterr().err

@@ -41,10 +41,6 @@ def pass_ticks(chain, ticks):
     return chain.advance(still(chain, ticks), ticks=ticks)
 
 
-def whole(chain):
-    return chain.state().tobytes(), chain.V_N, chain.steps_done
-
-
 def at_rest(chain):
     return not (chain.velocity.any() or chain.substrate_velocity.any())
 
@@ -72,32 +68,6 @@ def test_chain_comes_to_rest_where_it_is(substrate):
     restless.advance_steps(steps(chain, 100))
     # What is left of a wave of REST: its displacement, and roundings of it.
     np.testing.assert_allclose(chain.v, restless.v, atol=100 * MAX_REST_SPEED)
-
-
-@SUBSTRATES
-def test_rest_does_not_depend_on_how_time_is_divided(substrate):
-    """It begins, ends and begins again within one run."""
-    chains = [struck(substrate) for _ in range(4)]
-    ticks, tick = 200, still(chains[0], 1).size
-    V_N = np.zeros((ticks, tick))
-    V_N[70:73] = 0.1 * np.interp(np.arange(3 * tick), (0, tick, 3 * tick), (0, 1, 0)).reshape(
-        3, -1
-    )
-    shake = np.zeros_like(V_N)
-    shake[140, tick // 2 :] = 1e-3
-    seen = []
-    for chain, length in zip(chains, (1, 7, 90, ticks), strict=True):
-        ends = []
-        for first in range(0, ticks, length):
-            run = slice(first, first + length)
-            n = len(V_N[run])
-            ends.append(chain.advance(V_N[run].ravel(), None, shake[run].ravel(), n))
-        seen.append((np.concatenate(ends, axis=1).tobytes(), whole(chain)))
-    assert at_rest(chains[0])
-    assert len(set(seen)) == 1
-    rests = (np.diff(np.frombuffer(seen[0][0]).reshape(2, ticks, -1)) == 0.0).all(axis=(0, 2))
-    assert rests[[69, 139, 199]].all()
-    assert not rests[[70, 72, 140]].any()
 
 
 @SUBSTRATES

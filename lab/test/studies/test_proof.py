@@ -1,17 +1,25 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs by simulation: shipped and found elements do what their table says."""
+"""Proofs by simulation: shipped, found and fitted elements do what their table says."""
 
-import dataclasses
+import json
+import pickle
 import re
+from dataclasses import replace
 
+import numpy as np
 import pytest
+from small_register import first_levels
 
-from mlmem import load_element
+from mlmem import element_file, load_element
+from mlmem.element_file import Element
+from mlmem.physics import Scatter, draw_specimen
+from mlmem.readers.calibration import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem_lab.studies.proof import Proof, Tally, evaluate_run
 from mlmem_lab.windows.astray import count_astray
 from mlmem_tools.checks import Verdict, check
 from mlmem_tools.cli.main import main
+from mlmem_tools.identification.plan import plan_pulses
 
 
 def prove(proof, *numbers):
@@ -40,14 +48,14 @@ def test_wall_decides_whether_a_read_is_right():
     proof = Proof(design, settings, sample=1)
     known = proof.calibration
     left, right = (
-        dataclasses.replace(
+        replace(
             table,
             delays=(2.0 * table.delays[0] - table.delays[1], *table.delays[:-1]),
             shapes=(table.shapes[0], *table.shapes[:-1]),
         )
         for table in (known.left, known.right)
     )
-    vars(proof)['calibration'] = dataclasses.replace(known, left=left, right=right)
+    vars(proof)['calibration'] = replace(known, left=left, right=right)
     reads = [run for run in proof.points() if run['kind'] == 'read']
     row = evaluate_run(proof, reads[1])
     assert (row['done'], row['passed'], row['error']) == (0, False, 'the wall is at level 1')
@@ -56,10 +64,10 @@ def test_wall_decides_whether_a_read_is_right():
 def test_design_that_does_not_work_fails_its_proof():
     """Too little tension leaves the wall at level 1, and the kink never reaches it."""
     design, settings = load_element('bits_2').design_and_settings
-    weak = dataclasses.replace(
+    weak = replace(
         settings,
-        write=dataclasses.replace(settings.write, tension=0.012),
-        erase=dataclasses.replace(settings.erase, tension=0.005),
+        write=replace(settings.write, tension=0.012),
+        erase=replace(settings.erase, tension=0.005),
     )
     assert check(design, weak).verdict is Verdict.FAIL
     tally = Tally.of(prove(Proof(design, weak, sample=1)))
@@ -96,3 +104,65 @@ def test_design_command_rejects_wrong_arguments(capsys):
     assert '--levels must be from 2 to 256; got 1000' in capsys.readouterr().err
     assert main(['design', 'prove', 'nothing.yaml']) == 2
     assert 'element must be one of case_1' in capsys.readouterr().err
+
+
+# --- a fitted element ---------------------------------------------------------------------------
+
+CHOSEN = load_element('bits_1')
+
+
+@pytest.fixture(scope='module')
+def element():
+    made = draw_specimen(CHOSEN.design, Scatter(alpha=0.01), 3)
+    trims = plan_pulses(made, CHOSEN).corrections
+    deviations = np.full(CHOSEN.design.N, 1e-4)
+    return Element(made, deviations, 1.001, plan=trims, settings=CHOSEN.settings)
+
+
+@pytest.fixture(scope='module')
+def file(tmp_path_factory, element):
+    path = tmp_path_factory.mktemp('element') / 'element.yaml'
+    element_file.write_element_file(path, element)
+    return path
+
+
+@pytest.mark.parametrize('judge', ['check', 'prove'])
+def test_element_is_judged_in_place_of_the_ideal_one(judge, file, element, capsys):
+    jobs = ('--jobs', '1') if judge == 'prove' else ()
+    status = main(['design', judge, '--json', *jobs, str(file)])
+    told = capsys.readouterr()
+    assert status == 0, told.err  # its pulses are planned
+    if judge == 'check':  # of its cells
+        [alpha] = [each for each in json.loads(told.out)['findings'] if each['name'] == 'alpha']
+        assert alpha['values']['least'] == pytest.approx(element.specimen.alpha.min())
+        assert alpha['values']['least'] < CHOSEN.design.alpha.min()
+
+
+def test_proof_has_the_element_with_its_delays_and_pulses(element):
+    proof = Proof(*CHOSEN.design_and_settings, element=element)
+    device = pickle.loads(pickle.dumps(proof)).build_device()
+    assert (device.chain.specimen.alpha == element.specimen.alpha).all()
+    assert device.calibration.right != Proof(*CHOSEN.design_and_settings).calibration.right
+    assert device.calibration.corrections_by_level(CHOSEN.settings) == list(element.plan.steps)
+    stronger = replace(CHOSEN.settings.write, tension=1.1 * CHOSEN.settings.write.tension)
+    other = replace(proof, given=replace(CHOSEN.settings, write=stronger))
+    pulses = other.build_device().calibration.corrections_by_level(other.settings)
+    assert pulses == list(element.plan.steps)  # factors on whatever is set
+
+
+def test_proof_reads_and_kicks_a_register_as_known():
+    chosen = first_levels(3)
+    made = draw_specimen(chosen.design, Scatter(alpha=0.003), 1)
+    factors = tuple(1.0 + 0.01 * level for level in range(3))
+    plan = PulseCorrections(
+        tuple(PulseCorrection(speed=each) for each in factors), hash_schedule(chosen.settings),
+        kinks=factors[::-1],
+    )  # fmt: skip
+    known = Element(made, np.zeros(made.design.N), 1.001, plan=plan)
+    device = Proof(*chosen.design_and_settings, element=known).build_device()
+    assert device.twin is device.made
+    for found, shipped, each in (
+        (device.settings.kick.wall_speeds, chosen.settings.kick.wall_speeds, factors),
+        (device.settings.kick.kink_speeds, chosen.settings.kick.kink_speeds, factors[::-1]),
+    ):
+        assert found == pytest.approx(np.multiply(shipped, each), rel=1e-5)
