@@ -7,13 +7,10 @@ import json
 
 import hypothesis
 import numpy as np
-import pytest
 
 from mlmem import (
     BLANK,
     MemoryElement,
-    Outcome,
-    Read,
     Settings,
     factory_calibration,
     load_element,
@@ -21,8 +18,8 @@ from mlmem import (
     snapshot,
 )
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import CASE_II, Specimen, find_walls
-from mlmem.physics.equilibrium import find_pinned_wall, relax_to_equilibrium
+from mlmem.physics import CASE_II, find_walls
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.register import pin_walls
 
 unhurried = hypothesis.settings(deadline=None, derandomize=True, max_examples=60)
@@ -93,41 +90,9 @@ def pin(element, *levels):
     return settle(element, pin_walls(element.chain.specimen, levels))
 
 
-def with_walls(*positions, design=DESIGN, first_active=True, **options):
-    """Return a device at rest whose phase changes near these positions."""
-    step = design.D_s2 - design.D_s1
-    v = np.full(design.N, design.D_s2 if first_active else design.D_s1)
-    for count, position in enumerate(positions):
-        down = (count % 2 == 0) == first_active
-        rise = 0.5 * (1.0 + np.tanh((design.sites - position - 0.3) / 3.0))
-        v += (-step if down else step) * rise
-    element = device(design=design, **options)
-    return settle(element, relax_to_equilibrium(Specimen(design), v, np.zeros(design.N)))
-
-
 def save_state(element):
     """Return the snapshot of an element as a file keeps it: as JSON without NaN."""
     return json.loads(json.dumps(snapshot.take_snapshot(element), allow_nan=False))
-
-
-def record_shots(element, contents):
-    """Return what `decode` is given in sound reads of some contents: shots, noise, phases."""
-    given, forecasts = [], element.reader.forecasts
-    decode = forecasts.decode
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(forecasts, 'decode', lambda *each: given.append(each) or decode(*each))
-        for content in contents:
-            element.place_content(content)
-            element.forget_content('placed')
-            assert succeed(element, Read()).level == content
-    return given
-
-
-def delay_end(shot, end, late):
-    """Return a shot whose samples of an end come later by a time."""
-    samples, n = shot.samples.copy(), round(late / shot.dt)
-    samples[end.row] = np.concatenate((np.full(n, shot.rest[end.row]), samples[end.row, :-n]))
-    return dataclasses.replace(shot, samples=samples)
 
 
 def ticks(element, n):
@@ -179,16 +144,9 @@ def cycles(trace):
     return [group[np.abs(group).argmax()] for group in groups if group.any()]
 
 
-def run(element, command):
-    """Apply a command and return its outcome."""
-    *_, outcome = events(element, command)
-    assert isinstance(outcome, Outcome)
-    return outcome
-
-
 def succeed(element, command):
     """Apply a command, which must succeed, and return its reading."""
-    outcome = run(element, command)
+    outcome = element.perform(command)
     assert outcome.success, outcome.error
     return outcome.reading
 

@@ -192,15 +192,9 @@ def test_procedures_go_through_levels_that_are_left():
     assert 'bad_cells must be empty' in surveyed.error
 
 
-def test_bad_cell_in_element_file_is_simulated_and_judged(tmp_path, monkeypatch):
-    """A file keeps the stuck cell; `mlmem design check` says which levels are left."""
+def test_design_check_names_levels_behind_a_stuck_cell(monkeypatch):
     design, settings = kind_with('case_2', '')
-    made = Specimen(design, stuck=(STUCK_CELL,))
-    element_file.write_element_file(
-        tmp_path / 'element.yaml', element_file.Element(made, np.zeros(design.N))
-    )
-    element = element_file.read_matching_element(tmp_path / 'element.yaml', design)
-    assert element.specimen.stuck == (STUCK_CELL,)
+    element = element_file.Element(Specimen(design, stuck=(STUCK_CELL,)), np.zeros(design.N))
     monkeypatch.setattr(checks, 'CHECK_MODULES', (checks.launch,))  # all else takes a second
     finding = checks.check(design, settings, element)['bad_cells']
     assert (finding.verdict, finding.values['usable levels']) == (Verdict.WARN, 3.0)

@@ -139,7 +139,7 @@ def test_level_is_confirmed_by_median_spacing_about_it(table, level, offset, spa
 def test_calibration_is_close_to_factorys_and_keeps_content(written, level):
     element = written(level)
     factory = element.calibration
-    outcome = rig.run(element, Calibrate())
+    outcome = element.perform(Calibrate())
     assert outcome.success, outcome.error
     assert outcome.reading.level == level
     assert rig.true_level(element) == level
@@ -162,7 +162,7 @@ def test_calibration_that_fails_restores_content(written, monkeypatch):
         yield from go_to_level(element, place, place if level == 2 else level, *force, **how)
 
     monkeypatch.setattr(writing, 'go_to_level', lame)
-    outcome = rig.run(element, Calibrate())
+    outcome = element.perform(Calibrate())
     assert not outcome.success
     assert outcome.error == (
         'the calibration was not taken: on the way to level 2 the left end hears level 1, at '
@@ -192,7 +192,7 @@ def test_end_without_echoes_gives_no_calibration(written, names):
     """The left one's threshold is a cell: no level is confirmed."""
     element = written(1, read={'end': names}, write={'attempts': 1}, probe={'v_th': 1.0})
     factory = element.calibration
-    outcome = rig.run(element, Calibrate())
+    outcome = element.perform(Calibrate())
     assert 'level 0 gives no echo at the left end' in outcome.error
     assert element.calibration is factory
 
@@ -253,24 +253,15 @@ def failed_writes(element):
     ]
 
 
-@pytest.fixture(scope='module')
-def planned():
-    """The scattered element, calibrated with its plan."""
-    element = scattered_element(PLAN)
-    assert element.perform(Calibrate()).success
-    return element
-
-
-def test_writes_with_planned_corrections_succeed(planned):
+def test_writes_with_planned_corrections_succeed():
+    """The plan outlives a calibration, and the process."""
     assert failed_writes(scattered_element()) == [1]
+    planned, again = scattered_element(PLAN), scattered_element()
+    assert planned.perform(Calibrate()).success
     assert planned.calibration.pulse_corrections == PLAN
-    assert not failed_writes(planned)
-
-
-def test_corrections_outlive_process_to_bit(planned):
-    again = scattered_element()
     snapshot.restore_snapshot(again, rig.save_state(planned))
     assert again.calibration == planned.calibration
+    assert not failed_writes(planned)
 
 
 def test_corrections_of_another_schedule_are_ignored():

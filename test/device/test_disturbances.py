@@ -7,6 +7,7 @@ sends a message every 2.5 ticks.
 """
 
 import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -77,9 +78,6 @@ def test_acceleration_that_makes_all_cells_slide_is_rejected():
     assert rig.true_level(element) == BLANK
 
 
-# --- reads: right or undecodable, never wrong -------------------------------------------------
-
-
 def noisy(level, deviation, seed=1):
     """Return a device at a level of which the sensors of both ends have white noise."""
     element = rig.device(level, design=CASE_II)
@@ -117,7 +115,7 @@ def test_noise_never_gives_wrong_level(end, deviation):
     """From what every read tolerates to what few do."""
     for level in (0, 2, 5, 7):
         element = noisy(level, deviation, seed=level)
-        outcome = rig.run(element, Read(end))
+        outcome = element.perform(Read(end))
         assert outcome.success or deviation > 1e-5
         if outcome.success:
             assert outcome.reading.level == level
@@ -143,7 +141,7 @@ def test_vibration_within_band_alone_is_waited_for(omega, end):
 
     element.chain.advance = advance_and_vibrate
     rig.ticks(element, 60)
-    outcome = rig.run(element, Read())
+    outcome = element.perform(Read())
     assert outcome.success == (not end)
     if end:
         assert f'may still reach the {end} end' in outcome.error
@@ -163,14 +161,6 @@ def imu(amplitude, seed):
         ticks = int(share + 2.5)
         share += 2.5 - ticks
         yield from [float(a)] * ticks
-
-
-def sine(amplitude, omega):
-    """Yield a harmonic acceleration, tick by tick."""
-    tick = 0
-    while True:
-        tick += 1
-        yield float(amplitude * np.sin(omega * 20.0 * tick))
 
 
 def shaken(element, course, command):
@@ -200,7 +190,8 @@ def test_echo_hidden_by_shaking_is_reported_after_4_pulses():
     time unit, of which the carrier filter passes an eighth.
     """
     element = rig.device(3)
-    events = shaken(element, sine(30.0 * G, 0.155), Read('right'))
+    course = (30.0 * G * math.sin(0.155 * TICK * n) for n in itertools.count(1))
+    events = shaken(element, course, Read('right'))
     outcome, lost = events[-2:]
     assert lost.reason == 'shaken'
     assert not outcome.success
@@ -232,10 +223,8 @@ def strides(amplitude, period, seed):
     """Yield the acceleration of a walking body, four harmonics of its stride, tick by tick."""
     random = np.random.default_rng(seed)
     phases, shares = random.uniform(0.0, 2.0 * np.pi, 4), random.uniform(0.3, 1.0, 4)
-    angle = 2.0 * np.pi * 20.0 / period * np.arange(1, 5)
-    tick = 0
-    while True:
-        tick += 1
+    angle = 2.0 * np.pi * TICK / period * np.arange(1, 5)
+    for tick in itertools.count(1):
         yield float(0.5 * amplitude * (shares * np.sin(angle * tick + phases)).sum())
 
 
@@ -263,7 +252,7 @@ def test_self_test_names_sensor_that_is_too_noisy():
     Then nothing is written, since it could not be read.
     """
     element = noisy(0, 8e-5)
-    outcome = rig.run(element, SelfTest())
+    outcome = element.perform(SelfTest())
     assert rig.failed_checks(outcome) == ['transducer left']
     left, right = outcome.checks
     assert left.values['raised'] > 1.4

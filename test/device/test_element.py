@@ -246,13 +246,13 @@ def test_history_of_element_is_counted():
     """A blank element is read from its right end, whichever is asked; not in loud noise."""
     element = rig.device(1, write={'tension': 0.034})
     for command in (Write(2), Write(2), Read(), Read('left'), Write(1), Erase(), Read('left')):
-        rig.run(element, command)
+        element.perform(command)
     element.apply(SetFaults(Faults(sensor_noise=0.01)))  # as loud as the pulse
-    assert rig.run(element, Read()).code == 'undecodable'
+    assert element.perform(Read()).code == 'undecodable'
     element.apply(SetFaults(Faults()))
     element.apply(Write(3))
     rig.ticks(element, 10)
-    rig.run(element, Abort())
+    element.perform(Abort())
     counted = element.statistics
     assert (counted.writes, counted.first_try, counted.retries, counted.failures) == (3, 2, 1, 0)
     assert (counted.reads, counted.undecodable) == (4, 1)  # the last in noise
@@ -262,7 +262,7 @@ def test_history_of_element_is_counted():
     _, one, two, _ = counted.level_ticks
     assert counted.mean_ticks == {1: one, 2: two / 2}
     failing = rig.device(1, write={'tension': 0.005, 'attempts': 2})
-    assert rig.run(failing, Write(2)).code == 'failed'
+    assert failing.perform(Write(2)).code == 'failed'
     counted = failing.statistics
     assert (counted.writes, counted.failures, counted.retries) == (1, 1, 1)
     assert counted.level_writes == [0] * 4

@@ -181,16 +181,6 @@ def test_write_repeats_missed_cycle(written):
     assert rig.true_level(element) == 2
 
 
-def test_healthy_faults_leave_every_bit(written):
-    plain, set_back = written(2), written(2)
-    with_faults(set_back, sensor_noise=0.1, weak_cell=3, actuator_lag=3.0)
-    set_back.apply(HEALTHY)
-    for element in (plain, set_back):
-        rig.run(element, Read())  # the content is unknown since faults were set
-        rig.run(element, Write(3))
-    assert rig.bits(plain) == rig.bits(set_back)
-
-
 def test_signals_are_late_slow_and_wrong_as_stated():
     """A ramp of 0.01 a sample at both ends, samples 0.5 apart: closed forms."""
     ends = np.tile(0.01 * np.arange(1.0, 401.0), (2, 1))
@@ -269,14 +259,11 @@ def test_slow_signal_that_was_healed_begins_at_present_sample():
     assert (sensors.apply_sensor_faults(second, second[:, -1], slow, 2) == 3.0).all()
 
 
-def test_faults_that_are_active_are_listed_by_name():
-    """A seed is no fault, and the factor of a weak cell is none without the cell."""
+def test_seed_and_factor_of_no_cell_are_no_faults():
+    """A seed changes the material only with disorder."""
     assert Faults(seed=3, weak_factor=0.1).list_active() == {}
     weak = {'weak_cell': 7, 'weak_factor': 0.1}
     assert Faults(**weak).list_active() == weak
-
-
-def test_seed_changes_the_material_only_with_disorder():
     assert Faults(seed=1).has_same_material(Faults(seed=2))
     one, other = (Faults(disorder_alpha=0.1, seed=seed) for seed in (1, 2))
     assert not one.has_same_material(other)

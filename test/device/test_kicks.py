@@ -25,7 +25,6 @@ from mlmem import (
     SetFaults,
     SetMethod,
     SetStrain,
-    SettingsError,
     Write,
     factory_calibration,
     load_element,
@@ -43,6 +42,7 @@ from mlmem.moves.kick import (
 )
 from mlmem.moves.move import blank_content, find_moves, find_route, move_families
 from mlmem.physics import Scatter, draw_specimen, find_walls
+from mlmem.readers.delay_calibration import KickSearch
 
 from . import rig
 
@@ -122,7 +122,9 @@ def test_erase_kicks_until_the_element_is_blank(gain):
 
 
 def test_kick_by_hand_leaves_wall_unknown_until_read():
-    """The kick of a level's speed sends the wall there, the next one a kink that takes it away."""
+    """The kick of a level's speed sends the wall there, the next one a kink that takes it away.
+    A strain is released first.
+    """
     kicked = element('case_2')
     kicked.perform(Read())
     shape = kicked.settings.kick
@@ -132,15 +134,11 @@ def test_kick_by_hand_leaves_wall_unknown_until_read():
         assert (outcome.success, outcome.reading, kicked.reading) == (True, None, None)
         assert (kicked.unknown.reason, kicked.unknown.since) == ('kicked by hand', begun)
         assert kicked.perform(Read()).level == rig.true_level(kicked, CELL) == expected
-
-
-def test_kick_by_hand_releases_strain_first():
-    strained = element('case_2')
-    strained.apply(SetStrain(0.01))
-    strained.advance(200)
-    assert strained.perform(Kick(strained.settings.kick.wall_speeds[3])).success
-    assert strained.actuator.strain == 0.0
-    assert strained.perform(Read()).level == 3
+    kicked.apply(SetStrain(0.01))
+    kicked.advance(200)
+    assert kicked.perform(Kick(shape.wall_speeds[3])).success
+    assert kicked.actuator.strain == 0.0
+    assert kicked.perform(Read()).level == 3
 
 
 @pytest.mark.parametrize(
@@ -165,8 +163,6 @@ def test_element_without_actuator_does_everything_but_strain():
         alone.apply(SetStrain(0.01))
     with expect_rejection(Refused, 'conflict', 'write.method'):
         alone.apply(SetMethod('strain'))
-    with expect_rejection(SettingsError, 'conflict', 'write.method'):
-        element('case_2', write={'method': 'strain'}, actuator={'present': False})
     for command in (Write(5), Write(2), Erase()):
         assert alone.perform(command).success
     for command in (Calibrate(), SelfTest()):
@@ -175,9 +171,6 @@ def test_element_without_actuator_does_everything_but_strain():
         assert outcome.success, outcome.error
         assert 'actuator' not in [check.name for check in outcome.checks]
         assert small.actuator.motion.duration == 0.0  # it never strained
-    faint = element('case_2', actuator={'present': False}, transducer={'max_speed': 0.01})
-    with expect_rejection(Refused, 'unsupported'):
-        faint.perform(Write(5))
 
 
 @pytest.mark.parametrize('seed', [1, 2, 3])
@@ -260,8 +253,50 @@ def test_calibration_learns_speeds_by_bisection(wrong):
         assert rig.true_level(learning, CELL) == target
 
 
+SCRIPTS = {
+    'faster': ((1.30, 1.35), lambda speed: -1, [0, 1, 2, 3]),
+    'between': ((0.70, 0.74), lambda speed: 1 if speed > 0.72 else -1, [0, -1, -2, -3, -4, -3.5]),
+    'not heard': ((0.80, 0.84), lambda speed: 0, [0, -1, -2]),
+    'slower than all that fall short': (
+        (0.80, 0.84), lambda speed: -1, [*range(7), -1, -2]
+    ),
+    'faster than all that go too far': (
+        (1.30, 1.35), lambda speed: 1, [*range(0, -7, -1), 1, 2, 3]
+    ),
+}  # fmt: skip
+"""Range of the speeds that take a wall to its level; to which side others take it; and the speeds
+to be tried, as powers of 1.1.
+"""
+
+
+@pytest.mark.parametrize('script', SCRIPTS)
+def test_kick_search_brackets_the_speed_on_either_side(script):
+    """It steps by a tenth up to a factor of 1.8, then on the other side, and halves a bracket."""
+    (low, high), find_side, powers = SCRIPTS[script]
+    search, tried = KickSearch(1.0, tries=20), [1.0]
+    while not search.has_arrived(float(low < search.speed < high)):
+        assert search.change_speed(0.0, find_side(search.speed))
+        tried.append(search.speed)
+    assert tried == pytest.approx(np.power(1.1, powers))
+
+
+@pytest.mark.parametrize(
+    ('sides', 'powers'),
+    [
+        # The speed of a kick that was not heard may have been right: only the next one tells.
+        ((0, -1), (-1, 0)), ((0, 1), (-1, -2)),
+        # Where all faster kicks have fallen short, a slower one may go too far.
+        ((-1,) * 7 + (1,), (*range(1, 7), -1, 0)),
+    ],
+)  # fmt: skip
+def test_kick_search_keeps_only_bounds_that_hold(sides, powers):
+    search = KickSearch(1.0, tries=20)
+    for kick, (side, power) in enumerate(zip(sides, powers, strict=True)):
+        assert search.change_speed(0.01 * kick, side)
+        assert search.speed == pytest.approx(1.1**power)
+
+
 def find_names(design, settings, start, target):
-    """Return the names of the moves of a route."""
     return [move.name for move in find_route(design, settings, start, target)]
 
 

@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from rejection import expect_rejection
 
 from mlmem import (
     BLANK,
@@ -23,11 +24,11 @@ from mlmem import (
     Survey,
     Write,
     as_designed,
-    factory_calibration,
     load_element,
 )
 from mlmem.instrument.echo import Echo
 from mlmem.physics import CASE_II
+from mlmem.physics.equilibrium import find_pinned_walls
 from mlmem.procedures import surveying, writing
 from mlmem.readers.delay_reader import locate_reflector
 from mlmem.readers.reading import WELL_ERROR_CELLS
@@ -40,7 +41,7 @@ MOST = 3.0
 
 def located(element):
     """Locate the wall, which must succeed, and return what was found."""
-    outcome = rig.run(element, Locate())
+    outcome = element.perform(Locate())
     assert outcome.success, outcome.error
     return outcome.found
 
@@ -51,38 +52,31 @@ def located(element):
         *(('case_2', near) for near in (25, 60, 65, 80, 90, 110, 200)),  # levels are 25 apart
         ('bits_1', 10),  # the left end begins to listen when its echo is there: one end alone
         ('bits_1', 14),  # nothing is known between its two levels
-        ('case_1', 81),  # its only level is located by the group velocity
+        ('case_1', 100),  # its only level is located by the group velocity
         ('bits_4', 100),  # the right end names the level, and a cell is three time units
     ],
 )
 def test_wall_is_located_at_levels_and_between_them(name, near):
-    design, settings = load_element(name).design_and_settings
-    known = factory_calibration(design, settings)
-    element = rig.with_walls(near, design=design, calibration=known, **settings.list_groups())
+    element = MemoryElement(load_element(name))
+    rig.settle(element, find_pinned_walls(element.design, [near + 0.3]))
     found = located(element)
     assert found['walls'] == 1
     assert name != 'case_2' or found['position_std'] < 0.5
     assert found['position'] == pytest.approx(rig.wall(element), abs=MOST * found['position_std'])
 
 
-def test_blank_element_has_no_wall_and_no_position():
-    element = rig.device()
-    assert located(element) == {'walls': 0}
-    assert element.reading.level == BLANK
-
-
 @pytest.mark.parametrize(
-    ('positions', 'first_active'),
-    [((50, 100, 175), True), ((50, 100), False), ((25, 75), True), ((), True)],
+    ('positions', 'walls'),
+    [((50, 100, 175), 3), ((50, 100), 2), ((25, 75, 300), 2), ((300,), None)],
 )
-def test_walls_other_than_one_are_neither_read_nor_located(positions, first_active):
-    """An end that answers late, or a bad cell, sounds like more walls; () is all active."""
-    element = rig.with_walls(*positions, design=CASE_II, first_active=first_active)
+def test_walls_other_than_one_are_neither_read_nor_located(positions, walls):
+    """An end that answers late, or a bad cell, sounds like more walls; one at 300 has left."""
+    element = rig.settle(rig.device(design=CASE_II), find_pinned_walls(CASE_II, positions))
     for end in ('left', 'right', 'both'):
-        read = rig.run(element, Read(end))
+        read = element.perform(Read(end))
         assert (read.success, read.reading.level) == (False, UNDECODABLE)
-        assert not positions or read.reading.walls == len(positions)
-    outcome = rig.run(element, Locate())
+        assert walls is None or read.reading.walls == walls
+    outcome = element.perform(Locate())
     assert (outcome.success, outcome.found) == (False, {})
     assert outcome.error
 
@@ -103,17 +97,9 @@ def test_late_sensors_locate_no_wall_that_is_not_there(name, level, end, delay):
     element.place_content(level)
     element.set_faults(Faults(sensor_delay=delay, sensor_end=end))
     element.transducer.assume_equilibrium()
-    outcome = rig.run(element, Locate())
+    outcome = element.perform(Locate())
     assert (outcome.success, outcome.found) == (False, {})
     assert outcome.error
-
-
-def test_shaken_wall_is_not_located(written):
-    element = written(3)
-    element.apply(Disturb(1e-4))
-    outcome = rig.run(element, Locate())
-    assert not outcome.success
-    assert outcome.error == 'the base shakes: hold it still to locate a wall'
 
 
 @pytest.mark.parametrize('step', [0.5, 3.0])
@@ -136,41 +122,40 @@ def test_error_of_position_grows_with_samples_and_noise(step, floor):
 
 
 def test_locating_moves_nothing_and_leaves_content_to_read(written):
-    element = written(3)
+    """A shaken wall is not located."""
+    blank, element = written(BLANK), written(3)
+    assert located(blank) == {'walls': 0}
+    assert blank.reading.level == BLANK
     before = rig.wall(element)
     located(element)
     assert rig.wall(element) == pytest.approx(before, abs=0.05)  # it still rings a little
     assert rig.succeed(element, Read()).level == 3
+    element.apply(Disturb(1e-4))
+    shaken = element.perform(Locate())
+    assert (shaken.success, shaken.found) == (False, {})
 
 
-@pytest.fixture(scope='module')
-def surveyed():
-    """A small element with a level written, and the events of its survey."""
+def survey(element):
+    """Survey an element, which must succeed; return the outcome and its shots."""
+    *events, outcome = rig.events(element, Survey())
+    assert outcome.success, outcome.error
+    shots = [event for event in events if isinstance(event, Shot)]
+    assert outcome.found == {'shots': len(shots)}
+    return outcome, shots
+
+
+def test_survey_pulses_every_state_and_restores_content():
+    """A shot begins at rest, and lasts for 900 time units."""
     element = MemoryElement(load_element('bits_1'))
     rig.succeed(element, Write(1))
-    return element, rig.events(element, Survey())
-
-
-def shots_of(events):
-    return [event for event in events if isinstance(event, Shot)]
-
-
-def test_survey_pulses_every_state_and_restores_content(surveyed):
-    element, (*_, outcome) = surveyed
-    assert outcome.success, outcome.error
-    assert outcome.reading.level == 1
-    assert rig.true_level(element) == 1
-    shots = shots_of(surveyed[1])
-    assert outcome.found == {'shots': len(shots)}
+    outcome, shots = survey(element)
+    assert outcome.reading.level == rig.true_level(element) == 1
     walls = {shot.wall for shot in shots}
     assert walls == {0, 9, 18}  # blank, launched, the last of two levels
     for wall in walls:
         assert {shot.end for shot in shots if shot.wall == wall} == set(End)
     assert {shot.strain for shot in shots} == {0.0, -0.009, 0.009}
-
-
-def test_shot_begins_at_rest_and_lasts_900_time_units(surveyed):
-    for shot in shots_of(surveyed[1]):
+    for shot in shots:
         assert shot.samples.shape[1] * shot.dt >= 900.0 + shot.pulse.duration
         assert np.isfinite(shot.samples).all()
         driven = shot.samples[shot.end.row] - shot.rest[shot.end.row]
@@ -184,11 +169,9 @@ def test_shot_begins_at_rest_and_lasts_900_time_units(surveyed):
 def test_survey_without_actuator_kicks_and_restores_level():
     element = rig.shipped('kick_2', actuator={'present': False})
     rig.succeed(element, Write(2))
-    *events, outcome = rig.events(element, Survey())
-    assert outcome.success, outcome.error
+    _, shots = survey(element)
     assert rig.true_level(element) == 2
     assert element.chain.V_N == 0.0
-    shots = shots_of(events)
     assert len(shots) == sum(map(len, surveying.AIMS))
     assert {shot.strain for shot in shots} == {0.0}
     for wall in (0, *map(element.design.defect_site, (0, 2, 3))):
@@ -203,17 +186,19 @@ def test_survey_goes_half_way_where_wall_is_lost(monkeypatch):
         yield from go_to_level(element, present, BLANK if level == 2 else level, **how)
 
     monkeypatch.setattr(writing, 'go_to_level', lose_wall)
-    *events, outcome = rig.events(element, Survey())
-    assert outcome.success, outcome.error
-    shots = shots_of(events)
-    assert outcome.found == {'shots': len(shots)} == {'shots': 4 + 2 + 3}
+    _, shots = survey(element)
+    assert len(shots) == 4 + 2 + 3
     assert {shot.wall for shot in shots} == {0, *map(element.design.defect_site, (0, 1))}
 
 
-def test_survey_without_actuator_and_kicks_is_rejected():
+def test_survey_without_moves_or_damping_is_rejected():
     element = rig.shipped('kick_2', actuator={'present': False}, transducer={'max_speed': 0.001})
-    with pytest.raises(Refused, match='is reached only by strain'):
+    with expect_rejection(Refused, 'unsupported'):
         element.perform(Survey())
+    design, settings = load_element('bits_1').design_and_settings
+    element = MemoryElement(as_designed(design, settings))
+    element.design = dataclasses.replace(design, eta=0.0)
+    assert 'needs damping' in element.perform(Survey()).error
 
 
 def test_samples_after_interruption_are_not_there():
@@ -228,11 +213,3 @@ def test_samples_after_interruption_are_not_there():
     samples = recorder.shot(0.0, 0.0, element.driver.dt).samples
     assert np.isfinite(samples[:, : 2 * per_tick]).all()
     assert np.isnan(samples[:, 2 * per_tick :]).all()
-
-
-def test_undamped_element_is_not_surveyed():
-    design, settings = load_element('bits_1').design_and_settings
-    element = MemoryElement(as_designed(design, settings))
-    undamped = dataclasses.replace(design, eta=0.0)
-    element.design = undamped
-    assert 'needs damping' in rig.run(element, Survey()).error

@@ -14,7 +14,6 @@ from mlmem import (
     UNDECODABLE,
     Abort,
     Calibrate,
-    DelayTable,
     EchoReceived,
     Erase,
     Faults,
@@ -124,7 +123,7 @@ def test_sound_element_passes_and_keeps_its_content(written, level):
 def test_level_that_is_not_reached_is_named_others_are_tested(written):
     """Tension frees the wall at odd levels; without it the wall stays at level 1."""
     element = written(1, write={'tension': 0.02, 'attempts': 1})
-    outcome = rig.run(element, SelfTest())
+    outcome = element.perform(SelfTest())
     assert rig.failed_checks(outcome) == [f'level {level}' for level in (2, 3)]
     assert 'level 2 was not reached in 1 attempts' in outcome.checks[6].message
     assert outcome.checks[-1].passed
@@ -145,7 +144,7 @@ def test_actuator_that_does_not_follow_is_found(written, wrong, felt):
     advance, N = element.chain.advance, element.design.N
     element.chain.advance = lambda V_N, *more: advance(wrong(V_N / N) * N, *more)
     rig.ticks(element, 100)
-    outcome = rig.run(element, SelfTest())
+    outcome = element.perform(SelfTest())
     assert rig.failed_checks(outcome) == ['actuator']
     values = outcome.checks[-1].values
     assert (values['offset'], values['felt']) == pytest.approx(felt, abs=2e-4)
@@ -159,7 +158,7 @@ def test_stuck_actuator_is_named_and_left_with_no_set_point(written, level):
     """With a set-point of 0.01 it would move there as soon as it comes loose."""
     element = written(level)
     element.apply(SetFaults(Faults(actuator_stuck=True)))
-    assert rig.failed_checks(rig.run(element, SelfTest())) == ['actuator']
+    assert rig.failed_checks(element.perform(SelfTest())) == ['actuator']
     assert element.actuator.motion.target == 0.0
     rig.ticks(element, 100)
     assert element.is_released
@@ -169,23 +168,12 @@ def test_stuck_actuator_is_named_and_left_with_no_set_point(written, level):
     assert rig.true_level(element) == level
 
 
-def test_content_that_cannot_be_read_is_not_put_at_risk(written):
-    """The table of another element does not give the place of the wall."""
-    element = written(3)
-    foreign = DelayTable(tuple(100.0 + 800.0 * level for level in range(4)))
-    element.calibration = dataclasses.replace(element.calibration, left=foreign)
-    outcome = rig.run(element, SelfTest())
-    assert (outcome.code, outcome.checks) == ('undecodable', ())
-    assert rig.true_level(element) == 3
-
-
 def test_failed_erase_fails_levels_and_restoration():
     """A kink that no strain frees stays in the element: nothing can be written or restored."""
     single = dataclasses.replace(CASE_II, N=50)
     feeble = {'compression': -0.001, 'tension': 0.001}
-    outcome = rig.run(
-        rig.device(0, design=single, erase=feeble, write={'attempts': 1}), SelfTest()
-    )
+    element = rig.device(0, design=single, erase=feeble, write={'attempts': 1})
+    outcome = element.perform(SelfTest())
     assert rig.failed_checks(outcome) == ['erase', 'level 0', 'restore']
     failed = [check for check in outcome.checks if not check.passed]
     assert all(check.message.startswith('the element is not blank') for check in failed)
@@ -208,35 +196,32 @@ def test_element_that_begins_to_shake_is_not_written(written):
     assert rig.true_level(element) == 3
 
 
-@pytest.fixture
-def lost():
-    """Return an element of which every cell rests beyond the active phase, and which is strained.
-
-    The ground states of psi lie a period apart: D_s2 and as far again.
+def test_reset_element_is_as_new():
+    """Every cell rests beyond the active phase: the ground states of psi lie a period apart, at
+    D_s2 and as far again. What is not heard is no success.
     """
-    element = rig.device(3)
-    design = element.design
-    rig.settle(element, np.full(design.N, 2.0 * design.D_s2 - design.D_s1))
-    element.apply(SetStrain(0.001))
-    rig.ticks(element, 20)
-    return element
-
-
-def test_reset_element_is_as_new(lost):
+    lost = rig.device(3)
+    design = lost.design
+    rig.settle(lost, np.full(design.N, 2.0 * design.D_s2 - design.D_s1))
+    lost.apply(SetStrain(0.001))
+    rig.ticks(lost, 20)
     lost.statistics.cycles = 17
-    outcome = rig.run(lost, Reset())
+    outcome = lost.perform(Reset())
     assert outcome.success
     assert outcome.reading.level == BLANK
     assert not lost.actuator.strain
-    assert np.allclose(lost.chain.v, lost.design.D_s1, atol=1e-2)  # but for its own probe
+    assert np.allclose(lost.chain.v, design.D_s1, atol=1e-2)  # but for its own probe
     assert (lost.statistics.cycles, lost.statistics.resets) == (17, 1)
     assert rig.succeed(lost, Write(1)).level == 1
+    lost.apply(SetFaults(Faults(sensor_dropout=1.0)))
+    outcome = lost.perform(Reset())
+    assert (outcome.success, outcome.reading.content) == (False, UNDECODABLE)
 
 
 @pytest.mark.parametrize('content', [BLANK, 0, 2])
 def test_reset_gives_the_new_element_its_content(content):
     element = rig.device(1)
-    assert rig.run(element, Reset(content=content)).reading.content == content
+    assert element.perform(Reset(content=content)).reading.content == content
     assert len(find_walls(element.design, element.chain.configuration)) == (content >= 0)
 
 
@@ -262,15 +247,10 @@ def test_reset_with_a_seed_repeats_the_noisy_samples():
     assert not any(map(np.array_equal, first, other))
 
 
-def test_reset_fails_if_new_element_is_not_heard(lost):
-    lost.apply(SetFaults(Faults(sensor_dropout=1.0)))
-    outcome = rig.run(lost, Reset())
-    assert not outcome.success
-    assert outcome.reading.content == UNDECODABLE
-
-
 def test_procedures_that_see_only_the_ends_give_the_same_bits():
-    """None can reach the true wall: a local driver shows only the ends."""
+    """None can reach the true wall: a local driver shows only the ends. Such an element is
+    replaced by hand.
+    """
     two_levels = dataclasses.replace(CASE_II, N=75)
     known = factory_calibration(two_levels, Settings())
     seeing = rig.device(design=two_levels, calibration=known)
@@ -283,14 +263,9 @@ def test_procedures_that_see_only_the_ends_give_the_same_bits():
     for element in (seeing, blind):
         element.apply(SetStrain(0.01))
         element.apply(Write(0))
-        rig.run(element, Abort())
+        element.perform(Abort())
     assert blind.transducer.recent.tobytes() == seeing.transducer.recent.tobytes()
     assert blind.calibration == seeing.calibration
-
-
-def test_real_element_is_replaced_by_hand():
-    known = factory_calibration(rig.DESIGN, Settings())
-    element = MemoryElement(rig.DESIGN, Settings(), known, LocalDriver(rig.DESIGN))
-    outcome = rig.run(element, Reset())
+    outcome = blind.perform(Reset())
     assert not outcome.success
     assert 'a real element has to be replaced by hand' in outcome.error

@@ -22,8 +22,8 @@ from mlmem import (
     Faults,
     MemoryElement,
     Read,
+    SelfTest,
     SetStrain,
-    Settings,
     Write,
     factory_calibration,
     load_element,
@@ -39,13 +39,10 @@ DESIGN = rig.DESIGN
 ROBUST_NAMES = ['robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction']
 
 
-# --- write ------------------------------------------------------------------------------------
-
-
 def test_every_level_of_case_ii_is_written_and_read():
     element = rig.device(design=CASE_II)
     for level in range(8):
-        outcome = rig.run(element, Write(level))
+        outcome = element.perform(Write(level))
         assert (outcome.procedure, outcome.success, outcome.attempts) == ('write', True, 1)
         assert (outcome.reading.level, outcome.reading.code) == (level, f'{level:03b}')
         assert outcome.reading.threshold_margin > 1.5
@@ -78,27 +75,17 @@ def test_undecodable_content_is_read_again_and_then_erased(written):
     element.calibration = dataclasses.replace(
         element.calibration, left=DelayTable(tuple(100.0 + 800.0 * level for level in range(4)))
     )
-    assert not rig.run(element, Read()).success
+    assert not element.perform(Read()).success
     assert element.reading.level == UNDECODABLE
+    tested = element.perform(SelfTest())  # which could not restore it
+    assert (tested.code, tested.checks) == ('undecodable', ())
+    assert rig.true_level(element) == 3
     told = rig.events(element, Write(0))
     levels = [event.reading.level for event in told if isinstance(event, EchoReceived)]
     assert levels[0] == UNDECODABLE
     assert BLANK in levels
     assert told[-1].success
     assert rig.true_level(element) == 0
-
-
-@pytest.mark.parametrize('command', [Erase(), Write(0)], ids=str)
-def test_erase_that_frees_no_wall_ends_and_so_does_write(command):
-    three_levels = dataclasses.replace(CASE_II, N=100)
-    known = factory_calibration(three_levels, Settings())
-    feeble = {'compression': -0.001, 'tension': 0.001}
-    element = rig.device(2, design=three_levels, calibration=known, erase=feeble)
-    outcome = rig.run(element, command)
-    assert not outcome.success
-    assert outcome.error.startswith('the element is not blank after 8 strain cycles')
-    assert outcome.attempts == 1
-    assert (element.actuator.strain, element.procedure) == (0.0, '')
 
 
 def test_write_first_releases_strain_set_by_hand(written):
@@ -113,9 +100,6 @@ def test_write_first_releases_strain_set_by_hand(written):
     assert element.actuator.strain == 0.0
 
 
-# --- read -------------------------------------------------------------------------------------
-
-
 def test_wall_that_stopped_short_does_not_count_as_written():
     """Scatter of 0.1 % in alpha stops the wall 8 cells short, where the target is the nearest
     level.
@@ -125,7 +109,7 @@ def test_wall_that_stopped_short_does_not_count_as_written():
         write = {'attempts': 1, 'min_margin': min_margin}
         element = rig.device(1, write=write, read={'min_margin': 0.0})
         element.set_faults(Faults(disorder_alpha=1e-3, seed=3))
-        outcome = rig.run(element, Write(2))
+        outcome = element.perform(Write(2))
         assert abs(rig.wall(element) - 75.3) > 3.0
         silent[min_margin] = outcome.success
         if not outcome.success:
@@ -139,7 +123,7 @@ def test_wall_that_has_left_element_is_reported(written):
     element = rig.settle(
         rig.device(), relax_to_equilibrium(Specimen(DESIGN), active, np.zeros(DESIGN.N))
     )
-    outcome = rig.run(element, Read())
+    outcome = element.perform(Read())
     assert outcome.error == 'the right end is active: the wall has left the element'
     assert rig.succeed(element, Write(1)).level == 1  # and a write finds a way back
     assert rig.true_level(element) == 1
@@ -162,6 +146,20 @@ def test_read_waits_until_strain_stands_still(written, strain, rate):
     assert element.actuator.strain == strain
 
 
+def test_rest_is_waited_for_before_pulse():
+    """Of two equal devices one waits 400 time units, 20 ticks, longer."""
+    design, settings = load_element('bits_1').design_and_settings
+    fired = []
+    for rest in (0.0, 400.0):
+        changed = rig.change(settings, read={'rest': rest})
+        element = MemoryElement(design, changed, factory_calibration(design, settings))
+        element.apply(Read())
+        while not element.transducer.is_driving:
+            element.advance()
+        fired.append(element.ticks)
+    assert fired[1] - fired[0] == 20
+
+
 @pytest.mark.parametrize(('strain', 'level'), [(-0.01, 2), (0.01, 2), (-0.03, 3)])
 def test_read_under_strain_finds_present_place_of_wall(written, strain, level):
     """At -0.03 the wall of level 2 rests at 92, a third of a spacing before level 3."""
@@ -171,9 +169,6 @@ def test_read_under_strain_finds_present_place_of_wall(written, strain, level):
     reading = rig.succeed(element, Read())
     assert reading.level == level
     assert 1.0 + reading.distance == pytest.approx(rig.wall(element), abs=2.0)
-
-
-# --- erase ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize('level', [0, 1, 3])
@@ -222,13 +217,10 @@ def test_end_in_third_ground_state_is_brought_back(end, at):
         rig.device(), relax_to_equilibrium(Specimen(DESIGN), guess, np.zeros(DESIGN.N))
     )
     assert element.phase(end) is None
-    outcome = rig.run(element, Read())
+    outcome = element.perform(Read())
     assert outcome.error.startswith(f'the {end} end rests in neither phase')
     rig.succeed(element, Erase())
     np.testing.assert_allclose(element.chain.v, DESIGN.D_s1, atol=1e-2)
-
-
-# --- other designs ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -8,13 +8,27 @@ import re
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from mlmem import BLANK, UNDECODABLE, Calibration, DelayTable, Reading, Settings
+from mlmem import (
+    BLANK,
+    ELEMENT_NAMES,
+    UNDECODABLE,
+    Calibration,
+    DelayTable,
+    Reading,
+    Settings,
+    factory_calibration,
+    load_element,
+)
 from mlmem.instrument.echo import ECHO_TAIL_TIME, Echo, detection_threshold
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II
-from mlmem.readers.decoding import Decoder
+from mlmem.readers.decoding import Decoder, find_exchanged_levels
 from mlmem.settings import ReadSettings
+
+from . import rig
 
 CALIBRATION = Calibration(
     DelayTable(tuple(200.0 + 100.0 * level for level in range(8))),
@@ -49,9 +63,6 @@ def both(left, right, names='left', calibration=CALIBRATION, end='', **settings)
     }
     chosen = ReadSettings(end=names, **settings)
     return Decoder(CASE_II, chosen, calibration).decode(echoes, STORED, end)
-
-
-# --- one end ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -106,9 +117,6 @@ def test_inconsistent_observations_are_undecodable(delay, end, phases, reason):
     assert reading.level_margin == 0.0
     assert reading.distance == math.inf
     assert re.search(reason, reading.reason)
-
-
-# --- both ends --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize('margins', [(2.5, 3.0), (3.0, 2.5)])
@@ -256,7 +264,33 @@ def test_shaken_echo_needs_more_margin():
     assert both(515.0, 420.0, shaken_margin=0.8).level == 3
 
 
-# --- confidence -------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    'name', [name for name in ELEMENT_NAMES if load_element(name).settings.read.method == 'delay']
+)
+def test_no_calibration_that_ships_lets_one_end_change_level(name):
+    design, settings = load_element(name).design_and_settings
+    calibration = factory_calibration(design, settings)
+    for names in ('left', 'right', 'both'):
+        read_from = rig.change(settings, read={'end': names})
+        assert find_exchanged_levels(design, read_from, calibration) == []
+
+
+@rig.unhurried
+@given(
+    st.lists(st.integers(1, 60), min_size=2, max_size=6),
+    st.lists(st.integers(1, 60), min_size=2, max_size=6),
+    st.floats(0.0, 0.9),
+    st.sampled_from(('left', 'right', 'both')),
+)
+def test_no_table_at_all_lets_one_end_change_level(left, right, margin, names):
+    """Levels may be as near each other, and as unevenly spaced, as they like."""
+    n = min(len(left), len(right))
+    one = DelayTable(tuple(130.0 + float(sum(left[:k])) for k in range(n)))
+    other = DelayTable(tuple(900.0 - float(sum(right[:k])) for k in range(n)))
+    _, settings = load_element('case_2').design_and_settings
+    read_from = rig.change(settings, read={'end': names, 'min_margin': margin})
+    design = dataclasses.replace(CASE_II, N=25 * (n + 1))
+    assert find_exchanged_levels(design, read_from, Calibration(one, other)) == []
 
 
 @pytest.mark.parametrize(
@@ -274,9 +308,6 @@ def test_confidence_is_loss_that_changes_no_answer(level_margin, threshold_margi
     reading = Reading(3, '011', 'left', 300.0, level_margin, threshold_margin, 99.0)
     assert reading.confidence == pytest.approx(confidence)
     assert dataclasses.replace(reading, level=UNDECODABLE).confidence == 0.0
-
-
-# --- phases -----------------------------------------------------------------------------------
 
 
 def test_crossing_when_listening_begins_is_only_a_near_level():

@@ -58,18 +58,6 @@ def first_levels(n):
 NIBBLE = first_levels(4)
 
 
-@pytest.fixture
-def byte():
-    """A blank byte."""
-    return MemoryElement(BYTE)
-
-
-@pytest.fixture
-def nibble():
-    """A blank element of four bits."""
-    return MemoryElement(NIBBLE)
-
-
 def levels(element):
     """Return the levels at which a wall or a kink is, within a cell; None for others."""
     design, found = element.design, []
@@ -160,11 +148,12 @@ def test_words_are_written_verified_and_read(kind, words):
     assert element.perform(Read()).reading.level == 0
 
 
-def test_kicks_alternate_between_walls_and_kinks(byte):
+def test_kicks_alternate_between_walls_and_kinks():
     """One wall is kept, so the next to come is a kink, at the speed of kinks; no retry is needed.
 
     One kick is enough: a third of the time, and no clearing pulse.
     """
+    byte = MemoryElement(BYTE)
     first = byte.perform(Write(0xA0))
     begun = byte.statistics.cycles
     for word in (0xA8, 0xAA):  # behind two walls, then behind three
@@ -174,26 +163,22 @@ def test_kicks_alternate_between_walls_and_kinks(byte):
     assert byte.statistics.cycles == begun + 2
 
 
-def test_word_beyond_last_is_rejected(byte):
+def test_register_locates_all_walls_and_is_not_surveyed():
+    byte = MemoryElement(BYTE)
     with expect_rejection(Refused, 'out_of_range', 'word'):
         byte.apply(Write(256))
-
-
-def test_locate_names_kind_and_cell_of_every_wall(byte):
     byte.place_content(0b1000_0101)
     found = byte.perform(Locate()).found
     assert found == {'walls': 3, 'cells': '25 75 200', 'kinds': 'wall kink wall'}
-
-
-def test_survey_of_a_register_leaves_its_word(byte):
-    assert byte.perform(Write(5)).success
+    assert byte.perform(Read()).success
     surveyed = byte.perform(Survey())
     assert not surveyed.success
     assert 'a survey drives one wall' in surveyed.error
-    assert byte.reading.content == 5
+    assert byte.reading.content == 0b1000_0101
 
 
-def test_self_test_and_calibration_go_through_all_levels(nibble):
+def test_self_test_and_calibration_go_through_all_levels():
+    nibble = MemoryElement(NIBBLE)
     nibble.place_content(0x9)
     tested = nibble.perform(SelfTest())
     assert tested.success, tested.error
@@ -260,8 +245,9 @@ def test_walls_between_levels_are_no_word_and_stay(kind, cells):
     assert sorted(wall.position for wall in found) == pytest.approx(sorted(cells), abs=1.0)
 
 
-def test_shaken_element_is_not_read(byte):
+def test_shaken_element_is_not_read():
     """Harmless to the content, but louder than the difference of two words."""
+    byte = MemoryElement(BYTE)
     byte.place_content(0x42)
     rng, harmless = np.random.default_rng(1), byte.settings.disturbance.safe_limit
 

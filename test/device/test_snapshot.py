@@ -59,7 +59,7 @@ def written_and_moving():
 def all_active():
     """Return a device whose wall has left, so that its distance is infinite."""
     element = rig.settle(rig.device(), np.full(rig.DESIGN.N, CASE_II.D_s2))
-    assert not rig.run(element, Read()).success
+    assert not element.perform(Read()).success
     assert element.reading.distance == math.inf
     return element
 
