@@ -145,10 +145,10 @@ def cycles(trace):
 
 
 def succeed(element, command):
-    """Apply a command, which must succeed, and return its reading."""
+    """Apply a command, which must succeed, and return its outcome."""
     outcome = element.perform(command)
     assert outcome.success, outcome.error
-    return outcome.reading
+    return outcome
 
 
 def wall(element):

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rejection import expect_rejection
-from sampled import sampled
 
 from mlmem import (
     BLANK,
@@ -21,7 +20,6 @@ from mlmem import (
     Read,
     Refused,
     SelfTest,
-    SetFaults,
     Settings,
     SettingsError,
     Survey,
@@ -181,8 +179,7 @@ def test_procedures_go_through_levels_that_are_left():
     assert element.perform(Locate()).found == {
         'walls': 1, 'position': 27.0, 'position_std': pytest.approx(0.25)
     }  # fmt: skip
-    tested = element.perform(SelfTest())
-    assert tested.success, tested.error
+    tested = rig.succeed(element, SelfTest())
     assert [each.name for each in tested.checks if 'level' in each.name] == [
         f'level {level}' for level in element.reader.forecasts.usable
     ]
@@ -213,20 +210,3 @@ def test_bad_cells_that_are_none_or_leave_no_level_are_rejected():
         with expect_rejection(SettingsError, code, field):
             MemoryElement(*kind_with(name, cells, 'kick'))
     assert Settings().add_stuck_cells((3, 7)).element.stuck_sites == (3, 7)
-
-
-@pytest.mark.parametrize(
-    ('name', 'n'),
-    sampled(
-        [('case_2', -4), ('case_2', 4), ('bits_2', -4), ('bits_2', 4)],
-        lambda each: each in (('case_2', -4), ('bits_2', 4)),
-    ),
-)
-def test_no_write_is_acknowledged_that_was_not_done(name, n):
-    """A wall that has to pass the cell, or may be taken for it; of Case II the first levels."""
-    design, settings = load_element(name).design_and_settings
-    element = MemoryElement(replace(design, N=min(design.N, 125)), settings)
-    place(element, 1)
-    element.apply(SetFaults(Faults(stuck_cell=design.defect_site(2) + n)))
-    outcome = element.perform(Write(2))
-    assert not outcome.success or true_level(element) == 2

@@ -147,7 +147,7 @@ def test_command_that_may_move_wall_makes_unknown(written):
     held = written(3)
     held.apply(SetStrain(0.001))
     rig.ticks(held, 300)
-    assert rig.succeed(held, Read()).level == 3
+    assert rig.succeed(held, Read()).reading.level == 3
     held.apply(Abort())
     assert held.unknown.reason == 'aborted'
 

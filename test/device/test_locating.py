@@ -39,13 +39,6 @@ MOST = 3.0
 """Standard deviations by which a measured position may be off."""
 
 
-def located(element):
-    """Locate the wall, which must succeed, and return what was found."""
-    outcome = element.perform(Locate())
-    assert outcome.success, outcome.error
-    return outcome.found
-
-
 @pytest.mark.parametrize(
     ('name', 'near'),
     [
@@ -59,7 +52,7 @@ def located(element):
 def test_wall_is_located_at_levels_and_between_them(name, near):
     element = MemoryElement(load_element(name))
     rig.settle(element, find_pinned_walls(element.design, [near + 0.3]))
-    found = located(element)
+    found = rig.succeed(element, Locate()).found
     assert found['walls'] == 1
     assert name != 'case_2' or found['position_std'] < 0.5
     assert found['position'] == pytest.approx(rig.wall(element), abs=MOST * found['position_std'])
@@ -124,12 +117,12 @@ def test_error_of_position_grows_with_samples_and_noise(step, floor):
 def test_locating_moves_nothing_and_leaves_content_to_read(written):
     """A shaken wall is not located."""
     blank, element = written(BLANK), written(3)
-    assert located(blank) == {'walls': 0}
+    assert rig.succeed(blank, Locate()).found == {'walls': 0}
     assert blank.reading.level == BLANK
     before = rig.wall(element)
-    located(element)
+    rig.succeed(element, Locate())
     assert rig.wall(element) == pytest.approx(before, abs=0.05)  # it still rings a little
-    assert rig.succeed(element, Read()).level == 3
+    assert rig.succeed(element, Read()).reading.level == 3
     element.apply(Disturb(1e-4))
     shaken = element.perform(Locate())
     assert (shaken.success, shaken.found) == (False, {})

@@ -70,7 +70,7 @@ def test_after_abort_at_any_tick_next_write_succeeds(command, content, moment, l
     element.apply(command)
     rig.ticks(element, 1 + round(moment * longest))
     abort(element)
-    assert rig.succeed(element, Write(level)).level == level
+    assert rig.succeed(element, Write(level)).reading.level == level
     assert rig.true_level(element) == level
 
 
@@ -90,7 +90,7 @@ def test_echo_of_aborted_read_does_not_reach_next(level, moment):
         assert element.ticks == begun + 1
         assert not element.transducer.detectors
     for _ in range(2):
-        reading = rig.succeed(element, Read())
+        reading = rig.succeed(element, Read()).reading
         assert reading.level == level
         assert reading.level_margin > 0.9
 
@@ -206,13 +206,12 @@ def test_reset_element_is_as_new():
     lost.apply(SetStrain(0.001))
     rig.ticks(lost, 20)
     lost.statistics.cycles = 17
-    outcome = lost.perform(Reset())
-    assert outcome.success
+    outcome = rig.succeed(lost, Reset())
     assert outcome.reading.level == BLANK
     assert not lost.actuator.strain
     assert np.allclose(lost.chain.v, design.D_s1, atol=1e-2)  # but for its own probe
     assert (lost.statistics.cycles, lost.statistics.resets) == (17, 1)
-    assert rig.succeed(lost, Write(1)).level == 1
+    assert rig.succeed(lost, Write(1)).reading.level == 1
     lost.apply(SetFaults(Faults(sensor_dropout=1.0)))
     outcome = lost.perform(Reset())
     assert (outcome.success, outcome.reading.content) == (False, UNDECODABLE)

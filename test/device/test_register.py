@@ -131,11 +131,9 @@ def test_words_are_written_verified_and_read(kind, words):
     element, bits = MemoryElement(kind), kind.design.levels
     assert element.reader.content_count == 2**bits
     for word in words:
-        written = element.perform(Write(word))
-        assert written.success, written.error
+        rig.succeed(element, Write(word))
         assert levels(element) == [n for n in range(bits) if word >> n & 1]
-        read = element.perform(Read())
-        assert read.success, read.error
+        read = rig.succeed(element, Read())
         assert (read.reading.level, read.reading.code) == (word, f'{word:0{bits}b}')
         assert read.reading.walls == word.bit_count()
     assert element.actuator.strain == 0.0
@@ -180,8 +178,7 @@ def test_register_locates_all_walls_and_is_not_surveyed():
 def test_self_test_and_calibration_go_through_all_levels():
     nibble = MemoryElement(NIBBLE)
     nibble.place_content(0x9)
-    tested = nibble.perform(SelfTest())
-    assert tested.success, tested.error
+    tested = rig.succeed(nibble, SelfTest())
     assert [check.name for check in tested.checks if 'level' in check.name] == [
         f'level {n}' for n in range(4)
     ]

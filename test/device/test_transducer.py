@@ -66,11 +66,6 @@ def test_rest_of_too_many_samples_is_rejected():
         Transducer(chain.design, Settings(probe=probe, probe_right=probe), Simulation(chain))
 
 
-ENDS = pytest.mark.parametrize(
-    ('end', 'omega_c', 'rest'), [(End.LEFT, 2.1, 1.0029), (End.RIGHT, 0.7, -0.9979)]
-)
-
-
 def printed(t, omega_c, A=0.01, sigma=8.0):
     """Return v - rest as page 5 prints it."""
     return A * np.exp(-0.5 * ((t - 6 * sigma) / sigma) ** 2) * np.sin(omega_c * t)
@@ -81,7 +76,9 @@ def derivative(motion, t, h=1e-4):
     return (motion.evaluate_motion(t + h)[0] - motion.evaluate_motion(t - h)[0]) / (2 * h)
 
 
-@ENDS
+@pytest.mark.parametrize(
+    ('end', 'omega_c', 'rest'), [(End.LEFT, 2.1, 1.0029), (End.RIGHT, 0.7, -0.9979)]
+)
 def test_pulse_is_enforced_at_end_of_real_chain(end, omega_c, rest):
     """After every step v is the printed one; at every tick's end so is its velocity."""
     element = rig.device(level=3, probe_right=ProbeSettings(omega_c=0.7))
@@ -187,19 +184,15 @@ def test_waves_stay_below_bound_after_pulses_returned(level):
     element = rig.device(level, design=CASE_II)
     rig.succeed(element, Read())
     rig.ticks(element, math.ceil(max(element.passage_time(end) for end in End) / element.tick))
+    kernels = [compute_weights(end.select_probe(element.settings), DT) for end in End]
     bounds, heard = [], []
     for _ in range(300):
         element.advance()
         each_end = element.transducer.reverberation
         bounds.append([each_end[end].returns.bound for end in End])
-        heard.append([seen(element, end)[-TICK:].mean() for end in End])
+        padded = np.pad(element.transducer.recent, ((0, 0), (TICK, 0)), 'mean')
+        ends = zip(padded, kernels, strict=True)
+        heard.append([np.abs(filter_carrier(v, kernel))[-TICK:].mean() for v, kernel in ends])
     compensated = np.exp(0.5 * CASE_II.eta * element.tick * np.arange(300))[:, None]
     most_to_come = np.maximum.accumulate((np.array(heard) * compensated)[::-1])[::-1]
     assert (most_to_come <= 1.6 * np.array(bounds) * compensated).all()
-
-
-def seen(element, end):
-    """Return the magnitude of the carrier at an end, in the samples that are kept."""
-    v = element.transducer.recent[end.row]
-    kernel = compute_weights(end.select_probe(element.settings), DT)
-    return np.abs(filter_carrier(np.concatenate((np.full(TICK, v.mean()), v)), kernel))
