@@ -14,7 +14,7 @@ from rich.progress import track
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'test'))
 
-from seeded_runs.campaign import describe_run, run_seed_with_timeout
+from seeded_runs.world import describe_run, run_seed_with_timeout
 
 
 def do_many_runs(first: int, count: int) -> int:

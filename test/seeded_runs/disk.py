@@ -28,7 +28,6 @@ class Disk:
     """A disk and the system calls to it.
 
     Attributes:
-        calls: Number of calls so far.
         trouble: What happens to every call: nothing, 'full', 'fails', 'hangs', or 'moody', which
             is any of them now and then, and short writes.
         open_files: Open files of the process, by descriptor.
@@ -43,7 +42,6 @@ class Disk:
         Args:
             scheduler: Its tasks may hand over, or be held up, at every call.
         """
-        self.calls = 0
         self.trouble = ''
         self.troubled_at = 0.0
         self.crash_in = None
@@ -210,7 +208,6 @@ class Disk:
             if not self.crash_in:
                 self.crash_in, scheduler.crash_at = None, scheduler.handovers
         scheduler.hand_over((name, str(path)))
-        self.calls += 1
         trouble = self.trouble
         if not trouble:
             return size

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 from mlmem import (
-    Faults,
     MemoryElement,
     Settings,
     Write,
@@ -18,17 +17,6 @@ from mlmem import (
     snapshot,
 )
 from mlmem.physics import Design
-from mlmem_ros.host.settings import (
-    FileSettings,
-    Parameters,
-    PublishSettings,
-    RecordSettings,
-    StateSettings,
-)
-
-PUBLISH_SETTINGS = PublishSettings(
-    field_every=4, wall_every=4, joint_states_every=4, views_every=8
-)
 
 
 @dataclass(frozen=True)
@@ -42,21 +30,6 @@ class ElementKind:
     def calibration(self):
         """Its factory calibration."""
         return factory_calibration(self.design, self.settings)
-
-    def make_parameters(
-        self, *, record='', state='', interval=0.0, sync_interval=0.2, hash_every=20
-    ):
-        """Return all parameters of a host."""
-        return Parameters(
-            design=self.design,
-            check='skip',
-            settings=self.settings,
-            publish=PUBLISH_SETTINGS,
-            record=RecordSettings(record, sync_interval=sync_interval, hash_every=hash_every),
-            state=StateSettings(state, interval),
-            faults=Faults(),
-            files=FileSettings(),
-        )
 
     @cache  # noqa: B019 (there are five)
     def make_snapshot(self, level):

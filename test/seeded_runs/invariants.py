@@ -28,6 +28,8 @@ PROMPT_ANSWER_S = 1.0
 SLOW_ANSWER_S = 5.0 * DISK_TIMEOUT_S + 3.0
 """Seconds within which whatever needs a disk is answered, be it that it does not answer."""
 
+SLOW_CALLBACKS = ('configure', 'activate', 'deactivate', 'cleanup', 'close', 'failure')
+
 
 @dataclass
 class Ticket:
@@ -98,7 +100,6 @@ class Invariants:
         return ticket
 
     def _check_answer(self, process, ticket):
-        ticket_time = self._now - ticket.asked
         if ticket.moves:
             self.truth.waiting -= 1
         if ticket.future.cancelled():
@@ -111,14 +112,14 @@ class Invariants:
         if ticket.moves and not isinstance(error, Refused):
             self.truth.assume_motion(process.host.element)
         if isinstance(ticket.what, tuple):
-            self._check_service(ticket, error, ticket_time)
+            self._check_service(ticket, error)
         elif error is None and isinstance(outcome := ticket.future.result(), Outcome):
             self._check_outcome(ticket, outcome)
         elif error is None and isinstance(ticket.what, Procedures):
             self.report(f'{ticket} was answered without an outcome')
 
-    def _check_service(self, ticket, error, after):
-        name, given = ticket.what
+    def _check_service(self, ticket, error):
+        (name, given), after = ticket.what, self._now - ticket.asked
         if after > (SLOW_ANSWER_S if name == 'record' else PROMPT_ANSWER_S):
             self.report(f'{ticket} was answered after {after:.3f} s')
         if name == 'record' and not given and error is None:
@@ -137,24 +138,20 @@ class Invariants:
 
     def check_transition(self, process, name, before, refusal):
         """Check a transition that was made, or was not."""
-        self._run.scheduler.add_note(('transition', name, before, process.node.state, refusal))
+        self._run.scheduler.add_note(('transition', name, before, process.state, refusal))
         element = process.host.element
         if refusal is None and name == 'configure':
             self.truth.watch_refusals(element)
             self.truth.assume_motion(element)
         if refusal is None and name == 'deactivate':
-            self._check_stopped(process, element)
-        if refusal and process.node.state == before and self._is_disk_healthy():
+            self.check_stopped(process, element)
+        if refusal and process.state == before and self._is_disk_healthy():
             expected = ('is refused while', 'exists already', 'the device has stopped')
             if not any(text in refusal for text in expected):
                 self.report(f'{name} is refused although the disk is healthy: {refusal}')
 
-    def check_closed(self, process, element):
-        """Check a process that was closed."""
-        if element is not None:
-            self._check_stopped(process, element)
-
-    def _check_stopped(self, process, element):
+    def check_stopped(self, process, element):
+        """Check an element whose loop has ended."""
         if not small.is_finite(element):
             self.report('the state is not finite')
         if element.ticks and not process.host.lost and self._run.script.state:
@@ -171,8 +168,10 @@ class Invariants:
         name, seconds = process.executor.longest
         if seconds > (SLOW_ANSWER_S if name in SLOW_CALLBACKS else PROMPT_ANSWER_S):
             self.report(f'callback {name} took {seconds:.3f} s')
-        if process.loop is not None and not _is_plausible(process.loop.statistics):
-            self.report(f'the loop has kept time like this: {process.loop.statistics}')
+        if process.loop is not None:
+            numbers = vars(process.loop.statistics)
+            if not all(0.0 <= value < math.inf for value in numbers.values()):
+                self.report(f'the loop has kept time like this: {numbers}')
         for ticket in process.tickets:
             if not ticket.future.done():
                 self.report(f'{ticket} was never answered')
@@ -224,9 +223,6 @@ class Invariants:
         return calm and not (disk.trouble or disk.held_up)
 
 
-SLOW_CALLBACKS = ('configure', 'activate', 'deactivate', 'cleanup', 'close', 'failure', 'error')
-
-
 def describe_error(error):
     """Return an exception with the place where it was raised."""
     frames = traceback.extract_tb(error.__traceback__)
@@ -234,8 +230,3 @@ def describe_error(error):
         f'{frame.filename.rpartition("/")[2]}:{frame.lineno}' for frame in reversed(frames[-4:])
     )
     return f'{error!r} at {places}'
-
-
-def _is_plausible(statistics):
-    """Return whether the statistics of a loop are plausible."""
-    return all(0.0 <= value < math.inf for value in vars(statistics).values())

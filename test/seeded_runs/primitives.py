@@ -34,11 +34,7 @@ def _locate_caller():
 
 
 class Lock:
-    """Like `threading.Lock` or `RLock`.
-
-    Attributes:
-        owner: The task that holds it, or None.
-    """
+    """Like `threading.Lock` or `RLock`; `owner` is the task that holds it, or None."""
 
     def __init__(self, *, reentrant=False, name=''):
         self._scheduler = _SCHEDULERS[-1]
@@ -86,34 +82,25 @@ class Lock:
         self.release()
 
 
-class Condition:
+class Condition(Lock):
     """Like `threading.Condition`."""
 
     def __init__(self, *, name=''):
-        self._scheduler = _SCHEDULERS[-1]
-        self._name = name or f'condition {_locate_caller()}'
-        self._lock = Lock(reentrant=True, name=self._name)
+        super().__init__(reentrant=True, name=name or f'condition {_locate_caller()}')
         self._waiters = []
 
-    def __enter__(self):
-        self._lock.acquire()
-
-    def __exit__(self, *_):
-        self._lock.release()
-
     def wait(self, timeout=None):
-        scheduler, lock = self._scheduler, self._lock
-        if lock.owner is not scheduler.current:
+        scheduler, me = self._scheduler, self._scheduler.current
+        if self.owner is not me:
             raise RuntimeError(f'wait on {self._name}, which is not held')
-        depth, lock._depth = lock._depth, 1
-        me = scheduler.current
+        depth, self._depth = self._depth, 1
         self._waiters.append(me)
-        lock.release_lock()
+        self.release_lock()
         woken = scheduler.block(self._name, timeout)
         if not woken:
             self._waiters.remove(me)
-        lock.acquire()
-        lock._depth = depth
+        self.acquire()
+        self._depth = depth
         return woken
 
     def wait_for(self, predicate, timeout=None):
@@ -127,7 +114,7 @@ class Condition:
 
     def notify(self, n=1):
         # Who notifies holds the lock, or what it has changed may be missed.
-        if self._lock.owner is None:
+        if self.owner is None:
             raise RuntimeError(f'notify of {self._name}, which is not held')
         for _ in range(min(n, len(self._waiters))):
             self._scheduler.wake(self._waiters.pop(0))

@@ -6,8 +6,8 @@ from itertools import count
 
 import pytest
 
-from .campaign import run_seed
 from .planted_bugs import PLANTED_BUGS, plant
+from .world import run_seed
 
 MAX_RUNS = 10_000
 """Runs within which a fault has to be found."""

@@ -2,15 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """A run: a script, carried out by a host on a disk, under a scheduler, watched by invariants."""
 
+import signal
 from contextlib import contextmanager
 from pathlib import Path
+from pprint import pformat
 from unittest.mock import patch
 
 from owner import owned
 
-from mlmem import atomic_files
+from mlmem import Faults, atomic_files
 from mlmem.instrument.drivers import Simulation
 from mlmem_ros.host import store, worker
+from mlmem_ros.host.settings import (
+    FileSettings,
+    Parameters,
+    PublishSettings,
+    RecordSettings,
+    StateSettings,
+)
 
 from .disk import Disk, mount_disk
 from .element import ELEMENT_KINDS
@@ -18,19 +27,12 @@ from .invariants import DISK_TIMEOUT_S, Invariants, describe_error
 from .primitives import use_scheduler
 from .process import Process
 from .scheduler import Deadlock, Endless, Scheduler
-from .script import SESSION_PATH, STATE_PATH, Step
+from .script import SESSION_PATH, STATE_PATH, Step, make_script
 
 DISK_ROOT = Path('/disk')
 
-
-@contextmanager
-def _shorten_timeouts():
-    """Make the host wait for a disk no longer than a run lasts."""
-    with (
-        patch.object(worker, 'WORK_TIMEOUT_S', DISK_TIMEOUT_S),
-        patch.object(worker.Worker.wait, '__defaults__', (DISK_TIMEOUT_S,)),
-    ):
-        yield
+RUN_TIMEOUT_S = 120
+"""Seconds after which a run that takes the computer's time, not its own, is given up."""
 
 
 @contextmanager
@@ -68,54 +70,49 @@ class SeededRun:
         self.disk = Disk(self.scheduler)
         self.invariants = Invariants(self)
         self.kind = ELEMENT_KINDS[script.levels]
-        self.given = self.kind.make_parameters(
-            record=SESSION_PATH if script.record else '',
-            state=STATE_PATH if script.state else '',
-            interval=script.interval,
-            sync_interval=script.sync_interval,
+        record = SESSION_PATH if script.record else ''
+        state = STATE_PATH if script.state else ''
+        self.given = Parameters(
+            design=self.kind.design,
+            check='skip',
+            settings=self.kind.settings,
+            publish=PublishSettings(),
+            record=RecordSettings(record, sync_interval=script.sync_interval, hash_every=20),
+            state=StateSettings(state, script.interval),
+            faults=Faults(),
+            files=FileSettings(),
         )
         self._process = None
 
     def run(self):
         """Run it, and return what is wrong."""
-        present = lambda: self.scheduler.current  # noqa: E731
-        watched, within = (
-            owned(self.invariants.report, present),
-            _hand_over_within_ticks(self.scheduler),
-        )
+        scheduler, invariants = self.scheduler, self.invariants
         with (
-            use_scheduler(self.scheduler),
+            use_scheduler(scheduler),
             mount_disk(self.disk),
-            _shorten_timeouts(),
-            watched,
-            within,
+            patch.object(worker, 'WORK_TIMEOUT_S', DISK_TIMEOUT_S),
+            patch.object(worker.Worker.wait, '__defaults__', (DISK_TIMEOUT_S,)),
+            owned(invariants.report, here=lambda: scheduler.current),
+            _hand_over_within_ticks(scheduler),
         ):
-            self._write_earlier_files()
+            atomic_files.make_directory(DISK_ROOT, exist_ok=True)
+            if self.script.state:
+                earlier = self.kind.make_snapshot(self.script.level)
+                store.save_snapshot(Path(STATE_PATH), earlier)
             self._process = Process(self)
-            fate = self.scheduler.spawn(self._take_steps, 'fate', outside=True)
+            fate = scheduler.spawn(self._take_steps, 'fate', outside=True)
             try:
-                self.scheduler.run(fate)
+                scheduler.run(fate)
             except (Deadlock, Endless) as error:
-                self.invariants.report(f'{type(error).__name__}: {error}')
-                self.scheduler.kill()
-            for name, failure in self.scheduler.failures:
-                self.invariants.report(f'{name} raised {describe_error(failure)}')
-        return self.invariants.found
-
-    # --- what the host sees of the world -------------------------------------------------
+                invariants.report(f'{type(error).__name__}: {error}')
+                scheduler.kill()
+            for name, failure in scheduler.failures:
+                invariants.report(f'{name} raised {describe_error(failure)}')
+        return invariants.found
 
     def now_ns(self):
         """Return the time of day in nanoseconds."""
         return round(self.scheduler.time() * 1e9)
-
-    # --- fate ----------------------------------------------------------------------------
-
-    def _write_earlier_files(self):
-        """Put the files of an earlier run on the disk."""
-        atomic_files.make_directory(DISK_ROOT, exist_ok=True)
-        if self.script.state:
-            path = Path(STATE_PATH)
-            store.save_snapshot(path, self.kind.make_snapshot(self.script.level))
 
     def _take_steps(self):
         """Take the steps, from outside the process."""
@@ -139,7 +136,9 @@ class SeededRun:
                 case 'shutdown':
                     self._end_process()
                     if not self._restart_after_crash():
-                        self._start_process()
+                        self._process = Process(self)
+                        for name in ('configure', 'activate'):  # as a node starts itself
+                            self._process.post_step(Step(0.0, name))
                 case _:
                     self._process.post_step(step)
         self.scheduler.sleep(0.5)
@@ -156,12 +155,6 @@ class SeededRun:
         self._process = Process(self)
         return True
 
-    def _start_process(self):
-        """Start the program, as a node that starts itself."""
-        self._process = Process(self)
-        for name in ('configure', 'activate'):
-            self._process.post_step(Step(0.0, name))
-
     def _end_process(self):
         """End the program as a signal does; a disk that hangs is healed when all is given up."""
         process, scheduler = self._process, self.scheduler
@@ -176,3 +169,43 @@ class SeededRun:
         if not scheduler.crashed:
             self.invariants.check_end(process)
             scheduler.kill()
+
+
+# --- runs by their numbers ---------------------------------------------------------------
+
+
+class Stuck(BaseException):
+    """A run does not end."""
+
+
+def run_seed(seed):
+    """Return what is wrong in the run with this number."""
+    return SeededRun(make_script(seed)).run()
+
+
+def run_seed_with_timeout(seed):
+    """Return the same; the run is given up if it does not end."""
+    signal.signal(signal.SIGALRM, _raise_stuck)
+    signal.alarm(RUN_TIMEOUT_S)
+    try:
+        return run_seed(seed)
+    except Stuck:
+        return [f'it does not come back within {RUN_TIMEOUT_S} s of the computer']
+    finally:
+        signal.alarm(0)
+
+
+def _raise_stuck(*_):
+    raise Stuck
+
+
+def describe_run(seed):
+    """Do the run with this number, and describe it."""
+    run = SeededRun(make_script(seed))
+    found = run.run()
+    lines = [
+        f'{at:12.6f}  {who}: {" ".join(map(str, what)) if isinstance(what, tuple) else what}'
+        for at, who, what in run.scheduler.history
+    ]
+    findings = [f'FOUND {finding}' for finding in found] or ['nothing is wrong']
+    return '\n'.join([*lines, '', pformat(run.script, width=99), '', *findings])
