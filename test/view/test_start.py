@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from mlmem_ros.ros.client.client import standalone
+from mlmem_ros.ros.node.run import NOT_STARTED
 from mlmem_tools.cli.main import main
 
 LIFE = Path(__file__).parent.parent / 'data' / 'life'
@@ -92,3 +93,13 @@ def test_page_starts_its_element_and_ends_with_it(run_view, tmp_path, monkeypatc
     assert run_view(['--start', str(file), '--node', '/own/one'], use) == 1
     told = capsys.readouterr().err.splitlines()
     assert told[-1] == 'mlmem view: its node has ended with status -9'
+
+
+def test_page_of_a_node_that_cannot_start_ends(tmp_path, capfd):
+    """Its weakest echo is below the threshold."""
+    file = tmp_path / 'element.yaml'
+    file.write_text('format: 1\nbased_on: bits_1\nprobe: {v_th: 0.009}\n', encoding='utf-8')
+    assert main(['view', '--start', str(file), '--node', '/own/none', '--port', '0']) == 1
+    told = capfd.readouterr().err
+    assert 'cannot start' in told
+    assert told.endswith(f'mlmem view: its node has ended with status {NOT_STARTED}\n')
