@@ -18,7 +18,6 @@ from mlmem import Settings, load_element
 from mlmem.element_file import ELEMENT_NAMES
 from mlmem.physics import CASE_II
 from mlmem.schema import find_descriptions
-from mlmem_ros import RequestRefused
 from mlmem_ros.host.settings import declare_parameters
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.node_process import run_child_process
@@ -169,17 +168,6 @@ def step_until_arrived(memory, waiting=0, unless=lambda: False):
     def has_arrived():
         return unless() or (asked._open and len(asked.waiting) == waiting)
 
-    step_until(memory, has_arrived, f'{waiting} that wait')
-
-
-def check_refused(memory, reply, code):
-    """A request is refused in the tick in which it arrives, with an `ErrorCode`."""
-    step_until(memory, reply.done, 'the refusal')
-    with pytest.raises(RequestRefused) as refusal:
-        reply.wait()
-    assert refusal.value.answer['error_code'] == code
-
-
-def step_until(memory, condition, what):
-    """Step, while time is paused, until a condition holds."""
-    wait_until(lambda: memory.memory.step().wait() and condition(), what, TIMEOUT_S)
+    wait_until(
+        lambda: memory.memory.step().wait() and has_arrived(), f'{waiting} that wait', TIMEOUT_S
+    )

@@ -71,20 +71,6 @@ def until(host, over):
 # --- what is acknowledged is safe -------------------------------------------------------------
 
 
-def test_write_is_saved_before_the_next_command(serve, file, kept):
-    """Though five have arrived meanwhile."""
-    host = serve(**kept).activate()
-    host.pause(True).result(TIMEOUT_S)
-    write = host.submit(Write(0))
-    host.step().answer.result(TIMEOUT_S)
-    for _ in range(5):
-        host.submit(SetStrain(0.0))
-    host.pause(False)
-    outcome = write.answer.result(TIMEOUT_S)
-    assert outcome.success
-    assert store.load_snapshot(file)['ticks'] == outcome.end_tick + 1
-
-
 def fill_disk(path, taken):
     raise StateError(reason='the state cannot be saved: No space left on device')
 
@@ -352,17 +338,3 @@ def test_initial_content_of_a_simulated_element_is_read(serve):
     service.activate()
     assert service.host.element.reading is None
     assert service.host.submit(Read()).answer.result(TIMEOUT_S).reading.level == 5
-
-
-def test_one_of_many_record_requests_succeeds(serve, record):
-    service = serve()
-    host = service.activate()
-    started = [host.record(service.plan(record)) for _ in range(20)]
-    paths = [future.result(TIMEOUT_S) for future in started if future.exception(TIMEOUT_S) is None]
-    assert [str(path) for path in paths] == [record.path]
-    assert host.submit(Read()).answer.result(TIMEOUT_S).success
-    stopped = [host.record(None) for _ in range(20)]
-    assert sum(future.exception(TIMEOUT_S) is None for future in stopped) == 1
-    assert host.refused == 38
-    assert run_replay(load_session(record.path)).exact
-    assert host.sessions.current is None

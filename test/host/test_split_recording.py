@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every file of a split recording begins with the state of an idle device, and replays alone."""
 
+from collections import Counter
+
 import pytest
 from timeouts import TIMEOUT_S
 
@@ -11,8 +13,6 @@ from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.host.settings import RecordSettings
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
-
-HEADER = '/mlmem/session'
 
 
 def record_until_split(service, path):
@@ -29,11 +29,6 @@ def record_until_split(service, path):
     return bag
 
 
-def list_first_topics(bag):
-    """Return the topic of the first message of every file of a bag."""
-    return [next(iter(BagReader(file))).topic for file in bag.glob('*.mcap')]
-
-
 @pytest.mark.parametrize('last_seconds', [0.0, 3600.0], ids=['', 'last seconds'])
 def test_each_file_of_a_split_recording_replays_alone(serve, tmp_path, last_seconds):
     service = serve(record=RecordSettings(last_seconds=last_seconds, hash_every=20))
@@ -44,17 +39,21 @@ def test_each_file_of_a_split_recording_replays_alone(serve, tmp_path, last_seco
     report = run_replay(whole)
     assert report.exact
     assert report.whole
-    assert set(list_first_topics(bag)) == {HEADER}
-    stamped, hashes = [], []
+    first_topics = {next(iter(BagReader(file))).topic for file in bag.glob('*.mcap')}
+    assert first_topics == {'/mlmem/session'}
+    stamped, hashes, events = [], [], Counter()
     for part in range(len(list(bag.glob('*.mcap')))):
         session = load_session(bag / f'session_{part}.mcap')
-        report = run_replay(session)
-        assert (report.exact, report.refused) == (True, [])
+        alone = run_replay(session)
+        assert (alone.exact, alone.refused) == (True, [])
+        assert alone.missing_parts == tuple(range(part))
+        events.update({name: each.equal for name, each in alone.events.items()})
         stamped += session.stamped
         hashes += [each.tick for each in session.hashes]
     assert part >= 2
     assert stamped == whole.stamped
     assert hashes == [each.tick for each in whole.hashes]
+    assert events == {name: each.equal for name, each in report.events.items()}
 
 
 def test_file_grows_while_a_procedure_runs(serve, tmp_path):

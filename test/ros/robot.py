@@ -32,7 +32,6 @@ SERVICES = {
     'get_state': 'lifecycle_msgs/srv/GetState',
     'change_state': 'lifecycle_msgs/srv/ChangeState',
     'get_parameters': 'rcl_interfaces/srv/GetParameters',
-    'list_parameters': 'rcl_interfaces/srv/ListParameters',
     'set_parameters': 'rcl_interfaces/srv/SetParameters',
     'set_parameters_atomically': 'rcl_interfaces/srv/SetParametersAtomically',
 }
@@ -276,13 +275,7 @@ class Robot:
         return self.call('set_parameters', parameters=build_parameters(**{name: value})).results[0]
 
     def get(self, name):
-        return self.get_all([name])[name]
-
-    def get_all(self, names=()):
-        """Return the values of parameters by name, by default of all."""
-        names = names or self.call('list_parameters').result.names
-        found = self.call('get_parameters', names=names).values
-        return dict(zip(names, map(parameter_value_to_python, found), strict=True))
+        return parameter_value_to_python(self.call('get_parameters', names=[name]).values[0])
 
 
 class ActionTool:

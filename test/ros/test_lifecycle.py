@@ -45,19 +45,6 @@ def test_managed_node_passes_through_its_states(start_robot):
     robot.change_state('configure')
 
 
-def test_deactivation_during_a_write_releases_the_strain(start_robot):
-    robot = start_robot(
-        {'write.method': 'strain', 'scale.time': 4e-4, 'publish.joint_states_every': 10}
-    )
-    written = robot.begin_strained_write(3)
-    robot.change_state('deactivate')
-    assert 'aborted' in robot.answer(written)['error']
-    robot.change_state('activate')
-    assert robot.next('joint_states').position[0] == 0.0
-    robot.set(time__speed=40.0)
-    assert robot.write(0)['level'] == 0
-
-
 def test_content_is_saved_at_intervals(start_robot, tmp_path):
     """Also what changes without a write: here the number of ticks."""
     file = tmp_path / 'element.json'

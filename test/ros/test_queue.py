@@ -5,7 +5,7 @@
 import asyncio
 
 import pytest
-from nodes import check_refused, step_until_arrived
+from nodes import step_until_arrived
 from timeouts import TIMEOUT_S
 
 from mlmem_ros import RequestFailed, RequestRefused
@@ -40,19 +40,6 @@ def test_request_past_its_deadline_is_rejected(memory, client):
     assert caught.value.answer['error_code'] == 'busy'
     memory.memory.pause(False).wait()
     assert [reply.wait().details['level'] for reply in replies] == [1, 2, 3]
-
-
-def test_abort_faults_and_queries_do_not_wait(memory, client):
-    first, second = begin_writes(memory, 5, 6)
-    check_refused(memory, client.follow([1.0], [0.0]), 'busy')
-    client.set_parameters({'faults.seed': 3}).wait()
-    assert client.parameters('faults.seed').wait() == {'faults.seed': 3}
-    aborting = client.abort()
-    memory.memory.pause(False).wait()
-    assert aborting.wait().attempts == 1
-    with pytest.raises(RequestFailed, match='aborted'):
-        first.wait()
-    assert second.wait().details['level'] == 6
 
 
 @pytest.mark.skipif(not load_action_types(), reason='mlmem_interfaces is not built')

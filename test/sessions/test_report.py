@@ -138,22 +138,6 @@ def split(tmp_path_factory):
     return path
 
 
-def test_each_part_of_a_split_session_is_exact_alone(split, same_build):
-    whole, alone = run_replay(load_session(split)), []
-    assert (whole.exact, whole.whole) == (True, True)
-    for part in range(len(list(split.glob('*.mcap')))):
-        session = load_session(split / f'bag_{part}.mcap')
-        report = run_replay(session)
-        assert (report.exact, report.missing_parts) == (True, tuple(range(part)))
-        alone.append(report)
-    for name, events in whole.events.items():
-        assert (
-            sum(each.events[name].equal for each in alone if name in each.events) == events.equal
-        )
-    assert sum(each.equal_hashes for each in alone) == whole.equal_hashes == HASHES
-    assert sum(each.commands for each in alone) == whole.commands
-
-
 def test_rewritten_part_is_exact(split, tmp_path, same_build):
     """Another tool leaves out the number of the part."""
     Tampered.read(split / 'bag_2.mcap').write(tmp_path / 'bag')

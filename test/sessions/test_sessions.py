@@ -4,15 +4,12 @@
 
 import json
 import math
-import random
-import shutil
 from pathlib import Path
 
 import pytest
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
-from sampled import sampled
 
-from mlmem import Faults, MemoryElement, Refused, SetFaults, SetStrain, Write
+from mlmem import Faults, MemoryElement, SetFaults, SetStrain
 from mlmem.physics import CASE_II
 from mlmem_ros import __version__
 from mlmem_ros.bag.errors import BagError
@@ -22,6 +19,7 @@ from mlmem_ros.session import records
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.records import SessionTopic
 from mlmem_ros.session.replay import build_element, find_difference, run_replay
+from mlmem_ros.testing import assert_replays
 from mlmem_tools.cli.main import main
 
 from .tampering import Tampered
@@ -60,14 +58,6 @@ def test_header_has_initial_state_and_versions(recorded, tmp_path):
     assert build_element(data).design == CASE_II
 
 
-def test_session_during_a_procedure_is_rejected():
-    element = MemoryElement(CASE_II)
-    element.apply(Write(2))
-    element.advance()
-    with pytest.raises(Refused):
-        records.build_header(element, NODE, {})
-
-
 def test_session_copied_by_another_tool_replays(recorded, tmp_path):
     writing = Writer(tmp_path / 'copy', version=9, storage_plugin=StoragePlugin.MCAP)
     with Reader(tmp_path / 'bag') as reader, writing as writer:
@@ -84,27 +74,45 @@ def test_session_copied_by_another_tool_replays(recorded, tmp_path):
     assert run_replay(found).exact
 
 
-@pytest.mark.parametrize('count', sampled([50, 2000], lambda count: count < 100))
-def test_session_with_a_flipped_bit_is_not_whole(recorded, tmp_path, count):
-    """The CRCs of the file cover every byte."""
-    copy = Path(shutil.copytree(tmp_path / 'bag', tmp_path / 'copy'))
-    file = copy / 'bag_0.mcap'
-    whole = file.read_bytes()
-    chance = random.Random(1)
-    # the end of a file has many lengths and offsets
-    ends = range(len(whole) - 40, len(whole), 1 if count >= 500 else 3)
-    for place in [*chance.sample(range(len(whole)), count), *ends]:
-        flipped = bytearray(whole)
-        flipped[place] ^= 1 << chance.randrange(8)
-        file.write_bytes(flipped)
-        try:
-            found = load_session(copy).lost
-        except BagError as error:
-            found = [str(error)]
-        assert found, f'byte {place} of {len(whole)}'
-
-
 DATA = Path(__file__).parent.parent / 'data'
+"""Golden sessions, recorded by a node in real time and run again without ROS:
+
+    life            write 2, read, erase, come to rest, read
+    manual_drive    write 0, then one level on by strain set by hand, read
+    aborted_write   write 3, abort on the way, write 1, read
+
+They were recorded with numpy 2.4 and numba 0.68 on a processor with AVX-512; a build that gives
+other bits must still decode the same levels.
+"""
+
+
+@pytest.mark.parametrize(
+    ('bag', 'levels', 'done'),
+    [
+        ('life', [2, 2, -1], ['write', 'read', 'erase', 'read']),
+        ('manual_drive', [0, 1], ['write', 'read']),
+        ('aborted_write', [3, 3], ['write: aborted', 'abort', 'write', 'read']),
+    ],
+)
+def test_golden_session_replays(bag, levels, done):
+    session = assert_replays(DATA / bag)
+    session.assert_levels(levels)
+    assert session.report.hashes >= 2
+    assert session.report.refused == []
+    outcomes = [f'{each.procedure}: {each.error}' for each in session.report.outcomes]
+    assert [each.removesuffix(': ') for each in outcomes] == done
+
+
+def test_replay_says_where_and_by_how_much_it_differs():
+    """Move the first command by one tick: the bits differ from the next hash on."""
+    session = load_session(DATA / 'life')
+    tick, command = session.stamped[0]
+    session.stamped[0] = (tick + 1, command)
+    report = run_replay(session)
+    assert not report.exact
+    assert report.first_difference == next(h.tick for h in session.hashes if h.tick > tick)
+    # One tick later under the same ramp: the wall's cells lag by up to some tenths of a cell.
+    assert 1e-9 < report.state_difference < 2.5
 
 
 def renamed(session, node):
