@@ -8,7 +8,7 @@ from sampled import sampled
 from .script import make_script
 from .world import SeededRun, describe_run, run_seed
 
-SHORT_SEEDS = (17, 20, 24, 30, 32, 34, 40, 44, 45, 52, 63, 64, 68, 75, 77, 81, 84, 92)
+SHORT_SEEDS = (17, 20, 24, 30, 32, 34, 40, 44, 45, 46, 52, 63, 64, 68, 73, 75, 77, 81, 84, 92)
 """Of the first hundred runs those that together reach the most code in a second."""
 
 
