@@ -8,8 +8,10 @@ from sampled import sampled
 from .script import make_script
 from .world import SeededRun, describe_run, run_seed
 
-SHORT_SEEDS = (17, 20, 24, 30, 32, 34, 40, 44, 45, 46, 52, 63, 64, 68, 73, 75, 77, 81, 84, 92)
-"""Of the first hundred runs those that together reach the most code in a second."""
+SHORT_SEEDS = (77, 17, 30, 46, 73, 40, 20, 24, 32, 34, 44, 45, 52, 63, 64, 68, 75, 81, 84, 92)
+"""Of the first hundred runs those that together reach the most code in a second, and first those
+that find planted bugs.
+"""
 
 
 @pytest.mark.parametrize(
