@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from ..errors import Checked
 from ..instrument.blocks import Procedure, move_end, wait
@@ -34,32 +34,25 @@ class ClearingPulseSettings(Checked):
     settle: float = describe_time(200.0, 'wait until the walls have left and the waves have faded')
 
 
-@dataclass(frozen=True)
-class ClearingPulse(Move):
-    """A strong pulse of an end, after which the walls leave and its waves decay; see `Move`."""
-
-    name: ClassVar[str] = 'clearing pulse'
-
-    def drive(self, element: Memory, how: Drive) -> Procedure[None]:
-        """Bring back ends that strayed, fire the pulse, and let its waves decay; raises as
-        `Instrument.require_phase`.
-        """
-        settings = element.settings.clearing_pulse
-        yield from bring_ends_back(element)
-        end = End(settings.end)
-        element.require_phase(end)
-        element.begin_cycle('cleared')
-        rest = element.transducer.measure_rest(end)
-        yield from move_end(element, end, Pulse(rest, settings))
-        element.last_moved = element.ticks
-        yield from wait(element, settings.settle)
+def fire_clearing_pulse(element: Memory, how: Drive) -> Procedure[None]:
+    """Bring back ends that strayed, fire the pulse, and let the walls leave and its waves decay;
+    raises as `Instrument.require_phase`.
+    """
+    settings = element.settings.clearing_pulse
+    yield from bring_ends_back(element)
+    end = End(settings.end)
+    element.require_phase(end)
+    element.begin_cycle('cleared')
+    rest = element.transducer.measure_rest(end)
+    yield from move_end(element, end, Pulse(rest, settings))
+    element.last_moved = element.ticks
+    yield from wait(element, settings.settle)
 
 
-def moves_from(
-    design: Design, settings: Settings, start: int, target: int
-) -> Iterator[ClearingPulse]:
+def moves_from(design: Design, settings: Settings, start: int, target: int) -> Iterator[Move]:
     """Yield the clearing pulse of a register, if it has one; kicks clear the others."""
     if settings.holds_words and settings.clearing_pulse.A:
         pulse = settings.clearing_pulse
         duration = pulse_duration(pulse) + pulse.settle
-        yield ClearingPulse(start, blank_content(settings), duration)
+        blank = blank_content(settings)
+        yield Move('clearing pulse', start, blank, duration, fire_clearing_pulse)

@@ -10,9 +10,9 @@ already; so a word is filled from the right. See docs/strainless.md.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -158,85 +158,40 @@ class KickMotion:
         )
 
 
-@dataclass(frozen=True)
-class KickIn(Move):
-    """A kick of a wall from the left end of a blank element to a level; see `Move`.
-
-    Attributes:
-        speed: Mean speed of the end, without corrections.
+def kick_in(level: int, speed: float, element: Memory, how: Drive) -> Procedure[None]:
+    """Kick a wall from the left end of a blank element to a level, at a mean speed of the end
+    without corrections.
     """
-
-    speed: float = field(kw_only=True)
-
-    name: ClassVar[str] = 'kick'
-
-    def drive(self, element: Memory, how: Drive) -> Procedure[None]:
-        """Send the wall; it comes to rest at the level."""
-        yield from catch_up(element)  # where is the end?
-        factor = how.corrections[self.target].speed * how.speed_factor
-        yield from kick_to(element, element.design.D_s2, factor * self.speed)
+    yield from catch_up(element)  # where is the end?
+    factor = how.corrections[level].speed * how.speed_factor
+    yield from kick_to(element, element.design.D_s2, factor * speed)
 
 
-@dataclass(frozen=True)
-class KickOut(Move):
-    """A kick of a kink that takes the wall away; see `Move`."""
+def kick_word_out(start: int, element: Memory, how: Drive) -> Procedure[Reading]:
+    """Kick all walls out of a register that rest at the start, the nearest to the left end first,
+    and read; do so again with what was read.
 
-    name: ClassVar[str] = 'kick out'
-
-    def drive(self, element: Memory, how: Drive) -> Procedure[None]:
-        """Send the kink to the wall."""
-        yield from kick_out(element)
-
-
-@dataclass(frozen=True)
-class WordKick(Move):
-    """A kick of the next wall or kink into a register; see `Move`.
-
-    Attributes:
-        speed: Mean speed of the end.
-    """
-
-    speed: float = field(kw_only=True)
-
-    name: ClassVar[str] = 'kick'
-
-    def drive(self, element: Memory, how: Drive) -> Procedure[None]:
-        """Send a wall, or a kink if the left end is active."""
-        yield from kick_to_other_phase(element, self.speed)
-
-
-@dataclass(frozen=True)
-class WordKickOut(Move):
-    """Kicks that take the walls of a register away, the nearest to the left end first; see `Move`.
-
-    Each sends the opposite wall to the level below the nearest one. Neighbours attract and
+    Each kick sends the opposite wall to the level below the nearest one. Neighbours attract and
     annihilate.
+
+    Raises:
+        ProcedureFailed: The element is not blank after as many turns as there are levels.
     """
-
-    name: ClassVar[str] = 'kick out'
-    listens: ClassVar[bool] = True
-
-    def drive(self, element: Memory, how: Drive) -> Procedure[Reading]:
-        """Kick all walls out that rest at the start, and read; do so again with what was read.
-
-        Raises:
-            ProcedureFailed: The element is not blank after as many turns as there are levels.
-        """
-        design, kick = element.design, element.settings.kick
-        code, content = Code(design.levels, element.settings.register.spacing), self.start
-        for _ in range(design.levels):
-            # of what is not known, one wall
-            walls = code.walls(content) if content != UNDECODABLE else (0,)
-            for first in range(len(walls)):
-                speed = _kick_out_speed(kick, walls[first:])
-                yield from kick_to_other_phase(element, speed, kick.erase_settle)
-            reading = yield from element.reader.read_after_move(element)
-            if (content := reading.level) == 0:
-                return reading
-        raise ProcedureFailed(
-            f'the element is not blank after {design.levels} turns of kicks; read last: '
-            f'{element.describe_content(content)}',
-        )
+    design, kick = element.design, element.settings.kick
+    code, content = Code(design.levels, element.settings.register.spacing), start
+    for _ in range(design.levels):
+        # of what is not known, one wall
+        walls = code.walls(content) if content != UNDECODABLE else (0,)
+        for first in range(len(walls)):
+            speed = _kick_out_speed(kick, walls[first:])
+            yield from kick_to_other_phase(element, speed, kick.erase_settle)
+        reading = yield from element.reader.read_after_move(element)
+        if (content := reading.level) == 0:
+            return reading
+    raise ProcedureFailed(
+        f'the element is not blank after {design.levels} turns of kicks; read last: '
+        f'{element.describe_content(content)}',
+    )
 
 
 def _kick_out_speed(kick: KickSettings, walls: Sequence[int]) -> float:
@@ -248,26 +203,29 @@ def _kick_out_speed(kick: KickSettings, walls: Sequence[int]) -> float:
     return 0.85 * speeds[max(0, walls[0] - 1)]
 
 
-def moves_from(
-    design: Design, settings: Settings, start: int, target: int
-) -> Iterator[KickIn | KickOut | WordKick | WordKickOut]:
+def moves_from(design: Design, settings: Settings, start: int, target: int) -> Iterator[Move]:
     """Yield the kicks that begin at a content; into a register the one that its target needs."""
     if settings.holds_words:
         yield from _word_kicks(design, settings, start, target)
         if start != 0 and not settings.clearing_pulse.A:
             each = _erase_duration(design, settings.kick)
-            yield WordKickOut(start, 0, design.levels / settings.register.spacing * each)
+            duration = design.levels / settings.register.spacing * each
+            out = partial(kick_word_out, start)
+            yield Move('kick out', start, 0, duration, out, listens=True)
     elif settings.write.uses_kicks:
         if start == BLANK:
             shape, ringing = settings.kick, ringing_time(design)
             for level in range(design.levels):
                 if speed := kick_speed(design, settings, level):
                     duration = kick_duration(design, shape, speed, shape.settle)
-                    margin = shape.speed_margin(level)
-                    yield KickIn(start, level, duration, ringing, margin, speed=speed)
+                    kick, margin = partial(kick_in, level, speed), shape.speed_margin(level)
+                    yield Move('kick', start, level, duration, kick, ringing, margin)
         elif settings.kick.erases and _can_kick(design, settings, settings.kick.erase_speed):
             duration = _erase_duration(design, settings.kick)
-            yield KickOut(start, BLANK, duration, ringing_time(design))
+            yield Move(
+                'kick out', start, BLANK, duration,
+                lambda element, how: kick_out(element), ringing_time(design),
+            )  # fmt: skip
 
 
 def kick_duration(design: Design, shape: KickSettings, speed: float, settle: float) -> float:
@@ -279,7 +237,7 @@ def _erase_duration(design: Design, shape: KickSettings) -> float:
     return kick_duration(design, shape, shape.erase_speed, shape.erase_settle)
 
 
-def _word_kicks(design: Design, settings: Settings, start: int, target: int) -> Iterator[WordKick]:
+def _word_kicks(design: Design, settings: Settings, start: int, target: int) -> Iterator[Move]:
     """Yield the kick of the next wall of a word, if all walls that rest already are its own."""
     if start == UNDECODABLE:
         return
@@ -291,7 +249,10 @@ def _word_kicks(design: Design, settings: Settings, start: int, target: int) -> 
     level = needed[missing - 1]
     speed = (shape.wall_speeds, shape.kink_speeds)[len(resting) % 2][level]
     duration = kick_duration(design, shape, speed, shape.settle)
-    yield WordKick(start, code.word(needed[missing - 1 :]), duration, speed=speed)
+    yield Move(
+        'kick', start, code.word(needed[missing - 1 :]), duration,
+        lambda element, how: kick_to_other_phase(element, speed),
+    )  # fmt: skip
 
 
 def kick_speed(design: Design, settings: Settings, level: int) -> float:

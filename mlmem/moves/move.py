@@ -17,12 +17,11 @@ from __future__ import annotations
 import heapq
 import itertools
 import pkgutil
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, move_end, wait
@@ -57,7 +56,7 @@ class Drive:
 
 
 @dataclass(frozen=True)
-class Move(ABC):
+class Move:
     """One way to take an element from one content to another.
 
     A content is a level or `BLANK`; of a register it is a word.
@@ -67,6 +66,8 @@ class Move(ABC):
         start: Content at which it begins; `UNDECODABLE` if any will do.
         target: Content at which it ends.
         duration: Time units that it takes; approximate if it listens.
+        drive: Makes it, and returns what it read last if it listens. Raises `ProcedureFailed` if
+            it listens and has not succeeded; `NotFollowed` if the actuator does not follow.
         ringing: Time units for which it leaves the element ringing, until it can be read.
         margin: Relative change that its quantities tolerate.
         needs_actuator: Whether it strains the substrate.
@@ -74,24 +75,15 @@ class Move(ABC):
             only from a content that was read, so it begins a route.
     """
 
+    name: str
     start: int
     target: int
     duration: float
+    drive: Callable[[Memory, Drive], Procedure[Any]]
     ringing: float = 0.0
     margin: float = MIN_MARGIN
-
-    name: ClassVar[str]
-    needs_actuator: ClassVar[bool] = False
-    listens: ClassVar[bool] = False
-
-    @abstractmethod
-    def drive(self, element: Memory, how: Drive) -> Procedure[Any]:
-        """Make the move; return what it read last if it listens.
-
-        Raises:
-            ProcedureFailed: It listens and has not succeeded; `NotFollowed` if the actuator does
-                not follow.
-        """
+    needs_actuator: bool = False
+    listens: bool = False
 
 
 def blank_content(settings: Settings) -> int:

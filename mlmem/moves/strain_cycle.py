@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, follow_ramps, move_end
@@ -110,91 +111,67 @@ def select_peak(cycles: WriteSettings | EraseSettings, compress: bool) -> float:
     return cycles.compression if compress else cycles.tension
 
 
-@dataclass(frozen=True)
-class Launch(Move):
-    """Under a strain the left end moves, and a wall rests at level 0; see `Move`."""
-
-    name: ClassVar[str] = 'launch'
-    needs_actuator: ClassVar[bool] = True
-
-    def drive(self, element: Memory, how: Drive) -> Procedure[None]:
-        """Launch the wall; raises `NotFollowed`."""
-        element.begin_cycle()
-        write, limit = element.settings.write, element.settings.actuator.max_strain
-        write = correct_write(write, how.corrections[self.target], limit)
-        yield from launch_wall(element, write, element.design.D_s2)
+def launch_first_wall(element: Memory, how: Drive) -> Procedure[None]:
+    """Move the left end under a strain; a wall rests at level 0 then. Raises `NotFollowed`."""
+    element.begin_cycle()
+    write, limit = element.settings.write, element.settings.actuator.max_strain
+    write = correct_write(write, how.corrections[0], limit)
+    yield from launch_wall(element, write, element.design.D_s2)
 
 
-@dataclass(frozen=True)
-class StepUp(Move):
-    """One strain cycle takes the wall up by a level; see `Move`."""
-
-    name: ClassVar[str] = 'step up'
-    needs_actuator: ClassVar[bool] = True
-
-    def drive(self, element: Memory, how: Drive) -> Procedure[None]:
-        """Strain the element once, gently if it is read after it; raises `NotFollowed`."""
-        design, actuator, write = element.design, element.settings.actuator, element.settings.write
-        element.begin_cycle()
-        if how.is_last:
-            write = replace(write, release=max(write.release, write.last_release))
-        limit = actuator.max_strain
-        write = correct_write(write, how.corrections[self.target], limit)
-        peak = how.strain_factor * select_peak(write, design.is_freed_by_compression(self.start))
-        cycle = Cycle.plan_cycle(write, max(-limit, min(peak, limit)), actuator.max_rate)
-        yield from follow_ramps(element, cycle, half_period(design) if write.shaped else 0.0)
+def step_up(start: int, element: Memory, how: Drive) -> Procedure[None]:
+    """Take the wall up by a level with one strain cycle, gently if it is read after it; raises
+    `NotFollowed`.
+    """
+    design, actuator, write = element.design, element.settings.actuator, element.settings.write
+    element.begin_cycle()
+    if how.is_last:
+        write = replace(write, release=max(write.release, write.last_release))
+    limit = actuator.max_strain
+    write = correct_write(write, how.corrections[start + 1], limit)
+    peak = how.strain_factor * select_peak(write, design.is_freed_by_compression(start))
+    cycle = Cycle.plan_cycle(write, max(-limit, min(peak, limit)), actuator.max_rate)
+    yield from follow_ramps(element, cycle, half_period(design) if write.shaped else 0.0)
 
 
-@dataclass(frozen=True)
-class KinkDrive(Move):
-    """Strain cycles drive a kink on until it meets the wall, and both vanish; see `Move`."""
+def drive_kink(element: Memory, how: Drive) -> Procedure[Reading]:
+    """Launch a kink and drive it on by strain cycles until it meets the wall, and both vanish.
 
-    name: ClassVar[str] = 'kink drive'
-    needs_actuator: ClassVar[bool] = True
-    listens: ClassVar[bool] = True
+    At the same site a kink needs the opposite strain of a wall. A probe from the right end shows
+    whether the wall is gone: then the echo comes from the far end. With `erase.trust_reading` it
+    first listens when the kink is where the wall was read.
 
-    def drive(self, element: Memory, how: Drive) -> Procedure[Reading]:
-        """Launch a kink and drive it on until it meets the wall.
-
-        At the same site a kink needs the opposite strain of a wall. A probe from the right end
-        shows whether the wall is gone: then the echo comes from the far end. With
-        `erase.trust_reading` it first listens when the kink is where the wall was read.
-
-        Raises:
-            ProcedureFailed: The element is not blank after two cycles per level.
-        """
-        settings, design = element.settings.erase, element.design
-        cycles = 2 * design.levels + 2
-        kink, meeting = 0, _cycles_until_meeting(element)
-        for _ in range(cycles):
-            yield from bring_ends_back(element, (End.RIGHT, End.LEFT))
-            if element.phase(End.LEFT) != 0:
-                element.begin_cycle()
-                yield from launch_wall(element, settings, design.D_s1)
-                if kink:  # launched again: the prediction no longer holds
-                    kink = meeting = 0
-            late = kink - meeting
-            # read after each of the first cycles, then at intervals that grow by an eighth: a
-            # read takes as long as one cycle or several
-            if late >= 0 and late % max(1, late // 8) == 0:
-                reading = yield from element.reader.read(element)
-                if reading.level == BLANK:
-                    return reading
+    Raises:
+        ProcedureFailed: The element is not blank after two cycles per level.
+    """
+    settings, design = element.settings.erase, element.design
+    cycles = 2 * design.levels + 2
+    kink, meeting = 0, _cycles_until_meeting(element)
+    for _ in range(cycles):
+        yield from bring_ends_back(element, (End.RIGHT, End.LEFT))
+        if element.phase(End.LEFT) != 0:
             element.begin_cycle()
-            compress = not design.is_freed_by_compression(kink % 2)
-            yield from follow_ramps(
-                element, Cycle.plan_cycle(settings, select_peak(settings, compress))
-            )
-            kink += 1
-        raise ProcedureFailed(
-            f'the element is not blank after {cycles} strain cycles; read last: '
-            f'{describe_level(reading.level)}'
-        )
+            yield from launch_wall(element, settings, design.D_s1)
+            if kink:  # launched again: the prediction no longer holds
+                kink = meeting = 0
+        late = kink - meeting
+        # read after each of the first cycles, then at intervals that grow by an eighth: a read
+        # takes as long as one cycle or several
+        if late >= 0 and late % max(1, late // 8) == 0:
+            reading = yield from element.reader.read(element)
+            if reading.level == BLANK:
+                return reading
+        element.begin_cycle()
+        peak = select_peak(settings, not design.is_freed_by_compression(kink % 2))
+        yield from follow_ramps(element, Cycle.plan_cycle(settings, peak))
+        kink += 1
+    raise ProcedureFailed(
+        f'the element is not blank after {cycles} strain cycles; read last: '
+        f'{describe_level(reading.level)}'
+    )
 
 
-def moves_from(
-    design: Design, settings: Settings, start: int, target: int
-) -> Iterator[Launch | StepUp | KinkDrive]:
+def moves_from(design: Design, settings: Settings, start: int, target: int) -> Iterator[Move]:
     """Yield the moves of one wall by strain."""
     if not settings.actuator.present or settings.holds_words:
         return
@@ -202,14 +179,19 @@ def moves_from(
     if start == BLANK:
         moving = abs(design.D_s2 - design.D_s1) / write.launch_speed
         cycle = Cycle.plan_cycle(write, write.start_strain, rate)
-        yield Launch(BLANK, 0, cycle.duration + moving)
+        duration = cycle.duration + moving
+        yield Move('launch', BLANK, 0, duration, launch_first_wall, needs_actuator=True)
         return
     if 0 <= start < design.levels - 1:
         cycle = Cycle.plan_cycle(write, write.tension, rate)
-        yield StepUp(start, start + 1, cycle.duration)
+        yield Move(
+            'step up', start, start + 1, cycle.duration, partial(step_up, start),
+            needs_actuator=True,
+        )  # fmt: skip
     kink = Cycle.plan_cycle(settings.erase, settings.erase.compression, rate)
     place = design.levels - 1 if start == UNDECODABLE else start
-    yield KinkDrive(start, BLANK, (place + 2) * kink.duration + ringing_time(design))
+    duration = (place + 2) * kink.duration + ringing_time(design)
+    yield Move('kink drive', start, BLANK, duration, drive_kink, needs_actuator=True, listens=True)
 
 
 def half_period(design: Design) -> float:
