@@ -135,4 +135,4 @@ def rehearse_levels(design: Design, settings: Settings) -> BadCells:
             except (ProcedureFailed, StateError):  # there is no way, or a cell left its range
                 lost[level] = f'cannot be reached: cell {site} has {weak[site]:g} of its stiffness'
                 break
-    return found.exclude_levels(lost)
+    return replace(found, lost={**found.lost, **lost})

@@ -23,10 +23,10 @@ from ..errors import SettingsError
 from ..instrument.echo import pulse_duration
 from ..instrument.end import End, Shot
 from ..physics import Design, Specimen
-from ..physics.potential import Array
 from ..physics.waves import group_velocity, pass_band
 from ..rejections import ErrorCode
 from ..settings import Settings
+from .decoding import make_undecodable
 from .reading import BLANK, UNDECODABLE, Reading
 from .register import Content, Forecasts, pin_contents, pin_walls
 from .waveforms import Ends, Listener
@@ -35,51 +35,16 @@ MAX_FORECAST_DISTANCE = 0.5
 """Most that this distance counts: with few levels forecasts are far apart."""
 
 
-class HiddenPart(Forecasts):
-    """What both ends do after a pulse of the right end: no wall is behind the last stuck cell, or
-    two are.
-
-    Attributes:
-        cell: The last stuck cell.
-    """
-
-    def __init__(
-        self, contents: Sequence[Content], parts: Array, listener: Listener, cell: int
-    ) -> None:
-        super().__init__(contents, parts, listener)
-        self.nearest_distances = np.minimum(
-            self.nearest_distances, MAX_FORECAST_DISTANCE * self.pulse_size
-        )
-        self.cell = cell
-
-    def confirm_reading(self, reading: Reading, shot: Shot, noise: float, least: float) -> Reading:
-        """Return a reading if no wall is beyond the cell, or else an undecodable one."""
-        found = self.decode(shot, noise, (0, 0), least)
-        if found.level == BLANK:
-            return reading
-        why = found.reason or f'the right end hears {found.walls} walls'
-        reason = f'nothing is known beyond cell {self.cell}: {why}'
-        return replace(reading, level=UNDECODABLE, code='', level_margin=0.0, reason=reason)
-
-
 class BadCells(Forecasts):
     """What both ends do by level with known bad cells.
 
     Attributes:
-        lost: Why a level cannot be used, by level.
-        hidden_part: Forecasts of the part that a stuck cell hides from the left end, or None.
+        usable: The levels that can be used.
     """
 
-    def __init__(
-        self,
-        contents: Sequence[Content],
-        parts: Array,
-        listener: Listener,
-        lost: dict[int, str],
-        hidden_part: HiddenPart | None = None,
-    ) -> None:
-        super().__init__(contents, parts, listener)
-        self.hidden_part = hidden_part
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        contents, parts, lost = self.contents, self.parts, self.lost
         from_blank = np.linalg.norm(parts - parts[0], axis=1)
         from_blank[0] = from_blank[1:].min(initial=np.inf)
         pulse = self.pulse_size
@@ -92,20 +57,16 @@ class BadCells(Forecasts):
             if near < 0.02 * pulse  # a forecast must differ by 2 % of the pulse from any other
         }
         alike.pop(UNDECODABLE, None)
-        self.lost: Mapping[int, str] = dict(sorted({**alike, **lost}.items()))
+        self.lost = dict(sorted({**alike, **lost}.items()))
+        self.limits = '; '.join(_describe_lost(self.lost)) or 'every level can be used'
         for row, each in enumerate(contents):
             if each.number in self.lost:  # what is like it is refused anyway
                 self.nearest_distances[row] = MAX_FORECAST_DISTANCE * pulse
         levels = {each.number for each in contents if len(each.walls) == 1}
         self.usable = tuple(sorted(levels - set(self.lost)))
         if BLANK in self.lost or not self.usable:
-            why = f'the element is lost with them: {self.describe_limits()}'
+            why = f'the element is lost with them: {self.limits}'
             raise SettingsError(ErrorCode.UNSUPPORTED, 'element.bad_cells', reason=why)
-
-    def exclude_levels(self, lost: dict[int, str]) -> BadCells:
-        """Return the forecasts with more levels that cannot be used, and why."""
-        lost = {**self.lost, **lost}
-        return BadCells(self.contents, self.parts, self.listener, lost, self.hidden_part)
 
     @property
     def least_distance(self) -> float:
@@ -119,22 +80,19 @@ class BadCells(Forecasts):
         """Return the level, as `Forecasts.decode`; one that cannot be used is undecodable."""
         reading = super().decode(shot, noise, phases, least)
         if reading.level == UNDECODABLE and reading.walls:
-            return replace(reading, level_margin=0.0, reason=f'there are {reading.walls} walls')
+            return make_undecodable(reading, f'there are {reading.walls} walls', reading.walls)
         if why := self.lost.get(reading.level):
             reason = f'it sounds like level {reading.level}, which {why}'
-            return replace(reading, level=UNDECODABLE, code='', level_margin=0.0, reason=reason)
+            return make_undecodable(reading, reason, reading.walls)
         return reading
 
-    def describe_limits(self) -> str:
-        """Return which levels cannot be used, and why."""
-        return '; '.join(self._describe_lost()) or 'every level can be used'
 
-    def _describe_lost(self) -> Iterator[str]:
-        for level, why in self.lost.items():
-            if self.lost.get(level - 1) == why:
-                continue
-            last = next(n for n in itertools.count(level) if self.lost.get(n + 1) != why)
-            yield f'level{f" {level}" if last == level else f"s {level} to {last}"} {why}'
+def _describe_lost(lost: Mapping[int, str]) -> Iterator[str]:
+    for level, why in lost.items():
+        if lost.get(level - 1) == why:
+            continue
+        last = next(n for n in itertools.count(level) if lost.get(n + 1) != why)
+        yield f'level{f" {level}" if last == level else f"s {level} to {last}"} {why}'
 
 
 def add_bad_cells(design: Design, settings: Settings) -> Specimen:
@@ -185,17 +143,16 @@ def forecast_bad_cells(design: Design, settings: Settings) -> BadCells:
         lost.setdefault(level, 'cannot be held: no wall rests there beside a bad cell')
     listener = Listener(settings)
     ends = Ends(made, settings, listener)
-    parts = ends.compute_answers(made, at)
-    return BadCells(
-        contents, parts, listener, lost, _forecast_hidden_part(made, settings, ends, listener)
-    )
+    hidden_part = _forecast_hidden_part(made, settings, ends, listener)
+    answers = ends.compute_answers(made, at)
+    return BadCells(contents, answers, listener, lost=lost, hidden_part=hidden_part)
 
 
 def _forecast_hidden_part(
     made: Specimen, settings: Settings, ends: Ends, listener: Listener
-) -> HiddenPart | None:
-    """Return the forecasts for the part that stuck cells hide from the left end, if there is one:
-    without walls, and with two near each other.
+) -> Forecasts | None:
+    """Return what both ends do after a pulse of the right end if stuck cells hide a part from the
+    left one: no wall is behind the last of them, or two are near each other.
     """
     if not settings.element.stuck_sites:
         return None
@@ -205,7 +162,10 @@ def _forecast_hidden_part(
     contents, at = pin_contents(
         made, [(low, low + apart) for low, apart in pairs if low + apart < design.levels]
     )
-    return HiddenPart(contents, ends.compute_answers(made, at, End.RIGHT), listener, cell)
+    found = Forecasts(contents, ends.compute_answers(made, at, End.RIGHT), listener, End.RIGHT)
+    farthest = MAX_FORECAST_DISTANCE * found.pulse_size
+    found.nearest_distances = np.minimum(found.nearest_distances, farthest)
+    return found
 
 
 def forecast_stuck_cells(design: Design, settings: Settings, sites: Iterable[int]) -> Forecasts:

@@ -37,12 +37,7 @@ class DelayReader(Reader):
 
     def __init__(self, design: Design) -> None:
         """Make the reader of a design."""
-        self.content_count = design.levels
-        self.single_walls = {level: level for level in range(design.levels)}
-
-    def list_walls(self, content: int) -> tuple[int, ...]:
-        """Return the level of the wall; nothing for a blank element."""
-        return (content,) if content >= 0 else ()
+        super().__init__({BLANK: (), **{level: (level,) for level in range(design.levels)}})
 
     def read_duration(self, element: Memory) -> float:
         """Return the time for the longest echo, and the rest before it."""

@@ -231,10 +231,9 @@ def swinging_time(element: Instrument) -> float:
     return 10.0 / element.design.eta - (element.ticks - element.last_moved) * element.tick
 
 
-def record_waveforms(
-    element: Memory, forecasts: Forecasts, end: End = End.LEFT
-) -> Procedure[tuple[Shot, float]]:
-    """Wait until the ends are quiet in the band of the pulse, fire it at one, and record both.
+def record_waveforms(element: Memory, forecasts: Forecasts) -> Procedure[tuple[Shot, float]]:
+    """Wait until the ends are quiet in the band of the pulse, fire it at the end of the forecasts,
+    and record both.
 
     For an element at rest one look suffices; otherwise a passage.
 
@@ -272,8 +271,8 @@ def record_waveforms(
                 f'was {math.sqrt(loudest / forecasts.max_noise):.3g} times as loud as it may be '
                 f'{since} ticks ago; they must be quiet for {passage}'
             )
-    element.require_phase(end)
-    return (yield from fire_pulse(element, end, probe, listener.ticks)), noise
+    element.require_phase(forecasts.end)
+    return (yield from fire_pulse(element, forecasts.end, probe, listener.ticks)), noise
 
 
 def fire_pulse(element: Instrument, end: End, probe: ProbeSettings, ticks: int) -> Procedure[Shot]:

@@ -14,8 +14,8 @@ from __future__ import annotations
 import contextlib
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -30,10 +30,11 @@ from ..rejections import ErrorCode
 from ..settings import Settings
 from .calibration import Calibration, DelayTable
 from .reading import UNDECODABLE
-from .register import Content, Forecasts, Match, pin_contents, pin_walls
+from .register import Content, Forecasts, pin_contents, pin_walls
 from .waveforms import Delays, Ends, Listener, simulate_answers
 
 
+@dataclass(eq=False)
 class WallForecasts(Forecasts):
     """What the ends do after a pulse, for the blank element and for every level of one wall.
 
@@ -41,60 +42,53 @@ class WallForecasts(Forecasts):
     walls behind the last level, which name no content: between two levels the margin shows it. And
     so is every content received late by one end, which looks like another content: the right end
     alone distinguishes the upper levels of an element with strong defects.
+
+    Attributes:
+        tail_parts: Of walls behind the last level, shape (walls, lines).
+        late_parts: Of every content received late, shape (delays, contents, lines).
+        max_residual: Largest residual, relative to the blank element's answer.
     """
 
-    def __init__(
-        self,
-        contents: Sequence[Content],
-        parts: Array,
-        tail_parts: Array,
-        late_parts: Array,
-        listener: Listener,
-        end: End,
-        max_residual: float,
-    ) -> None:
-        super().__init__(contents, parts, listener)
-        self.tail_parts, self.late_parts = tail_parts, late_parts
-        self.end, self.max_residual = end, max_residual
+    tail_parts: Array = field(kw_only=True)
+    late_parts: Array = field(kw_only=True)
+    max_residual: float = field(kw_only=True)
 
-    def find_late_content(
-        self, part: Array, found: Match, max_share: float = 0.45
-    ) -> Content | None:
-        """Return another content that one late end would make of a part nearly as well; or None.
+    def find_late_content(self, part: Array, here: int) -> Content | None:
+        """Return another content than that of a row which one late end would make of a part nearly
+        as well; or None.
 
         The way from the forecast of the found content to a late one of another must be walked by
-        less than `max_share`, as with the margin of a read: half-way is nearer to the other one.
+        less than 0.45, as with the margin of a read: half-way is nearer to the other one.
         `mlmem study robust_reads` counts what this refuses, and what it leaves wrong.
         """
-        here = self.contents.index(found.content)
+        walls = len(self.contents[here].walls)
         alike = [
             row
             for row in range(self.late_parts.shape[1])
-            if row != here and len(self.contents[row].walls) == len(found.content.walls)
+            if row != here and len(self.contents[row].walls) == walls
         ]
         ways = self.late_parts[:, alike] - self.parts[here]
         along = ways @ (part - self.parts[here]) / np.square(ways).sum(axis=2)
-        if along.max(initial=0.0) < max_share:
+        if along.max(initial=0.0) < 0.45:
             return None
         return self.contents[alike[int(along.argmax()) % len(alike)]]
 
-    def _judge_match(self, part: Array, found: Match) -> tuple[str, int | None, float]:
-        """Return why a match names no content, empty if it does; the number of walls then, if it
-        is known; and the threshold margin.
+    def _judge_residual(self, part: Array, row: int, left: float) -> tuple[str, int | None, float]:
+        """Judge what the nearest content leaves; see `Forecasts`.
 
         Scattered cells leave a residual in every direction, most of it in none that leads to
         another content, so the residual must not exceed `max_residual` of the blank element's
         answer. A wall behind the last level is nearer to one of its own forecasts than to any
         content.
         """
-        content, share = found.content, found.left / self.pulse_size
+        content, share = self.contents[row], left / self.pulse_size
         if content.number == UNDECODABLE:
             return 'there are two walls', len(content.walls), 0.0
         behind = np.linalg.norm(self.tail_parts - part, axis=1).min(initial=np.inf)
-        if content.walls and behind < found.left:
+        if content.walls and behind < left:
             return 'the wall is behind the last level', 1, 0.0
         reason = ''
-        if late := self.find_late_content(part, found):
+        if late := self.find_late_content(part, row):
             reason = f'what is heard may be {late.number} with a late end, or {content.number}'
         elif share > self.max_residual:
             reason = (
@@ -123,9 +117,10 @@ def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:
     delays = list_delays(settings, listener)
     late_parts = forecast(states[: 1 + design.levels], delays=delays)
     return WallForecasts(
-        contents, forecast(states), forecast(list(hold_tail_walls(made))),
-        late_parts.reshape(len(delays), 1 + design.levels, -1),
-        listener, end, settings.register.max_residual,
+        contents, forecast(states), listener, end,
+        tail_parts=forecast(list(hold_tail_walls(made))),
+        late_parts=late_parts.reshape(len(delays), 1 + design.levels, -1),
+        max_residual=settings.register.max_residual,
     )  # fmt: skip
 
 

@@ -52,21 +52,29 @@ class Reader(ABC):
     """One way to read an element.
 
     Attributes:
-        content_count: How many contents it distinguishes, as numbers from 0.
         unusable_reasons: Why a content cannot be used, by content; empty if all can.
-        limits: Which contents cannot be used and why, in words; empty if no cell is known to be
-            bad.
+        limits: The same in words; empty if no cell is known to be bad.
+        content_count: How many contents it distinguishes, as numbers from 0.
         single_walls: The content with one wall, by level, for every level that can be used.
     """
 
-    content_count: int
-    unusable_reasons: Mapping[int, str] = MappingProxyType({})
-    limits = ''
-    single_walls: Mapping[int, int]
+    def __init__(
+        self,
+        walls: Mapping[int, tuple[int, ...]],
+        unusable_reasons: Mapping[int, str] = MappingProxyType({}),
+        limits: str = '',
+    ) -> None:
+        self._walls, self.unusable_reasons, self.limits = walls, unusable_reasons, limits
+        self.content_count = 1 + max((*walls, *unusable_reasons))
+        self.single_walls = {
+            levels[0]: content
+            for content, levels in walls.items()
+            if len(levels) == 1 and content >= 0 and content not in unusable_reasons
+        }
 
-    @abstractmethod
     def list_walls(self, content: int) -> tuple[int, ...]:
         """Return the levels at which the walls of a content rest, the lowest first."""
+        return self._walls[content]
 
     @abstractmethod
     def read_duration(self, element: Memory) -> float:

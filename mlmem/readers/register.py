@@ -13,10 +13,9 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,9 +32,6 @@ from .decoding import explain_no_phase
 from .reading import BLANK, UNDECODABLE, Reading
 from .waveforms import Ends, Listener
 from .words import Code, make_code
-
-if TYPE_CHECKING:
-    from .bad_cells import HiddenPart
 
 MAX_LEVEL_OFFSET_CELLS = 2.0
 """Distance in cells up to which a wall rests at the defect of its level."""
@@ -134,22 +130,7 @@ def pin_contents(
     return contents, states
 
 
-class Match(NamedTuple):
-    """A content beside what was received.
-
-    Attributes:
-        content: The nearest.
-        left: What remains when its forecast is taken off.
-        nearest: Distance of its forecast from any other (`Forecasts.nearest`).
-        along: How far it is on the way to any other: 0 at the forecast, 1 at the other.
-    """
-
-    content: Content
-    left: float
-    nearest: float
-    along: float
-
-
+@dataclass(eq=False)
 class Forecasts:
     """What both ends do after the pulse of a read, by content.
 
@@ -159,26 +140,21 @@ class Forecasts:
         listener: Makes parts.
         end: The end that fires the pulse.
         lost: Why a content cannot be used, by its number.
+        limits: The same in words; empty if no cell is known to be bad.
         hidden_part: The forecasts of the part that a stuck cell hides from the pulse, or None.
     """
 
-    end = End.LEFT
-    lost: Mapping[int, str] = MappingProxyType({})
-    hidden_part: HiddenPart | None = None
+    contents: Sequence[Content]
+    parts: Array
+    listener: Listener
+    end: End = End.LEFT
+    lost: Mapping[int, str] = field(default_factory=dict)
+    limits: str = ''
+    hidden_part: Forecasts | None = None
 
-    def __init__(self, contents: Sequence[Content], parts: Array, listener: Listener) -> None:
-        self.contents, self.parts, self.listener = contents, parts, listener
-        self._square = np.square(parts).sum(axis=1)
-        self.odd = np.array([len(each.walls) % 2 for each in contents])
-
-    @cached_property
-    def content_count(self) -> int:
-        """How many contents there are, as numbers from 0, those that are lost included."""
-        return 1 + max((*self.lost, *(each.number for each in self.contents)))
-
-    def describe_limits(self) -> str:
-        """Return which contents cannot be used, and why; empty if all can."""
-        return ''
+    def __post_init__(self) -> None:
+        self._square = np.square(self.parts).sum(axis=1)
+        self.odd = np.array([len(each.walls) % 2 for each in self.contents])
 
     @cached_property
     def nearest_distances(self) -> Array:
@@ -221,8 +197,11 @@ class Forecasts:
         # the noise during a read may be twice that before it
         return MAX_RESIDUAL_RATIO * MAX_RESIDUAL_RATIO * distance * distance / 2.0
 
-    def find_match(self, part: Array, phase: int) -> Match:
-        """Return the nearest content to a part with a phase at the left end."""
+    def find_nearest(self, part: Array, phase: int) -> tuple[int, float, float]:
+        """Return the row of the content nearest to a part with a phase at the left end, what
+        remains of the part when its forecast is taken off, and how far the part is on the way to
+        any other forecast: 0 at its own, 1 at the other.
+        """
         same = self.odd == phase
         left = np.where(same, self._square - 2.0 * self.parts @ part, np.inf)
         row = int(np.argmin(left))
@@ -231,10 +210,7 @@ class Forecasts:
         same[row] = False
         apart = (self._square - 2.0 * self.parts @ forecast + self._square[row])[same]
         along = (self.parts @ off - forecast @ off)[same] / np.maximum(apart, 1e-30)
-        return Match(
-            self.contents[row], float(np.linalg.norm(off)), float(self.nearest_distances[row]),
-            float(along.max(initial=0.0)),
-        )  # fmt: skip
+        return row, float(np.linalg.norm(off)), float(along.max(initial=0.0))
 
     def decode(
         self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
@@ -252,11 +228,11 @@ class Forecasts:
         if reason := explain_unreadable(shot, noise > self.max_noise, phases):
             return replace(nothing, reason=reason)
         part = self.listener.project_shot(shot)
-        found = self.find_match(part, phases[End.LEFT.row] or 0)
-        reason, walls, threshold_margin = self._judge_match(part, found)
+        row, left, along = self.find_nearest(part, phases[End.LEFT.row] or 0)
+        reason, walls, threshold_margin = self._judge_residual(part, row, left)
         if reason:
             return replace(nothing, reason=reason, walls=walls)
-        margin, content = round(1.0 - 2.0 * found.along, 6), found.content
+        margin, content = round(1.0 - 2.0 * along, 6), self.contents[row]
         if margin < least:
             return replace(
                 nothing, reason=f'what is heard lies between two contents (margin {margin:.2f})'
@@ -266,17 +242,17 @@ class Forecasts:
             threshold_margin=round(threshold_margin, 6), walls=len(content.walls),
         )  # fmt: skip
 
-    def _judge_match(self, part: Array, found: Match) -> tuple[str, int | None, float]:
-        """Return why a match names no content, empty if it does; the number of walls then, if it
-        is known; and the threshold margin.
+    def _judge_residual(self, part: Array, row: int, left: float) -> tuple[str, int | None, float]:
+        """Return why a part is not of its nearest content, given what that leaves, empty if it is;
+        the number of walls then, if it is known; and the threshold margin.
         """
-        allowed = MAX_RESIDUAL_RATIO * found.nearest
-        if found.left <= allowed:
-            return '', None, allowed / max(found.left, 1e-3 * allowed)
+        allowed = MAX_RESIDUAL_RATIO * float(self.nearest_distances[row])
+        if left <= allowed:
+            return '', None, allowed / max(left, 1e-3 * allowed)
         return (
-            f'the nearest forecast, of {found.content.number}, leaves '
-            f'{found.left / allowed:.3g} times what it may: a wall is between levels, or '
-            'something else answers, or there is noise', None, 0.0,
+            f'the nearest forecast, of {self.contents[row].number}, leaves {left / allowed:.3g} '
+            'times what it may: a wall is between levels, or something else answers, or there is '
+            'noise', None, 0.0,
         )  # fmt: skip
 
 
@@ -294,6 +270,7 @@ def explain_unreadable(shot: Shot, noisy: bool, phases: Sequence[int | None]) ->
     return 'the ends move too much to hear every wall' if noisy else ''
 
 
+@dataclass(eq=False)
 class Register(Forecasts):
     """What both ends do by word.
 
@@ -301,11 +278,7 @@ class Register(Forecasts):
         code: The words.
     """
 
-    def __init__(self, code: Code, parts: Array, listener: Listener) -> None:
-        words = range(code.words)
-        contents = [Content(word, code.walls(word), code.format_binary(word)) for word in words]
-        super().__init__(contents, parts, listener)
-        self.code = code
+    code: Code = field(kw_only=True)
 
     def tighten_limits(self, parts: Array, odd: Array) -> None:
         """Tighten the residual limits so that no off-level state decodes as a word.
@@ -343,8 +316,10 @@ def forecast_words(made: Specimen, settings: Settings) -> Register:
             for each in _build_word_parts(made, code, ends.tones.square, ends.tones.loss)
         ]
     )
-    found, others = Register(code, parts, listener), list(find_off_level_states(made, code))
-    if others:
+    words = range(code.words)
+    contents = [Content(word, code.walls(word), code.format_binary(word)) for word in words]
+    found = Register(contents, parts, listener, code=code)
+    if others := list(find_off_level_states(made, code)):
         active = np.stack(others)[:, [0, -1]] > made.design.D_barrier
         found.tighten_limits(ends.compute_answers(made, others), active[:, 0] != active[:, 1])
     return found

@@ -13,7 +13,6 @@ that breaks later fits none of them, and the element asks for a new calibration.
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -25,12 +24,12 @@ from ..commands import Outcome
 from ..errors import Astray, ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure, catch_up
 from ..instrument.echo import EchoDetector
-from ..instrument.end import End
 from ..physics import Specimen
 from ..physics.potential import Array
 from ..rejections import ErrorCode
 from ..settings import Settings
 from .calibration import PulseCorrection, Records
+from .decoding import make_undecodable
 from .listening import record_waveforms, swinging_time, wait_until_pinned
 from .one_wall import WallForecasts, fit_loss_factor, forecast_levels, scale_losses
 from .reader import Reader, Writer, keep_unless_measured
@@ -53,21 +52,10 @@ class WaveformReader(Reader):
 
     def __init__(self, forecasts: Forecasts, made: Specimen | None = None) -> None:
         """Read by these forecasts, which are those of the element as made."""
+        walls_by_content = {number: walls for number, walls, _ in forecasts.contents}
+        super().__init__(walls_by_content, forecasts.lost, forecasts.limits)
         self.forecasts, self.made = forecasts, made
         self._loss_factor = 1.0
-        self.content_count = forecasts.content_count
-        self.unusable_reasons = forecasts.lost
-        self.limits = forecasts.describe_limits()
-        self._walls = {number: walls for number, walls, _ in forecasts.contents}
-        self.single_walls = {
-            walls[0]: number
-            for number, walls in self._walls.items()
-            if len(walls) == 1 and number >= 0 and number not in forecasts.lost
-        }
-
-    def list_walls(self, content: int) -> tuple[int, ...]:
-        """Return the levels at which the walls of a content rest, the lowest first."""
-        return self._walls[content]
 
     def read_duration(self, element: Memory) -> float:
         """Return the time for which both ends are recorded."""
@@ -99,13 +87,18 @@ class WaveformReader(Reader):
         settings = element.settings.register
         detector = EchoDetector(settings.probe, element.driver.dt)
         try:
-            shot, noise = yield from record_waveforms(element, forecasts, forecasts.end)
+            shot, noise = yield from record_waveforms(element, forecasts)
             row = forecasts.end.row
             detector.feed_displacements(shot.samples[row] - shot.rest[row])
             reading = forecasts.decode(shot, noise, element.phases, settings.min_margin)
             if hidden is not None and reading.level != UNDECODABLE:
-                shot, noise = yield from record_waveforms(element, hidden, End.RIGHT)
-                reading = hidden.confirm_reading(reading, shot, noise, settings.min_margin)
+                shot, noise = yield from record_waveforms(element, hidden)
+                found = hidden.decode(shot, noise, (0, 0), settings.min_margin)
+                if found.level != BLANK:
+                    why = found.reason or f'the right end hears {found.walls} walls'
+                    cell = max(element.settings.element.stuck_sites)
+                    reason = f'nothing is known beyond cell {cell}: {why}'
+                    reading = make_undecodable(reading, reason, reading.walls)
         except Astray as error:
             return element.store_unreadable(str(error))
         return element.store_reading(reading, [detector.build_echo(forecasts.end)])
@@ -182,7 +175,7 @@ class WaveformReader(Reader):
             attempt += 1
             yield from writer.kick_out(element)
         listener, end = self.forecasts.listener, self.forecasts.end
-        shot, _ = yield from record_waveforms(element, self.forecasts, end)
+        shot, _ = yield from record_waveforms(element, self.forecasts)
         return fit_loss_factor(made, element.settings, listener, end, listener.project_shot(shot))
 
     def _find_kick_factors(self, element: Memory, writer: Writer) -> Procedure[float]:
@@ -250,13 +243,11 @@ class RecordReader(WaveformReader):
         """
         # In elements that scatter, a wall at the last level is often nearer to the forecast of
         # one behind it. Their own records distinguish them.
-        known = copy.copy(forecasts)
-        known.tail_parts = departed
-        super().__init__(known)
+        super().__init__(replace(forecasts, tail_parts=departed))
         self.by_forecast = WaveformReader(self.forecasts)
         self._records: Records = ()
         self._tail_parts = np.concatenate((forecasts.tail_parts, departed))
-        self._contents = forecasts.contents[: forecasts.content_count + 1]
+        self._contents = forecasts.contents[: self.content_count + 1]
         levels = forecasts.parts[1 : len(self._contents)]
         apart = np.linalg.norm(levels[:, None] - levels, axis=2) / forecasts.pulse_size
         near = float(apart[np.triu_indices(len(levels), 1)].min(initial=np.inf))
@@ -278,8 +269,8 @@ class RecordReader(WaveformReader):
         max_residual = 0.06  # of the nearest record, relative to the response of a blank element
         late_parts = parts[None, :0]  # a late record is seven times the limit from any other
         return WallForecasts(
-            self._contents, parts, tail_parts, late_parts,
-            ideal.listener, End.LEFT, max_residual,
+            self._contents, parts, ideal.listener,
+            tail_parts=tail_parts, late_parts=late_parts, max_residual=max_residual,
         )  # fmt: skip
 
     def read(self, element: Memory, end: str = '') -> Procedure[Reading]:

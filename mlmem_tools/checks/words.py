@@ -54,4 +54,4 @@ def judge_bad_cells(design: Design, settings: Settings) -> Finding:
         return Finding('bad_cells', {}, '', Verdict.FAIL, str(error))
     values = {'usable levels': float(len(found.usable)), 'levels': float(design.levels)}
     verdict = Verdict.WARN if found.lost else Verdict.PASS
-    return Finding('bad_cells', values, '', verdict, found.describe_limits())
+    return Finding('bad_cells', values, '', verdict, found.limits)
