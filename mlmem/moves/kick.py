@@ -83,14 +83,9 @@ class KickSettings(Checked):
     @cached_property
     def peak_speed_ratio(self) -> float:
         """Highest speed of a kick, relative to its mean: 1.5 if it is fastest half-way."""
-        if not self.late:
-            return 1.5
-        s = [k / 1000.0 for k in range(1001)]
-        x = [each + self.late * each * (each - 1.0) for each in s]
-        return max(
-            6.0 * y * (1.0 - y) * (1.0 + self.late * (2.0 * each - 1.0))
-            for each, y in zip(s, x, strict=True)
-        )
+        s = np.arange(1001) / 1000.0
+        x, clock = s + self.late * s * (s - 1.0), 1.0 + self.late * (2.0 * s - 1.0)
+        return float((6.0 * x * (1.0 - x) * clock).max())
 
     @cached_property
     def wall_speeds(self) -> tuple[float, ...]:

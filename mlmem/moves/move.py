@@ -117,11 +117,7 @@ def move_families() -> tuple[Callable[[Design, Settings, int, int], Iterator[Mov
     """Return the functions `moves_from` of the modules beside this one, in order of name."""
     package = import_module(__package__)
     names = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
-    modules = [
-        import_module(f'{__package__}.{name}')
-        for name in names
-        if f'{__package__}.{name}' != __name__
-    ]
+    modules = [import_module(f'{__package__}.{name}') for name in names]
     return tuple(module.moves_from for module in modules if hasattr(module, 'moves_from'))
 
 
@@ -154,16 +150,6 @@ def erasing_moves(design: Design, settings: Settings) -> list[Move]:
     """Return the moves that make an element blank whatever it holds, strained ones last."""
     found = _all_moves(design, settings, UNDECODABLE, BLANK)
     return sorted(found, key=lambda move: move.needs_actuator)
-
-
-def is_strainless(design: Design, settings: Settings, contents: Iterable[int]) -> bool:
-    """Return whether strain is avoided, and some contents are written and erased without it."""
-    erases = any(not move.needs_actuator for move in erasing_moves(design, settings))
-    if not (settings.write.avoids_strain and erases):
-        return False
-    blank = blank_content(settings)
-    routes = [find_route(design, settings, blank, content) for content in contents]
-    return not any(move.needs_actuator for route in routes for move in route)
 
 
 def _all_moves(design: Design, settings: Settings, start: int, target: int) -> list[Move]:

@@ -19,7 +19,7 @@ from ..instrument.echo import detection_threshold
 from ..instrument.end import End
 from ..memory import Memory
 from ..moves.kick import kick_out
-from ..moves.move import blank_content, is_strainless
+from ..moves.move import blank_content, erasing_moves, find_route
 from ..moves.strain_cycle import return_to_zero
 from ..physics import StateError
 from ..procedure_table import UNSET_SEED
@@ -111,10 +111,15 @@ def _run_test(name: str, test: Procedure[Tested]) -> Procedure[Check]:
 
 
 def _is_strainless(element: Memory) -> bool:
-    """Return whether every level is written without strain, and the strain is zero."""
-    contents = element.reader.single_walls.values()
-    strainless = is_strainless(element.design, element.settings, contents)
-    return strainless and element.transmission.encoder_strain == 0.0
+    """Return whether all is written and erased without strain, and the strain is zero."""
+    design, settings = element.design, element.settings
+    erases = any(not move.needs_actuator for move in erasing_moves(design, settings))
+    strained = element.transmission.encoder_strain != 0.0
+    if strained or not (erases and settings.write.avoids_strain):
+        return False
+    blank, contents = blank_content(settings), element.reader.single_walls.values()
+    routes = [find_route(design, settings, blank, content) for content in contents]
+    return not any(move.needs_actuator for route in routes for move in route)
 
 
 def _test_transducer(element: Memory, end: End) -> Procedure[Tested]:

@@ -17,7 +17,6 @@ from ..instrument.blocks import Procedure, ramp_strain, wait
 from ..instrument.end import End
 from ..memory import Memory
 from ..moves.strain_cycle import return_to_zero
-from ..physics import Design
 from ..physics.waves import pass_band
 from ..readers.calibration import PulseCorrection
 from ..readers.listening import fire_pulse, wait_for_decay
@@ -139,26 +138,26 @@ def _launch_wall(element: Memory) -> Procedure[int]:
 
 
 def _record_shots(element: Memory, wall: float, aims: tuple[Aim, ...]) -> Procedure[None]:
+    """Fire pulses, with carriers in the band of the phase of their end, and report the shots."""
+    design, actuator, times = element.design, element.settings.actuator, element.settings.erase
     for aim in aims:
-        yield from _record_shot(element, wall, aim)
-
-
-def _record_shot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
-    actuator, times = element.settings.actuator, element.settings.erase
-    strain = max(-actuator.max_strain, min(aim.strain, actuator.max_strain))
-    strained = actuator.present and strain != 0.0
-    if strained:
-        yield from ramp_strain(element, strain, times.ramp)
-    yield from wait_for_decay(element)
-    yield from wait(element, QUIET_DAMPING_TIMES / element.design.eta)
-    yield from _wait_for_fading(element)
-    element.require_phase(aim.end)
-    probe = make_pulse(element.design, wall, aim)
-    ticks = math.ceil((12.0 * probe.sigma + RECORD_TIME) / element.tick)
-    shot = yield from fire_pulse(element, aim.end, probe, ticks)
-    element.report_shot(replace(shot, wall=wall))
-    if strained:
-        yield from ramp_strain(element, 0.0, times.release)
+        strain = max(-actuator.max_strain, min(aim.strain, actuator.max_strain))
+        strained = actuator.present and strain != 0.0
+        if strained:
+            yield from ramp_strain(element, strain, times.ramp)
+        yield from wait_for_decay(element)
+        yield from wait(element, QUIET_DAMPING_TIMES / design.eta)
+        yield from _wait_for_fading(element)
+        element.require_phase(aim.end)
+        low, high = pass_band(design.k_s2 if wall and aim.end is End.LEFT else design.k_s1)
+        # in cells: what a cell adds to an echo is still linear in it
+        amplitude = 0.01
+        probe = ProbeSettings(low + aim.carrier * (high - low), amplitude, aim.sigma)
+        ticks = math.ceil((12.0 * probe.sigma + RECORD_TIME) / element.tick)
+        shot = yield from fire_pulse(element, aim.end, probe, ticks)
+        element.report_shot(replace(shot, wall=wall))
+        if strained:
+            yield from ramp_strain(element, 0.0, times.release)
 
 
 def _wait_for_fading(element: Memory) -> Procedure[None]:
@@ -172,12 +171,3 @@ def _wait_for_fading(element: Memory) -> Procedure[None]:
         ):
             return
         yield from wait(element, step)
-
-
-def make_pulse(design: Design, wall: float, aim: Aim) -> ProbeSettings:
-    """Return a pulse, with its carrier in the band of the phase of its end."""
-    active = wall and aim.end is End.LEFT
-    low, high = pass_band(design.k_s2 if active else design.k_s1)
-    carrier = low + aim.carrier * (high - low)
-    # in cells: what a cell adds to an echo is still linear in it
-    return ProbeSettings(omega_c=carrier, A=0.01, sigma=aim.sigma)

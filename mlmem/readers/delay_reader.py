@@ -20,7 +20,6 @@ from ..instrument.blocks import Procedure
 from ..instrument.echo import ECHO_TAIL_TIME, Echo
 from ..instrument.end import End
 from ..physics import Design
-from ..physics.potential import Array
 from ..physics.waves import group_velocity
 from .decoding import MAX_THRESHOLD_FACTOR, WALL_GONE_REASON, Decoder, explain_no_phase
 from .delay_calibration import measure_delays
@@ -205,15 +204,10 @@ def locate_reflector(element: Memory, echo: Echo) -> tuple[float, float]:
     if len(delays) < 3:  # nothing is known between them
         bend = min(float(np.abs(sites - position).min()), design.J / math.sqrt(12.0))
     else:
-        bend = _interpolation_error(delays, sites)
+        share = (delays[1:-1] - delays[:-2]) / (delays[2:] - delays[:-2])
+        drawn = sites[:-2] + share * (sites[2:] - sites[:-2])
+        bend = float(np.sqrt(np.mean((drawn - sites[1:-1]) ** 2)) / 4.0)
     return position, math.hypot(WELL_ERROR_CELLS, slope * timing, bend)
-
-
-def _interpolation_error(delays: Array, sites: Array) -> float:
-    """Return the error of straight lines between three levels or more, in cells."""
-    share = (delays[1:-1] - delays[:-2]) / (delays[2:] - delays[:-2])
-    drawn = sites[:-2] + share * (sites[2:] - sites[:-2])
-    return float(np.sqrt(np.mean((drawn - sites[1:-1]) ** 2)) / 4.0)
 
 
 def _combine_places(

@@ -75,9 +75,15 @@ def _estimate_decay(element: Instrument) -> tuple[int, str]:
     """
     if not element.base.is_still:
         return 0, ''
-    if ticks := _count_arrival_ticks(element):
+    design, transducer, remaining = element.design, element.transducer, 0.0
+    for end, each in transducer.reverberation.items():  # what was excited reaches an end by then
+        passage = element.passage_time(end)
+        remaining = max(remaining, passage - each.returns.since * element.driver.dt)
+        # a pulse goes to the wall and back; what a strain excites, anywhere, only goes to an end
+        moved = (element.ticks - element.last_moved) * element.tick
+        remaining = max(remaining, 0.5 * passage - moved)
+    if ticks := math.ceil(remaining / element.tick):
         return ticks, 'it is strained all the time'
-    design, transducer = element.design, element.transducer
     longest, waves = 0, ''
     for end, each in transducer.reverberation.items():
         probe = transducer.probes[end]
@@ -93,21 +99,6 @@ def _estimate_decay(element: Instrument) -> tuple[int, str]:
             waves = f'waves of {bound:.2g} may still reach the {end} end; an echo can be heard up '
             waves += f'to {limit:.2g}'
     return longest, waves
-
-
-def _count_arrival_ticks(element: Instrument) -> int:
-    """Return in how many ticks all that was excited has reached an end; 0 if it has.
-
-    A pulse goes to the wall and back. What a strain excites, anywhere, only goes to an end.
-    """
-    remaining = 0.0
-    for end, each in element.transducer.reverberation.items():
-        passage = element.passage_time(end)
-        remaining = max(remaining, passage - each.returns.since * element.driver.dt)
-        remaining = max(
-            remaining, 0.5 * passage - (element.ticks - element.last_moved) * element.tick
-        )
-    return math.ceil(remaining / element.tick)
 
 
 def noise_floor(element: Instrument, end: End) -> float:

@@ -114,7 +114,12 @@ def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:
     end = End.RIGHT if settings.read.end == 'right' else End.LEFT
     listener = Listener(settings, compared_ends=2 if settings.read.end == 'both' else 1)
     forecast = make_forecast(made, settings, listener, end)
-    delays = list_delays(settings, listener)
+    # Up to four periods of the carrier, in steps of a sixteenth of it. Later signals look like
+    # none of these, and like no other content either: the pulse has passed.
+    step = 2.0 * math.pi / settings.register.omega_c / 16.0
+    delays: list[Delays] = [(step * count, 0.0) for count in range(1, 65)]
+    if listener.compared_ends == 2:
+        delays += [(0.0, delay) for delay, _ in delays]
     late_parts = forecast(states[: 1 + design.levels], delays=delays)
     return WallForecasts(
         contents, forecast(states), listener, end,
@@ -160,17 +165,6 @@ def fit_loss_factor(
     curvature, slope, _ = np.polyfit(factors[about], squares[about], 2)
     found = float(np.clip(-0.5 * slope / curvature, factors[0], factors[-1]))
     return round(found, 6)
-
-
-def list_delays(settings: Settings, listener: Listener) -> list[Delays]:
-    """Return delays of one end up to four periods of the carrier, in steps of a sixteenth of it.
-
-    Later signals look like none of these, and like no other content either: the pulse has passed.
-    """
-    step = 2.0 * math.pi / settings.register.omega_c / 16.0
-    late = [step * count for count in range(1, 65)]
-    driven = [(delay, 0.0) for delay in late]
-    return driven + [(0.0, delay) for delay in late] if listener.compared_ends == 2 else driven
 
 
 def hold_tail_walls(made: Specimen) -> Iterator[Array]:

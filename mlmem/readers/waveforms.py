@@ -142,22 +142,14 @@ class Ends:
             n, dt
         )
 
-    def force(self, ratio: Complex) -> Complex:
-        """Return the force on the driven end: that of the pulse until it ends, and none later.
-
-        Args:
-            ratio: Force over displacement of that end, shape (m, F).
-        """
-        held = ratio * self._pulse
-        ended = np.concatenate((held.real, held.imag), axis=1) @ self._ended
-        return np.asarray(ended[:, : len(held.T)] + 1j * ended[:, len(held.T) :])
-
     def compute_parts(self, lower: Complex, delays: Delays = NO_DELAYS) -> Array:
         """Return the parts, shape (m, 4 lines), of elements with lower rows (p, q), shape
         (m, 2, F), as late signals show them.
         """
         p, q = lower[:, 0], lower[:, 1]
-        force = self.force(p / q)
+        held = p / q * self._pulse  # force on the driven end while the pulse lasts; none later
+        ended = np.concatenate((held.real, held.imag), axis=1) @ self._ended
+        force = ended[:, : len(held.T)] + 1j * ended[:, len(held.T) :]
         late = np.exp(-1j * np.outer(delays, self.tones.omega))
         ends = np.stack((force * q / p, force / p), axis=1) * late
         ends = ends.reshape(2 * len(lower), -1)
