@@ -14,7 +14,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import median_low
-from typing import Any
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from ..physics.waves import fastest_speed
 from ..procedure_table import BLANK, UNDECODABLE, describe_level
 from ..settings import ProbeSettings, ReadSettings, Settings
 from .calibration import Calibration
-from .reading import Reading
+from .reading import Reading, Unclear
 
 MAX_THRESHOLD_FACTOR = 1.4
 """Most by which noise may raise the threshold. Beyond, an echo's slow flank crosses it so late
@@ -61,81 +60,77 @@ class Decoder:
 
         `end` is the one whose delay and distance are reported, or both; by default the settings'.
         """
-        if len(echoes) == 1:
-            (echo,) = echoes.values()
-            return self._decode_echo(echo, phases)
-        first = self.settings.primary_end
-        reading = self._decode_echo(echoes[first], phases)
-        reading = self._confirm_reading(reading, echoes[first.opposite], phases)
-        reading = self._check_amplitude(reading, echoes)
-        return self._report_end(reading, end or self.settings.end)
+        first = self.settings.primary_end if len(echoes) == 2 else next(iter(echoes))
+        end = (end or self.settings.end) if len(echoes) == 2 else first
+        shown = echoes[End.RIGHT if end == End.RIGHT else End.LEFT]
+        in_order = sorted(echoes.values(), key=lambda echo: echo.end is not first)
+        nothing = Reading(
+            UNDECODABLE, '', str(end), shown.delay, 0.0,
+            min(echo.threshold_margin for echo in in_order), math.inf,
+            shapes={echo.end: echo.shape for echo in in_order},
+            left_delay=echoes[End.LEFT].delay if End.LEFT in echoes else None,
+            right_delay=echoes[End.RIGHT].delay if End.RIGHT in echoes else None,
+        )  # fmt: skip
+        try:
+            level, margin = self._find_level(in_order[0], phases)
+            for other in in_order[1:]:
+                margin = min(margin, self._confirm_level(level, first, other, phases))
+                self._check_amplitude(level, echoes)
+        except Unclear as unclear:
+            return replace(nothing, reason=str(unclear), walls=unclear.walls)
+        if level == BLANK:
+            return replace(nothing, level=BLANK, level_margin=margin, walls=0)
+        return replace(
+            nothing, level=level, code=self.design.code(level), level_margin=margin,
+            distance=self._find_distance(shown), walls=1 if len(echoes) == 2 else None,
+        )  # fmt: skip
 
-    def _report_end(self, reading: Reading, end: str) -> Reading:
-        """Return a reading with the delay and the distance at an end; for both, at the left."""
-        which = End.RIGHT if end == End.RIGHT else End.LEFT
-        delay, distance = reading.get_delay(which), reading.distance
-        if reading.level >= 0 and delay is not None:
-            distance = self._find_distance(which, delay)
-        return replace(reading, end=end, delay=delay, distance=distance)
-
-    def _find_distance(self, end: End, delay: float) -> float:
+    def _find_distance(self, echo: Echo) -> float:
         """Return the distance in cells of a reflector, by interpolation between the levels."""
-        design, delays = self.design, np.array(self.calibration.table(end).delays)
+        assert echo.delay is not None
+        design, delays = self.design, np.array(self.calibration.table(echo.end).delays)
         distances = np.array(
-            [end.distance(design, level) for level in range(design.levels)], float
+            [echo.end.distance(design, level) for level in range(design.levels)], float
         )
         order = np.argsort(delays)
-        return float(np.interp(delay, delays[order], distances[order]))
+        return float(np.interp(echo.delay, delays[order], distances[order]))
 
-    def _decode_echo(self, echo: Echo, phases: Phases) -> Reading:
+    def _find_level(self, echo: Echo, phases: Phases) -> tuple[int, float]:
+        """Return the level that an echo names, or `BLANK`, and its margin; raises `Unclear`."""
         end, design = echo.end, self.design
-        nothing = Reading(
-            UNDECODABLE, '', end.value, echo.delay, 0.0, echo.threshold_margin, math.inf,
-            shapes={end: echo.shape}, **_delay_field(echo),
-        )  # fmt: skip
         if reason := self._explain_unclear(echo, phases):
-            return replace(nothing, reason=reason)
+            raise Unclear(reason)
         assert echo.delay is not None
         # The two farthest echoes may be alike; the phase of the left end distinguishes them: with
         # a kink behind it there is no wall at the first defect.
         impossible = BLANK if phases[0] == 1 else 0
         level, margin = self.calibration.table(end).find_nearest(echo.delay, impossible)
         if echo.is_early and margin < 1.0:  # unless the calibrated delay of a level is that short
-            return replace(
-                nothing,
-                reason=f'something is heard at the {end} end when listening begins, at '
-                f'{echo.delay:.2f}, and no level is so near',
+            raise Unclear(
+                f'something is heard at the {end} end when listening begins, at '
+                f'{echo.delay:.2f}, and no level is so near'
             )
         is_near = margin >= self._min_level_margin(echo)
+        if phases[1] == 1 and not is_near:
+            raise Unclear(WALL_GONE_REASON, 0)
         if phases[1] == 1:
-            if not is_near:
-                return replace(nothing, reason=WALL_GONE_REASON, walls=0)
-            return replace(
-                nothing,
-                reason='the right end is active, but the left one hears a wall at level '
-                f'{level}: there are two walls, or more',
-                walls=2,
-            )
-        distance = self._find_distance(end, echo.delay)
+            raise Unclear(
+                f'the right end is active, but the left one hears a wall at level {level}: there '
+                'are two walls, or more', 2,
+            )  # fmt: skip
         if not is_near:
-            return replace(
-                nothing,
-                reason=f'the delay {echo.delay:.2f} at the {end} end lies between levels (margin '
-                f'{margin:.2f}): what answers is near cell {end.cell(design, distance):.0f}',
+            cell = end.cell(design, self._find_distance(echo))
+            raise Unclear(
+                f'the delay {echo.delay:.2f} at the {end} end lies between levels (margin '
+                f'{margin:.2f}): what answers is near cell {cell:.0f}'
             )
-        if level == BLANK:
-            return replace(nothing, level=BLANK, level_margin=margin, walls=0)
-        if phases[0] == 0:
-            return replace(
-                nothing,
-                reason=f'the left end is inactive, but the delay {echo.delay:.2f} from the right '
-                f'is that of a wall at level {level}: there are two walls, or more, or something '
-                f'else answers near cell {design.defect_site(level)}',
-                walls=2,
-            )
-        return replace(
-            nothing, level=level, code=design.code(level), level_margin=margin, distance=distance
-        )
+        if level != BLANK and phases[0] == 0:
+            raise Unclear(
+                f'the left end is inactive, but the delay {echo.delay:.2f} from the right is that '
+                f'of a wall at level {level}: there are two walls, or more, or something else '
+                f'answers near cell {design.defect_site(level)}', 2,
+            )  # fmt: skip
+        return level, margin
 
     def _min_level_margin(self, echo: Echo) -> float:
         """Return the least level margin at either end. With a strong cell before it, both ends
@@ -170,77 +165,61 @@ class Decoder:
             )
         return ''
 
-    def _confirm_reading(self, reading: Reading, other: Echo, phases: Phases) -> Reading:
-        """Return a reading from one end that the echo at the other end confirms, or an undecodable
-        one.
+    def _confirm_level(self, level: int, first: End, other: Echo, phases: Phases) -> float:
+        """Return the margin with which the echo at the other end confirms what the first named;
+        raises `Unclear`.
 
         Both ends detect a single wall, each from its own side. Whatever else reflects (a stuck or
         damaged cell, a second wall, a pulse that still bounces) does so before the wall, and on
         one side: then the other end does not detect the wall where this one does. What makes both
         ends detect late or early, like weak sensors, moves the two places apart.
         """
-        reading = replace(
-            reading,
-            threshold_margin=min(reading.threshold_margin, other.threshold_margin),
-            shapes={**reading.shapes, other.end: other.shape},
-            **_delay_field(other),
-        )
-        if reading.level == UNDECODABLE:
-            return reading
-        unconfirmed = f'{describe_level(reading.level)} is not confirmed'
+        unconfirmed = f'{describe_level(level)} is not confirmed'
         if reason := self._explain_unclear(other, phases):
-            return make_undecodable(reading, f'{unconfirmed}: {reason}')
+            raise Unclear(f'{unconfirmed}: {reason}')
         assert other.delay is not None
         low, high, _ = other.shape
         margin, like = self.measure_agreement(
-            other.probe, other.end, reading.level, (low, other.delay, high)
+            other.probe, other.end, level, (low, other.delay, high)
         )
         if margin >= self._min_level_margin(other):
             if like is None:
-                return replace(reading, level_margin=min(reading.level_margin, margin), walls=1)
-            return make_undecodable(
-                reading,
-                f'{unconfirmed}: the {other.end} end does not tell it from {describe_level(like)}',
-            )
-        level, _ = self.calibration.table(other.end).find_nearest(other.delay, BLANK)
-        here, there = (self.design.defect_site(n) for n in (reading.level, level))
+                return margin
+            text = f'the {other.end} end does not tell it from {describe_level(like)}'
+            raise Unclear(f'{unconfirmed}: {text}')
+        other_level, _ = self.calibration.table(other.end).find_nearest(other.delay, BLANK)
+        here, there = (self.design.defect_site(n) for n in (level, other_level))
         text = (
-            f'the {reading.end} end hears a wall at level {reading.level}, near cell {here}, and '
-            f'the {other.end} end one near cell {there}'
+            f'the {first} end hears a wall at level {level}, near cell {here}, and the '
+            f'{other.end} end one near cell {there}'
         )
-        if (here < there) == (other.end is End.RIGHT) and level != reading.level:
+        if (here < there) == (other.end is End.RIGHT) and other_level != level:
             text += ': something else answers at one of them, or there are three walls, or more'
-            return make_undecodable(reading, text, walls=3)
-        return make_undecodable(reading, text)
+            raise Unclear(text, 3)
+        raise Unclear(text)
 
-    def _check_amplitude(self, reading: Reading, echoes: Mapping[End, Echo]) -> Reading:
-        """Return a reading if no echo is much stronger than that of its level; noise adds to both.
+    def _check_amplitude(self, level: int, echoes: Mapping[End, Echo]) -> None:
+        """Raise `Unclear` if an echo is much stronger than that of a level; noise adds to both.
 
         Both are measured up to the same time, `ECHO_TAIL_TIME` after the later echo of that level:
         a faint one may cross late, and grows as one listens on.
         """
-        if reading.level < 0:
-            return reading
         tables = {end: self.calibration.table(end) for end in echoes}
         longest = max(echo.t[-1] for echo in echoes.values())
         later = {end: longest - echo.t[-1] for end, echo in echoes.items()}  # its pulse was fired
-        until = (
-            max(tables[end].delays[reading.level] + later[end] for end in echoes) + ECHO_TAIL_TIME
-        )
+        until = max(tables[end].delays[level] + later[end] for end in echoes) + ECHO_TAIL_TIME
         for end, echo in echoes.items():
             if not tables[end].shapes or echo.floor:
                 continue
-            *_, known = tables[end].shapes[reading.level]
+            *_, known = tables[end].shapes[level]
             # Echoes of healthy elements, with disorder too, are within 3 % of the calibrated
             # amplitude. A light cell behind a wall echoes with it, and both ends then report the
             # level before.
             if (ratio := echo.measure_amplitude(until - later[end]) / known) > 1.25:
-                return make_undecodable(
-                    reading,
+                raise Unclear(
                     f'the {end} end hears an echo {ratio:.2f} times as loud as that of level '
-                    f'{reading.level}: something else answers with the wall',
+                    f'{level}: something else answers with the wall'
                 )
-        return reading
 
     def measure_agreement(
         self, probe: ProbeSettings, end: End, level: int, crossings: Crossings
@@ -267,10 +246,6 @@ class Decoder:
                 pairs.append((time, known))
         margins = [table.margin(level, time - known, fastest) for time, known in pairs]
         return median_low(margins), like
-
-
-def _delay_field(echo: Echo) -> dict[str, Any]:
-    return {f'{echo.end}_delay': echo.delay}
 
 
 def explain_no_phase(phases: Sequence[int | None]) -> str:

@@ -29,7 +29,7 @@ from ..physics.waves import group_velocity, pass_band
 from ..rejections import ErrorCode
 from ..settings import Settings
 from .calibration import Calibration, DelayTable
-from .reading import UNDECODABLE
+from .reading import UNDECODABLE, Unclear
 from .register import Content, Forecasts, pin_contents, pin_walls
 from .waveforms import Delays, Ends, Listener, simulate_answers
 
@@ -73,7 +73,7 @@ class WallForecasts(Forecasts):
             return None
         return self.contents[alike[int(along.argmax()) % len(alike)]]
 
-    def _judge_residual(self, part: Array, row: int, left: float) -> tuple[str, int | None, float]:
+    def _judge_residual(self, part: Array, row: int, left: float) -> float:
         """Judge what the nearest content leaves; see `Forecasts`.
 
         Scattered cells leave a residual in every direction, most of it in none that leads to
@@ -83,19 +83,20 @@ class WallForecasts(Forecasts):
         """
         content, share = self.contents[row], left / self.pulse_size
         if content.number == UNDECODABLE:
-            return 'there are two walls', len(content.walls), 0.0
+            raise Unclear('there are two walls', len(content.walls))
         behind = np.linalg.norm(self.tail_parts - part, axis=1).min(initial=np.inf)
         if content.walls and behind < left:
-            return 'the wall is behind the last level', 1, 0.0
-        reason = ''
+            raise Unclear('the wall is behind the last level', 1)
         if late := self.find_late_content(part, row):
-            reason = f'what is heard may be {late.number} with a late end, or {content.number}'
-        elif share > self.max_residual:
-            reason = (
+            raise Unclear(
+                f'what is heard may be {late.number} with a late end, or {content.number}'
+            )
+        if share > self.max_residual:
+            raise Unclear(
                 f'the nearest forecast, of {content.number}, leaves {share:.3g} of the pulse; the '
                 f'limit is {self.max_residual:g}'
             )
-        return reason, None, self.max_residual / max(share, 1e-3)
+        return self.max_residual / max(share, 1e-3)
 
 
 def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:

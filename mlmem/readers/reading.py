@@ -85,6 +85,18 @@ class Reading:
         return max(0.0, min(self.level_margin, 1.0 - 1.0 / self.threshold_margin))
 
 
+class Unclear(Exception):
+    """What the ends did names no content.
+
+    Attributes:
+        walls: Number of walls, as far as the ends show it; None if they do not.
+    """
+
+    def __init__(self, reason: str, walls: int | None = None) -> None:
+        super().__init__(reason)
+        self.walls = walls
+
+
 def find_failure_code(last: Reading | None) -> OutcomeCode:
     """Return the code of a procedure that failed, from its last reading."""
     is_undecodable = last is not None and last.level == UNDECODABLE

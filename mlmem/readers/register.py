@@ -29,7 +29,7 @@ from ..physics.waves import Complex, combine_rows, linearize_cells, multiply_mat
 from ..rejections import ErrorCode
 from ..settings import Settings
 from .decoding import explain_no_phase
-from .reading import BLANK, UNDECODABLE, Reading
+from .reading import BLANK, UNDECODABLE, Reading, Unclear
 from .waveforms import Ends, Listener
 from .words import Code, make_code
 
@@ -225,49 +225,50 @@ class Forecasts:
         refused.
         """
         nothing = Reading(UNDECODABLE, '', self.end.value, None, 0.0, 0.0, math.inf)
-        if reason := explain_unreadable(shot, noise > self.max_noise, phases):
-            return replace(nothing, reason=reason)
-        part = self.listener.project_shot(shot)
-        row, left, along = self.find_nearest(part, phases[End.LEFT.row] or 0)
-        reason, walls, threshold_margin = self._judge_residual(part, row, left)
-        if reason:
-            return replace(nothing, reason=reason, walls=walls)
-        margin, content = round(1.0 - 2.0 * along, 6), self.contents[row]
-        if margin < least:
-            return replace(
-                nothing, reason=f'what is heard lies between two contents (margin {margin:.2f})'
-            )
+        try:
+            check_readable(shot, noise > self.max_noise, phases)
+            part = self.listener.project_shot(shot)
+            row, left, along = self.find_nearest(part, phases[End.LEFT.row] or 0)
+            threshold_margin = self._judge_residual(part, row, left)
+            margin, content = round(1.0 - 2.0 * along, 6), self.contents[row]
+            if margin < least:
+                raise Unclear(f'what is heard lies between two contents (margin {margin:.2f})')
+        except Unclear as unclear:
+            return replace(nothing, reason=str(unclear), walls=unclear.walls)
         return replace(
             nothing, level=content.number, code=content.code, level_margin=margin,
             threshold_margin=round(threshold_margin, 6), walls=len(content.walls),
         )  # fmt: skip
 
-    def _judge_residual(self, part: Array, row: int, left: float) -> tuple[str, int | None, float]:
-        """Return why a part is not of its nearest content, given what that leaves, empty if it is;
-        the number of walls then, if it is known; and the threshold margin.
+    def _judge_residual(self, part: Array, row: int, left: float) -> float:
+        """Return the threshold margin of a part, given what its nearest content leaves of it.
+
+        Raises:
+            Unclear: It is not of that content.
         """
         allowed = MAX_RESIDUAL_RATIO * float(self.nearest_distances[row])
-        if left <= allowed:
-            return '', None, allowed / max(left, 1e-3 * allowed)
-        return (
-            f'the nearest forecast, of {self.contents[row].number}, leaves {left / allowed:.3g} '
-            'times what it may: a wall is between levels, or something else answers, or there is '
-            'noise', None, 0.0,
-        )  # fmt: skip
+        if left > allowed:
+            raise Unclear(
+                f'the nearest forecast, of {self.contents[row].number}, leaves '
+                f'{left / allowed:.3g} times what it may: a wall is between levels, or something '
+                'else answers, or there is noise'
+            )
+        return allowed / max(left, 1e-3 * allowed)
 
 
-def explain_unreadable(shot: Shot, noisy: bool, phases: Sequence[int | None]) -> str:
-    """Return why what the ends did tells nothing, whatever it was; '' if it may.
+def check_readable(shot: Shot, noisy: bool, phases: Sequence[int | None]) -> None:
+    """Raise `Unclear` if what the ends did tells nothing, whatever it was.
 
     `noisy` says that there was too much noise before.
     """
     if reason := explain_no_phase(phases):
-        return reason
+        raise Unclear(reason)
     if phases[End.RIGHT.row] == 1:
-        return 'the right end is active: a wall has left the element'
+        raise Unclear('the right end is active: a wall has left the element')
     if not np.isfinite(shot.samples).all():
-        return 'listening was interrupted'
-    return 'the ends move too much to hear every wall' if noisy else ''
+        raise Unclear('listening was interrupted')
+    if noisy:
+        raise Unclear('the ends move too much to hear every wall')
 
 
 @dataclass(eq=False)
