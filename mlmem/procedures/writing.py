@@ -105,7 +105,10 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Outcome]:
             return Outcome((yield from move.drive(element, how)))
         for attempt in range(1, settings.write.attempts + 1):
             element.progress.record_attempts('erase', attempt)
-            if attempt > 1 or not (yield from seems_blank(element)):
+            if attempt == 1 and not settings.holds_words:
+                yield from catch_up(element)
+            # the ends tell nothing of many walls
+            if attempt > 1 or settings.holds_words or element.phases != (0, 0):
                 yield from move.drive(element, how)
             reading = yield from element.reader.read(element)
             if reading.level == blank_content(settings):
@@ -116,14 +119,6 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Outcome]:
         'move erases it: strain does, with an actuator and one wall',
         settings.write.attempts,
     )
-
-
-def seems_blank(element: Memory) -> Procedure[bool]:
-    """Return whether the ends are those of a blank element, which tells nothing of many walls."""
-    if element.settings.holds_words:
-        return False
-    yield from catch_up(element)
-    return element.phases == (0, 0)
 
 
 def kick_by_hand(element: Memory, speed: float) -> Procedure[Outcome]:

@@ -63,14 +63,6 @@ class DelayTable:
         if not all(amplitude > 0.0 for *_, amplitude in self.shapes):
             raise SettingsError.out_of_range('shapes', self.shapes, 'of echoes louder than 0')
 
-    def check(self) -> None:
-        """Raise `SettingsError` unless every level can be distinguished from the others."""
-        steps = np.diff(self.delays)
-        if not ((steps > 0).all() or (steps < 0).all()):
-            delays = [round(delay, 2) for delay in self.delays]
-            expected = 'rising or falling from level to level, to tell levels apart'
-            raise SettingsError(ErrorCode.CONFLICT, 'delays', delays, expected)
-
     @property
     def longest_delay(self) -> float:
         """The delay of the farthest echo."""
@@ -249,8 +241,11 @@ class Calibration:
 
         If given, the end that names the level must distinguish all levels.
         """
-        if first is not None:
-            self.table(first).check()
+        steps = np.diff(self.table(first).delays) if first is not None else np.zeros(0)
+        if first is not None and not ((steps > 0).all() or (steps < 0).all()):
+            delays = [round(delay, 2) for delay in self.table(first).delays]
+            expected = 'rising or falling from level to level, to tell levels apart'
+            raise SettingsError(ErrorCode.CONFLICT, 'delays', delays, expected)
         for end in End:
             if (count := len(self.table(end).delays)) != levels:
                 expected = f'a calibration of {levels} levels, like the design'

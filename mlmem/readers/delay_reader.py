@@ -1,6 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reading one wall by the delay of its echoes, as in the paper; and locating it by them.
+"""Reading one wall by the delay of its echoes, as in the paper; calibrating it, which takes the
+wall through all levels and bisects speeds of kicks; and locating it.
 
 A pulse of either end is reflected by the wall. Both ends listen at the same time, for both must
 detect the same wall (see `decoding.Decoder`).
@@ -9,7 +10,8 @@ detect the same wall (see `decoding.Decoder`).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,14 +23,19 @@ from ..instrument.echo import ECHO_TAIL_TIME, Echo
 from ..instrument.end import End
 from ..physics import Design
 from ..physics.waves import group_velocity
+from .calibration import DelayTable, PulseCorrection
 from .decoding import MAX_THRESHOLD_FACTOR, WALL_GONE_REASON, Decoder, explain_no_phase
-from .delay_calibration import measure_delays
-from .listening import probe_ends, record_waveforms, wait_for_decay
+from .listening import probe_ends, record_waveforms, wait_for_decay, wait_until_pinned
 from .reader import Reader, Writer, keep_unless_measured
-from .reading import BLANK, UNDECODABLE, WELL_ERROR_CELLS, Reading
+from .reading import BLANK, UNDECODABLE, WELL_ERROR_CELLS, Reading, describe_level
 
 if TYPE_CHECKING:
     from ..memory import Memory
+
+
+MIN_KICK_MARGIN = 0.7
+"""Least level margin of a wall that a kick took to its level; one that stopped on its way has at
+most 0.6."""
 
 
 class DelayReader(Reader):
@@ -83,8 +90,28 @@ class DelayReader(Reader):
             ProcedureFailed: The wall did not follow, or the delays do not distinguish the levels;
                 the old calibration is kept.
         """
+        levels: list[Reading] = []
         with keep_unless_measured(element):
-            element.calibration = measured = yield from measure_delays(element, writer)
+            element.calibration = element.forecast or element.calibration
+            empty = (yield from writer.erase(element)).reading
+            blank = empty.delay if empty else None
+            element.correct_pulses(element.pulse_corrections)
+            try:
+                for level in range(element.design.levels):
+                    levels.append((yield from _reach_level(element, writer, level)))
+                left, right = (
+                    DelayTable(
+                        tuple(each.get_delay(end) or 0.0 for each in levels),
+                        blank if end is End.RIGHT else None,
+                        tuple(each.shapes[end] for each in levels),
+                    )
+                    for end in End
+                )
+                measured = replace(element.calibration, left=left, right=right)
+                measured.check(element.design.levels, element.settings.read.primary_end)
+            except (ProcedureFailed, SettingsError) as error:
+                raise ProcedureFailed(f'the calibration was not taken: {error}') from error
+            element.calibration = measured
         return {'delays': {end: measured.table(end).delays for end in End}}
 
     def locate(self, element: Memory) -> Procedure[Outcome]:
@@ -150,6 +177,148 @@ def _store_echoes(element: Memory, echoes: Mapping[End, Echo], end: str = '') ->
         for each in echoes:
             element.transducer.reverberation[each].mark_returned()
     return reading
+
+
+def _correct_kick(element: Memory, level: int, speed: float) -> None:
+    """Set the factor on the speed of the kick to a level; 0: no kick."""
+    corrections = element.pulse_corrections
+    corrections[level] = PulseCorrection(speed=speed)
+    element.correct_pulses(corrections)
+
+
+def _reach_level(element: Memory, writer: Writer, level: int) -> Procedure[Reading]:
+    """Take the wall up to a level from the one below, and listen.
+
+    A level that no kick reaches is reached by a step, if there is an actuator.
+    """
+    below = level - 1 if level else BLANK
+    if element.pulse_corrections[level].speed and element.settings.is_kicked(level):
+        reading = yield from _bisect_kick(element, writer, level)
+        if reading is not None:
+            return reading
+        _correct_kick(element, level, 0.0)
+        yield from writer.erase(element)
+        yield from writer.go_to_level(element, BLANK, below)
+        yield from wait_until_pinned(element)
+    yield from writer.go_to_level(element, below, level, plainly=True)
+    reading = yield from element.reader.read(element)
+    margin, reason = _level_margin(element, level, reading)
+    least = element.settings.write.min_margin
+    if margin < least:
+        reason = reason or f'the step to level {level} has a margin of {margin:.2f}, below {least}'
+        raise ProcedureFailed(reason)
+    return reading
+
+
+def _bisect_kick(element: Memory, writer: Writer, level: int) -> Procedure[Reading | None]:
+    """Kick the wall to a level, at other speeds if it misses; return None if a step must do.
+
+    After a miss the wall continues from where it is, or from a blank element.
+    """
+    settings, place = element.settings, level - 1 if level else BLANK
+    search = search_speed(element.pulse_corrections[level].speed, settings.write.kick_tries)
+    next(search)  # the speed of the calibration comes first
+    while True:
+        if not BLANK <= place < level:
+            yield from writer.erase(element)
+            place = BLANK
+        yield from writer.go_to_level(element, place, level)
+        yield from wait_until_pinned(element)
+        reading = yield from element.reader.read(element)
+        margin, reason = _level_margin(element, level, reading)
+        try:
+            speed = search.send((margin, _find_side(element, level, reading)))
+        except StopIteration as stop:
+            if stop.value:
+                return reading
+            break
+        _correct_kick(element, level, speed)
+        near = reading.level if reading.level_margin >= MIN_KICK_MARGIN else UNDECODABLE
+        place = near if near < level else UNDECODABLE
+    if level and settings.actuator.present:
+        return None
+    raise ProcedureFailed(reason or f'no kick takes the wall to level {level} again')
+
+
+def search_speed(speed: float, tries: int) -> Generator[float, tuple[float, int], bool]:
+    """Search for the speed of a kick: slower if the wall went too far, faster if it fell short.
+
+    Yields factors on the speed in the settings, the given one first. Each receives the level
+    margin of the wall after a kick, and its side: 1 beyond its level, -1 short of it, 0 there. A
+    low margin means that the wall stopped on its way. If no speed takes it to the level, the one
+    that took it nearest is yielded once more.
+
+    Returns:
+        Whether the wall has arrived at the last.
+    """
+    nearest, best, short, far, faster = -math.inf, speed, 0.0, math.inf, True
+    while True:
+        margin, side = yield speed
+        if margin >= MIN_KICK_MARGIN:
+            return True
+        if margin > nearest:
+            nearest, best = margin, speed
+        if side > 0:
+            far = min(far, speed)
+        elif side < 0:
+            short = max(short, speed)
+        if short and far < math.inf:
+            other = math.sqrt(short * far)
+        else:  # step by a tenth towards it
+            other = speed * 1.1 ** -((1 if faster else -1) * (side or 1))
+            if faster and not 1.0 / 1.8 < other < 1.8:
+                # The fastest kicks fall short again: the speed may lie on the other side.
+                short, far, faster = 0.0, math.inf, False
+                other = 1.1 if other < 1.0 else 1.0 / 1.1
+        tries -= 1
+        closed = far < 1.004 * short  # nothing between is worth a try
+        if tries <= 0 or closed or not 0.1 <= other <= 10.0:
+            break
+        speed = other
+    if nearest == -math.inf:
+        return False
+    margin, _ = yield best
+    return margin >= nearest - 0.1  # level margins of a wall at the same place differ by less
+
+
+def _find_side(element: Memory, level: int, reading: Reading) -> int:
+    """Return whether a wall is detected beyond a level, 1, short of it, -1, or neither, 0."""
+    if element.phase(End.LEFT) == 0:
+        return -1  # it fell back
+    if element.phase(End.RIGHT) == 1:
+        return 1  # it ran out
+    for end in End:
+        if (delay := reading.get_delay(end)) is not None:
+            late = delay - element.calibration.table(end).delays[level]
+            return int(math.copysign(1.0, late if end is End.LEFT else -late))
+    return 0
+
+
+def _level_margin(element: Memory, level: int, reading: Reading) -> tuple[float, str]:
+    """Return the margin with which the end that names levels detects one, or why an end does not.
+
+    The reading itself does not say, because the calibration may be off while it is measured.
+    """
+    decoder = Decoder(element.design, element.settings.read, element.calibration)
+    margin = 1.0
+    for end in End:
+        if (delay := reading.get_delay(end)) is None:
+            return -math.inf, f'level {level} gives no echo at the {end} end'
+        nearest, clear = element.calibration.table(end).find_nearest(delay)
+        if end is element.settings.read.primary_end:
+            margin, right = clear, nearest == level
+        else:
+            low, high, _ = reading.shapes[end]
+            # The wall still swings: the other end distinguishes two that are alike here.
+            probe = element.transducer.probes[end]
+            agreed, _ = decoder.measure_agreement(probe, end, level, (low, delay, high))
+            # least margin at the end that does not name levels: far from it, delays of an
+            # element that is not yet calibrated differ most
+            right = agreed >= 0.2
+        if not right:
+            found = f'{describe_level(nearest)}, at {delay:.2f}'
+            return -math.inf, f'on the way to level {level} the {end} end hears {found}'
+    return margin, ''
 
 
 def _find_stuck_cell(element: Memory, echo: Echo) -> Procedure[int]:

@@ -334,7 +334,9 @@ def _number_surroundings(made: Design, code: Code) -> NDArray[np.int64]:
     exp(-0.5 distance).
     """
     near = math.ceil(30.0 / made.J - 0.5)
-    walls = code.build_level_sets()
+    walls = np.zeros((code.words, code.levels), dtype=np.bool_)
+    for word in range(code.words):
+        walls[word, list(code.walls(word))] = True
     behind = np.cumsum(walls[:, ::-1], axis=1)[:, ::-1] % 2
     padded = np.pad(walls, ((0, 0), (near, near))).astype(np.int64)
     found = np.pad(behind, ((0, 0), (0, near + 1)))[:, near + 1 :].astype(np.int64)

@@ -10,9 +10,6 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..errors import SettingsError
 from ..physics import Design
 from ..rejections import ErrorCode
@@ -52,13 +49,6 @@ class Code(NamedTuple):
         """Return whether levels, the lowest first, are those of a word."""
         inside = not walls or (walls[0] >= 0 and walls[-1] < self.levels)
         return inside and all(one in self.levels_below(other) for one, other in pairwise(walls))
-
-    def build_level_sets(self) -> NDArray[np.bool_]:
-        """Return at which levels walls are, for every word, shape (words, levels)."""
-        found = np.zeros((self.words, self.levels), dtype=np.bool_)
-        for word, levels in enumerate(_list_words(self)):
-            found[word, list(levels)] = True
-        return found
 
     @property
     def single_wall_words(self) -> list[int]:

@@ -41,7 +41,7 @@ from mlmem.moves.kick import (
 )
 from mlmem.moves.move import blank_content, find_moves, find_route, move_families
 from mlmem.physics import Scatter, draw_specimen, find_walls
-from mlmem.readers.delay_calibration import KickSearch
+from mlmem.readers.delay_reader import search_speed
 
 from . import rig
 
@@ -246,11 +246,14 @@ to be tried, as powers of 1.1.
 def test_kick_search_brackets_the_speed_on_either_side(script):
     """It steps by a tenth up to a factor of 1.8, then on the other side, and halves a bracket."""
     (low, high), find_side, powers = SCRIPTS[script]
-    search, tried = KickSearch(1.0, tries=20), [1.0]
-    while not search.has_arrived(float(low < search.speed < high)):
-        assert search.change_speed(0.0, find_side(search.speed))
-        tried.append(search.speed)
+    search = search_speed(1.0, tries=20)
+    tried = [next(search)]
+    while not low < tried[-1] < high:
+        tried.append(search.send((0.0, find_side(tried[-1]))))
     assert tried == pytest.approx(np.power(1.1, powers))
+    with pytest.raises(StopIteration) as stop:
+        search.send((1.0, 0))
+    assert stop.value.value is True
 
 
 @pytest.mark.parametrize(
@@ -263,10 +266,21 @@ def test_kick_search_brackets_the_speed_on_either_side(script):
     ],
 )  # fmt: skip
 def test_kick_search_keeps_only_bounds_that_hold(sides, powers):
-    search = KickSearch(1.0, tries=20)
+    search = search_speed(1.0, tries=20)
+    next(search)
     for kick, (side, power) in enumerate(zip(sides, powers, strict=True)):
-        assert search.change_speed(0.01 * kick, side)
-        assert search.speed == pytest.approx(1.1**power)
+        assert search.send((0.01 * kick, side)) == pytest.approx(1.1**power)
+
+
+@pytest.mark.parametrize(('margin', 'arrived'), [(0.45, True), (0.35, False)])
+def test_kick_search_returns_to_the_nearest_speed_once(margin, arrived):
+    """The second of three kicks came nearest, with a margin of 0.5."""
+    search = search_speed(1.0, tries=3)
+    speeds = [next(search), *(search.send((each, -1)) for each in (0.2, 0.5, 0.3))]
+    assert speeds == pytest.approx(np.power(1.1, [0, 1, 2, 1]))
+    with pytest.raises(StopIteration) as stop:
+        search.send((margin, -1))
+    assert stop.value.value is arrived
 
 
 def find_names(design, settings, start, target):
