@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from typing import NamedTuple
 
 from mlmem import threads
 
@@ -14,20 +13,15 @@ from . import jazzy
 from .errors import BagError
 from .writer import BagWriter
 
-
-class _Item(NamedTuple):
-    put: float
-    topic: str
-    cdr: bytes
-    log_time: int
+LoggedMessage = tuple[str, bytes, int]
+"""Topic, CDR, and log time in nanoseconds."""
 
 
 class QueuedWriter:
     """Puts a bounded queue and a thread between a producer and a `BagWriter`.
 
-    A sync begins once the oldest message that is not safe yet has waited for half of the sync
-    interval. Whether it ends in time depends on the disk and on the processor's
-    load, so the actual wait is measured.
+    A sync begins when half of the sync interval has passed since the last one; the other half is
+    for the disk.
 
     When the disk cannot follow and the queue is full, messages are dropped and counted. The
     running count is recorded, as a message on `dropped_topic` whenever it grows, so every gap is
@@ -51,7 +45,7 @@ class QueuedWriter:
         writer: BagWriter,
         *,
         dropped_topic: str,
-        before: Iterable[tuple[str, bytes, int]] = (),
+        before: Iterable[LoggedMessage] = (),
         sync_interval: float = 1.0,
         on_error: Callable[[BagError], object] = lambda error: None,
     ) -> None:
@@ -60,29 +54,27 @@ class QueuedWriter:
         Args:
             writer: An open bag with its topics added. It belongs to the recorder from now on.
             dropped_topic: Topic of the count of dropped messages, a UInt64 of the bag's.
-            before: Messages to write first: topic, CDR and log time.
+            before: Messages to write first.
             sync_interval: Time in seconds within which a message should be safe on the disk.
             on_error: Called once, from the recorder's thread, if the recording fails.
         """
         self.path = writer.path
         self._writer = writer
         self._dropped_topic = dropped_topic
-        self._sync_after = 0.5 * sync_interval  # the other half of the interval is for the disk
+        self._sync_after = 0.5 * sync_interval
         self._last_sync = threads.monotonic()
         self._on_error = on_error
         self._changed = threads.Condition()  # held for a few instructions, never during a write
-        self._queue: list[_Item] = []
+        self._queue: list[LoggedMessage] = []
         self._queued_bytes = 0
         self.dropped = 0
         self._last_dropped_time = 0
         self._accepting = True
-        self._oldest: float | None = None  # when the oldest unsynced message was put
-        self._longest_wait = 0.0
         self.messages = 0
         self.size = 0
         self.full_files = 0
         self.error: BagError | None = None
-        first = [_Item(self._last_sync, *message) for message in before]
+        first = list(before)
         self._thread = threads.Thread(
             target=lambda: self._run(first), name='mlmem-recorder', daemon=True
         )
@@ -105,7 +97,7 @@ class QueuedWriter:
                 self.dropped += 1
                 self._last_dropped_time = log_time
                 return False
-            self._queue.append(_Item(threads.monotonic(), topic, cdr, log_time))
+            self._queue.append((topic, cdr, log_time))
             self._queued_bytes += size
             return True
 
@@ -127,13 +119,6 @@ class QueuedWriter:
         """Messages that wait."""
         return len(self._queue)
 
-    @property
-    def longest_wait(self) -> float:
-        """Longest time in seconds from the `put` of a message until it was safe on the disk, or
-        until now if it still waits.
-        """
-        return max(self._longest_wait, self._measure_wait())
-
     def close(self) -> None:
         """Accept no more messages, write those that wait, and finish the bag; `error` says whether
         that succeeded.
@@ -143,7 +128,7 @@ class QueuedWriter:
             self._changed.notify_all()
         self._thread.join()
 
-    def _run(self, before: list[_Item]) -> None:
+    def _run(self, before: list[LoggedMessage]) -> None:
         """Write what comes before, then what is queued until the recording is closed or fails."""
         stopping, recorded_dropped = False, 0
         try:
@@ -162,38 +147,21 @@ class QueuedWriter:
                 self._sync_if_due()
                 self._update_counts()
             self._writer.close()
-            self._mark_synced()
             self._update_counts()
         except BagError as error:
             self._fail_recording(error)
         except Exception as error:  # a bug here must end the recording, not the robot
             self._fail_recording(BagError(f'Cannot record into {self.path}: {error!r}.'))
 
-    def _write_items(self, items: list[_Item]) -> None:
+    def _write_items(self, items: list[LoggedMessage]) -> None:
         for item in items:
-            if self._oldest is None:
-                self._oldest = item.put
-            self._writer.write(*item[1:])
+            self._writer.write(*item)
             self._sync_if_due()
 
     def _sync_if_due(self) -> None:
-        if self._writer.unsynced:
-            # Write half an interval's worth between two syncs: otherwise a disk that was slow once
-            # would be synced after every message of the backlog.
-            since_sync = threads.monotonic() - self._last_sync
-            if min(self._measure_wait(), since_sync) < self._sync_after:
-                return
+        if threads.monotonic() - self._last_sync >= self._sync_after and self._writer.unsynced:
             self._writer.sync()
             self._last_sync = threads.monotonic()
-        self._mark_synced()
-
-    def _mark_synced(self) -> None:
-        self._longest_wait = self.longest_wait
-        self._oldest = None
-
-    def _measure_wait(self) -> float:
-        """Return how long the oldest unsynced message has waited, in seconds."""
-        return 0.0 if (oldest := self._oldest) is None else threads.monotonic() - oldest
 
     def _update_counts(self) -> None:
         self.messages = self._writer.message_count
@@ -202,7 +170,6 @@ class QueuedWriter:
 
     def _fail_recording(self, error: BagError) -> None:
         self.error = error
-        self._oldest = None  # it is lost
         with self._changed:
             self._accepting = False
             self._queue = []

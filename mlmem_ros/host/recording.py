@@ -21,15 +21,12 @@ from mlmem import MemoryElement, Stamped, atomic_files, threads
 
 from ..bag import jazzy
 from ..bag.errors import BagError
-from ..bag.queued_writer import QueuedWriter
+from ..bag.queued_writer import LoggedMessage, QueuedWriter
 from ..bag.writer import BagWriter
 from ..session import records
 from ..session.records import SessionTopic
 from .settings import SessionPlan
 from .worker import ThrottledLog
-
-LoggedMessage = tuple[str, bytes, int]
-"""Topic, CDR, and log time in nanoseconds."""
 
 
 class Recording(ABC):

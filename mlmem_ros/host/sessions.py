@@ -18,7 +18,8 @@ from .settings import SessionPlan
 from .worker import Overdue, ThrottledLog, Worker
 
 if TYPE_CHECKING:
-    from .recording import BagRecording, LoggedMessage, PreTriggerBuffer, Recording
+    from ..bag.queued_writer import LoggedMessage
+    from .recording import BagRecording, PreTriggerBuffer, Recording
 
 T = TypeVar('T')
 

@@ -4,7 +4,6 @@
 
 import threading
 import time
-from types import SimpleNamespace
 
 import pytest
 from timeouts import TIMEOUT_S
@@ -80,18 +79,6 @@ def test_idle_recording_is_synced(make):
     recorder.put('/level', level(1), 1)
     wait_for(lambda: [m.cdr for m in BagReader(recorder.path)] == [level(1)])
     assert recorder.state == 'recording'
-
-
-def test_longest_wait_shows_a_disk_that_hangs(make, monkeypatch):
-    clock = SimpleNamespace(now=0.0)
-    monkeypatch.setattr('mlmem.threads.monotonic', lambda: clock.now)
-    recorder = make()
-    released = hold(recorder, monkeypatch)
-    clock.now = 30.0
-    assert recorder.longest_wait == 30.0
-    released.set()
-    recorder.close()
-    assert recorder.longest_wait == 30.0
 
 
 def test_overflow_is_counted_and_recorded(make, monkeypatch):

@@ -73,7 +73,7 @@ def test_fault_that_is_set_is_a_warning(element):
 def session(full=False, **changes):
     """Return a recording as far as the report looks at it."""
     values = {'path': '/bag', 'state': 'recording', 'messages': 7, 'size': 9, 'queued': 0}
-    values |= {'dropped': 0, 'error': None, 'longest_wait': 0.0}
+    values |= {'dropped': 0, 'error': None}
     return SimpleNamespace(full=full, bag=SimpleNamespace(**values | changes))
 
 

@@ -191,7 +191,7 @@ class Pace:
 
 
 def report_recorder(host: Host) -> Status:
-    """Report a session, its wait in s; warn of dropped messages and of one at its maximum size."""
+    """Report a session; warn of dropped messages and of one at its maximum size."""
     recording = host.sessions.current
     if recording is None:
         buffer = host.sessions.buffer
@@ -203,7 +203,6 @@ def report_recorder(host: Host) -> Status:
         'bytes': bag.size,
         'queued': bag.queued,
         'dropped': bag.dropped,
-        'longest_wait': round(bag.longest_wait, 3),
     }
     if bag.error is not None:
         return Status(ERROR, str(bag.error), values)
