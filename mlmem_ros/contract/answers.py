@@ -319,28 +319,20 @@ def format_refusal(error: Exception) -> str:
     return json.dumps(values)
 
 
-def build_result(kind: Any, outcome: Outcome, error_code: int) -> Any:
-    """Return a procedure's outcome as the result of an action, with an error code of
-    `kind.Result`.
+def build_result(
+    kind: Any, error_code: int = 0, error: str = '', outcome: Outcome | None = None
+) -> Any:
+    """Return the result of an action: an error code of `kind.Result`, and what the outcome of its
+    procedure tells, if there is one.
     """
-    result = build_failed_result(kind, error_code, outcome.error if error_code else '')
-    values = outcome_to_dict(outcome)
-    for name, row in list_all_fields().items():
-        if values.get(name) is None:
-            continue
-        for field_name, end in wire_fields(name, row):
-            if hasattr(result, field_name):
-                value = values[name].get(end, []) if end else values[name]
-                setattr(result, field_name, value)
-    return result
-
-
-def build_failed_result(kind: Any, error_code: int, error: str) -> Any:
-    """Return the result of an action with nothing but an error."""
     result = kind.Result(error_code=error_code, error=error)
+    values = {} if outcome is None else outcome_to_dict(outcome)
     for name, row in list_all_fields().items():
-        if row.absent is not None and hasattr(result, name):
-            setattr(result, name, row.absent)
+        found = values.get(name)
+        for field_name, end in wire_fields(name, row):
+            value = (found or {}).get(end) if end else row.absent if found is None else found
+            if value is not None and hasattr(result, field_name):
+                setattr(result, field_name, value)
     return result
 
 
@@ -446,14 +438,14 @@ def parse_result(name: str, kind: type[SomeAnswer], result: Any, goal: Any) -> S
     """
     if kind is SelfTested and not result.error_code:
         return parse_self_test(result)  # type: ignore[return-value]
-    values = {**extract_values(name, result)}
+    values = extract_values(name, result)
     for argument in WRITE_ARGUMENTS:
         if (content := getattr(goal, argument, UNSET_CONTENT)) != UNSET_CONTENT:
             values['asked'] = content
     return decode_answer(kind, not result.error_code, values)
 
 
-def extract_values(name: str, result: Any) -> Mapping[str, Any]:
+def extract_values(name: str, result: Any) -> dict[str, Any]:
     """Return a result's values by the names of an answer's JSON object."""
     values: dict[str, Any] = {'error': result.error} if result.error else {}
     if result.error_code == result.REFUSED:

@@ -96,7 +96,7 @@ def test_field_declared_once_is_in_every_answer(monkeypatch):
     texts = describe_outcome(None, outcome).values
     assert (texts['warmth'], texts['warmths_left']) == ('293.5', '1 2')
     by_service = answers.parse_answer(Warmed, True, answers.format_answer(outcome))
-    result = answers.build_result(result_type(Warmed), outcome, 0)
+    result = answers.build_result(result_type(Warmed), outcome=outcome)
     assert (result.warmth, result.left_warmths, result.right_warmths) == (293.5, [1.0, 2.0], [3.0])
     by_action = answers.parse_result('read', Warmed, result, SimpleNamespace())
     for answer in (by_service, by_action):
@@ -111,7 +111,7 @@ def test_field_declared_once_is_in_every_answer(monkeypatch):
 )
 def test_result_of_an_action_says_what_the_service_says(reading, delays):
     outcome = Outcome(reading, procedure='calibrate', end_tick=60, delays=delays)
-    result = answers.build_result(result_type(Calibrated), outcome, 0)
+    result = answers.build_result(result_type(Calibrated), outcome=outcome)
     assert (result.left_delays, result.right_delays) == (list(delays.get('left', ())), [])
     said = answers.extract_values('calibrate', result)
     assert said.items() >= (
@@ -124,7 +124,7 @@ def test_outcome_of_a_register_has_a_word_and_no_level():
     outcome = Outcome(READING, procedure='read', end_tick=60, content_name='word')
     assert (outcome.word, outcome.level) == (5, None)
     by_service = answers.parse_answer(Decoded, True, answers.format_answer(outcome))
-    result = answers.build_result(result_type(Decoded), outcome, 0)
+    result = answers.build_result(result_type(Decoded), outcome=outcome)
     assert (result.word, result.level) == (5, -2)
     by_action = answers.parse_result('read', Decoded, result, SimpleNamespace())
     for answer in (by_service, by_action):
@@ -133,7 +133,7 @@ def test_outcome_of_a_register_has_a_word_and_no_level():
 
 
 def test_value_absent_from_a_result_is_none():
-    result = answers.build_failed_result(result_type(Decoded), 1, 'no echo')
+    result = answers.build_result(result_type(Decoded), 1, 'no echo')
     assert (result.level, result.word, result.walls) == (-2, -2, -1)
     assert math.isnan(result.delay)
     assert math.isnan(result.right_delay)

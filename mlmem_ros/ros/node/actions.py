@@ -166,7 +166,8 @@ class Action:
             result, status = self._judge_result(goal, done)
         except Exception as error:  # answer the client anyway
             self._host.log.exception(self._name, error)
-            result, status = self._build_failure(self._codes.FAILED, error)
+            result = answers.build_result(self._kind, self._codes.FAILED, f'{error}')
+            status = GoalStatus.STATUS_ABORTED
         with self._lock:
             abort = goal.abort
             self._open.remove(goal)
@@ -189,20 +190,18 @@ class Action:
         """Return the result and status at the end of a procedure."""
         if (refusal := done.exception()) is not None:
             self._host.log.refused(self._name, refusal)
-            return self._build_failure(self._codes.REFUSED, refusal)
+            result = answers.build_result(self._kind, self._codes.REFUSED, f'{refusal}')
+            return result, GoalStatus.STATUS_ABORTED
         outcome: Outcome = done.result()
-        good = outcome.success or bool(outcome.checks)  # a self-test is complete if it failed, too
-        result = answers.build_result(self._kind, outcome, 0 if good else self._codes.FAILED)
+        if not (outcome.success or outcome.checks):  # a self-test is complete if it failed, too
+            result = answers.build_result(self._kind, self._codes.FAILED, outcome.error, outcome)
+            return result, GoalStatus.STATUS_ABORTED
+        result = answers.build_result(self._kind, outcome=outcome)
         if outcome.checks:
+            result.passed = outcome.success
             name = self._node.get_fully_qualified_name()
-            result.passed, result.status = (
-                outcome.success,
-                build_test_statuses(outcome, name),
-            )
-        return result, GoalStatus.STATUS_SUCCEEDED if good else GoalStatus.STATUS_ABORTED
-
-    def _build_failure(self, code: int, why: BaseException) -> tuple[Any, int]:
-        return answers.build_failed_result(self._kind, code, f'{why}'), GoalStatus.STATUS_ABORTED
+            result.status = build_test_statuses(outcome, name)
+        return result, GoalStatus.STATUS_SUCCEEDED
 
     def _drop_old_goals(self) -> None:
         """Drop the goals whose results nobody will ask for any more: each status lists all."""
