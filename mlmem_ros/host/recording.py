@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recording: the topics of an element, and what a replay needs, into a bag, or before that into
-the pre-trigger buffer.
+"""A recording: the topics of an element, and what a replay needs, into a bag by a thread, or
+before that into the pre-trigger buffer.
 
 A replay begins with the state of an idle device. So the buffer keeps messages in segments, each
 beginning with such a state, and drops the oldest once the others reach back far enough.
@@ -14,6 +14,7 @@ import time
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -21,12 +22,14 @@ from mlmem import MemoryElement, Stamped, atomic_files, threads
 
 from ..bag import jazzy
 from ..bag.errors import BagError
-from ..bag.queued_writer import LoggedMessage, QueuedWriter
 from ..bag.writer import BagWriter
 from ..session import records
 from ..session.records import SessionTopic
 from .settings import SessionPlan
 from .worker import ThrottledLog
+
+LoggedMessage = tuple[str, bytes, int]
+"""Topic, CDR, and log time in nanoseconds."""
 
 
 class Recording(ABC):
@@ -182,14 +185,30 @@ class PreTriggerBuffer(Recording):
 
 
 class BagRecording(Recording):
-    """Hands messages to the queue of a session's bag.
+    """Puts a bounded queue and a thread between an element and the bag of a session.
+
+    A sync begins when half of the sync interval has passed since the last one; the other half is
+    for the disk.
+
+    When the disk cannot follow and the queue is full, messages are dropped and counted. The
+    running count is recorded, as a message of its own whenever it grows, so every gap is known.
 
     Each file of the bag begins with the state of the idle device, so it can be replayed alone. A
     file that is full while a procedure runs grows until that ends.
 
     Attributes:
-        bag: The queue, which tells how it fares.
+        path: The bag.
+        messages: Messages written, including the counts of dropped ones.
+        size: Bytes written.
+        full_files: Files that have reached the bag's maximum size.
+        dropped: Messages refused because too many were waiting.
+        error: Why the recording failed, or None.
+        max_messages: Most messages that may wait.
+        max_bytes: Most bytes that may wait; a larger message still fits alone.
     """
+
+    max_messages = 10_000
+    max_bytes = 64 * 2**20
 
     def __init__(
         self,
@@ -199,32 +218,58 @@ class BagRecording(Recording):
         writer: BagWriter,
         before: Sequence[LoggedMessage],
     ) -> None:
-        """Record into an open bag, which begins with some messages."""
+        """Record into an open bag with its topics added, which begins with some messages; it
+        belongs to the recording from now on.
+        """
         super().__init__(plan, log, now)
-        self.bag = QueuedWriter(
-            writer,
-            dropped_topic=f'{plan.node}/{SessionTopic.DROPPED}',
-            before=before,
-            sync_interval=plan.settings.sync_interval,
-            on_error=lambda error: log.error(f'recording stopped: {error}'),
-        )
+        self.path = writer.path
+        self._writer = writer
+        self._sync_after = 0.5 * plan.settings.sync_interval
+        self._last_sync = threads.monotonic()
+        self._changed = threads.Condition()  # held for a few instructions, never during a write
+        self._queue: list[LoggedMessage] = []
+        self._queued_bytes = 0
+        self.dropped = 0
+        self._last_dropped_time = 0
+        self._accepting = True
+        self.messages = 0
+        self.size = 0
+        self.full_files = 0
         self._full_files = 0  # that are followed by a header
+        self.error: BagError | None = None
         since = f', with the previous {len(before) - 1} messages' if before[1:] else ''
-        log.info(f'recording a session into {writer.path}{since}')
+        log.info(f'recording a session into {self.path}{since}')
+        self._thread = threads.Thread(
+            target=lambda: self._run(before), name='mlmem-recorder', daemon=True
+        )
+        self._thread.start()
 
-    def keep_message(self, message: LoggedMessage) -> None:
-        """Queue a message."""
-        self.bag.put(*message)
+    def keep_message(self, message: LoggedMessage) -> bool:
+        """Queue a message; return whether it was accepted. It is not when the queue is full, which
+        is counted, or when the recording has failed or is closed.
+        """
+        _, cdr, log_time = message
+        with self._changed:
+            if not self._accepting:
+                return False
+            full = self._queued_bytes + len(cdr) > self.max_bytes and self._queue
+            if full or len(self._queue) >= self.max_messages:
+                self.dropped += 1
+                self._last_dropped_time = log_time
+                return False
+            self._queue.append(message)
+            self._queued_bytes += len(cdr)
+            return True
 
     def record_tick(self, element: MemoryElement) -> None:
         """Take the state's hash if due; begin a file if one is full and the device is idle."""
         super().record_tick(element)
-        full_files = self.bag.full_files
+        full_files = self.full_files
         if (
             full_files > self._full_files
             and not (element.procedure or self.full)
-            and self.bag.has_margin
-            and self.bag.put(*build_header(self.plan, element, self._now))
+            and self.has_margin
+            and self.keep_message(build_header(self.plan, element, self._now))
         ):
             self._full_files = full_files
 
@@ -232,11 +277,89 @@ class BagRecording(Recording):
         """Take the hash of the present state; it is the last at the session's maximum size."""
         super().record_hash(element)
         most = self.plan.settings.most_megabytes
-        if most and not self.full and self.bag.size >= 1e6 * most:
+        if most and not self.full and self.size >= 1e6 * most:
             self.full = True
             self._log.warning(
-                f'the session in {self.bag.path} ends at {most:g} MB (record.most_megabytes)'
+                f'the session in {self.path} ends at {most:g} MB (record.most_megabytes)'
             )
+
+    @property
+    def state(self) -> str:
+        """Whether it is ``recording``, has ``failed``, or is ``closed``."""
+        if self.error is not None:
+            return 'failed'
+        return 'recording' if self._thread.is_alive() else 'closed'
+
+    @property
+    def has_margin(self) -> bool:
+        """Whether messages are accepted, and at least half of the queue is free."""
+        few = 2 * len(self._queue) <= self.max_messages
+        return self._accepting and few and 2 * self._queued_bytes <= self.max_bytes
+
+    @property
+    def queued(self) -> int:
+        """Messages that wait."""
+        return len(self._queue)
+
+    def close(self) -> None:
+        """Accept no more messages, write those that wait, and finish the bag; `error` says whether
+        that succeeded.
+        """
+        with self._changed:
+            self._accepting = False
+            self._changed.notify_all()
+        self._thread.join()
+
+    def _run(self, before: Sequence[LoggedMessage]) -> None:
+        """Write what comes before, then what is queued until the recording is closed or fails."""
+        stopping, recorded_dropped = False, 0
+        try:
+            self._write_items(before)
+            while not stopping:
+                with self._changed:
+                    # polled, because a signal would cost the loop time
+                    stopping = self._changed.wait_for(lambda: not self._accepting, 0.05)
+                    items, self._queue, self._queued_bytes = self._queue, [], 0
+                    dropped, dropped_time = self.dropped, self._last_dropped_time
+                self._write_items(items)
+                if dropped > recorded_dropped:  # after all that fitted into the queue
+                    recorded_dropped = dropped
+                    cdr = jazzy.encode_message(SessionTopic.DROPPED.type, data=dropped)
+                    topic = f'{self.plan.node}/{SessionTopic.DROPPED}'
+                    self._writer.write(topic, cdr, dropped_time)
+                self._sync_if_due()
+                self._update_counts()
+            self._writer.close()
+            self._update_counts()
+        except BagError as error:
+            self._fail_recording(error)
+        except Exception as error:  # a bug here must end the recording, not the robot
+            self._fail_recording(BagError(f'Cannot record into {self.path}: {error!r}.'))
+
+    def _write_items(self, items: Sequence[LoggedMessage]) -> None:
+        for item in items:
+            self._writer.write(*item)
+            self._sync_if_due()
+
+    def _sync_if_due(self) -> None:
+        if threads.monotonic() - self._last_sync >= self._sync_after and self._writer.unsynced:
+            self._writer.sync()
+            self._last_sync = threads.monotonic()
+
+    def _update_counts(self) -> None:
+        self.messages = self._writer.message_count
+        self.size = self._writer.size
+        self.full_files = self._writer.full_files
+
+    def _fail_recording(self, error: BagError) -> None:
+        self.error = error
+        with self._changed:
+            self._accepting = False
+            self._queue = []
+        with suppress(BagError):
+            # Finish the bag after a bad message; this does nothing if the storage failed.
+            self._writer.close()
+        self._log.error(f'recording stopped: {error}')
 
 
 def build_header(

@@ -18,8 +18,7 @@ from .settings import SessionPlan
 from .worker import Overdue, ThrottledLog, Worker
 
 if TYPE_CHECKING:
-    from ..bag.queued_writer import LoggedMessage
-    from .recording import BagRecording, PreTriggerBuffer, Recording
+    from .recording import BagRecording, LoggedMessage, PreTriggerBuffer, Recording
 
 T = TypeVar('T')
 
@@ -124,8 +123,8 @@ class Sessions:
         self, plan: SessionPlan, element: MemoryElement | None, loop: Loop | None
     ) -> Path:
         if self.current is not None:
-            if self.current.bag.error is None:
-                why = f'busy: recording into {self.current.bag.path}'
+            if self.current.error is None:
+                why = f'busy: recording into {self.current.path}'
                 raise Refused(ErrorCode.BUSY, reason=why)
             with suppress(BagError):  # logged when it occurred
                 self._stop(None, loop)
@@ -163,16 +162,15 @@ class Sessions:
                 recording.record_hash(element)
 
         _call_between_ticks(loop, end_session)
-        bag = recording.bag
-        bag.close()  # writes what is queued; waits for the disk
-        if bag.error is not None:
+        recording.close()  # writes what is queued; waits for the disk
+        if recording.error is not None:
             self.lost = True
-            raise bag.error
+            raise recording.error
         self._log.info(
-            f'session closed: {bag.messages} messages, {bag.size / 1e6:.2f} MB, '
-            f'{bag.dropped} dropped, in {bag.path}'
+            f'session closed: {recording.messages} messages, {recording.size / 1e6:.2f} MB, '
+            f'{recording.dropped} dropped, in {recording.path}'
         )
-        return bag.path
+        return recording.path
 
     def _close_session(self, element: MemoryElement | None) -> Path:
         try:

@@ -5,6 +5,7 @@
 import inspect
 import re
 import tempfile
+import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,13 +16,15 @@ import numpy as np
 from mlmem import MemoryElement, Read, element_file, load_element
 from mlmem.loop.loop import Loop
 from mlmem.procedure_table import PROCEDURES
-from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.contract import answers, requests
 from mlmem_ros.contract.commands import COMMAND_TOPICS
 from mlmem_ros.contract.requests import ACTION_TYPE_NAMES, PARAMETER_TYPES, REQUEST_ARGUMENTS
 from mlmem_ros.contract.streams import STREAMS
 from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, Topic
+from mlmem_ros.host import SessionPlan, ThrottledLog
+from mlmem_ros.host.recording import BagRecording
+from mlmem_ros.host.settings import RecordSettings
 from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.diagnostics import Pace
 from mlmem_tools.identification.monitor_node import report_twin
@@ -180,9 +183,11 @@ def _list_diagnostics() -> str:
     monitor = ResidualMonitor(known, None)
     monitor.last = Comparison(1.0, np.zeros(2), 0.0, Change('cell', 1, 0.0, 0.0))
     with tempfile.TemporaryDirectory() as folder:
-        recorder = QueuedWriter(BagWriter(Path(folder, 'bag')), dropped_topic='/dropped')
-        recorder.close()
-        host.sessions = SimpleNamespace(current=SimpleNamespace(full=False, bag=recorder))
+        plan, log = SessionPlan('/mlmem', RecordSettings()), ThrottledLog(lambda *_: None)
+        writer = BagWriter(Path(folder, 'bag'))
+        recording = BagRecording(plan, log, time.time_ns, writer, ())
+        recording.close()
+        host.sessions = SimpleNamespace(current=recording)
         asked = {
             'loop': (Pace.report_health, Pace(host).report_health(Loop(element, lambda *_: None))),
             **{name: (tell, tell(element)) for name, tell in diagnostics.ELEMENT_REPORTS.items()},

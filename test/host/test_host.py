@@ -283,7 +283,7 @@ def test_stop_of_a_failed_recording_reports_the_failure(serve, record):
     path = host.record(plan).result(TIMEOUT_S)
     while path.exists():  # it is written to at the same time
         shutil.rmtree(path, ignore_errors=True)
-    while host.sessions.current.bag.error is None:
+    while host.sessions.current.error is None:
         assert host.submit(SetStrain(0.0)).answer.result(TIMEOUT_S) is None
     with pytest.raises(BagError, match=r'was deleted while being written|No such file'):
         host.record(None).result(TIMEOUT_S)

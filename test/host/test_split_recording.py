@@ -8,8 +8,8 @@ import pytest
 from timeouts import TIMEOUT_S
 
 from mlmem import Read, Write
-from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.host.recording import BagRecording
 from mlmem_ros.host.settings import RecordSettings
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
@@ -21,7 +21,7 @@ def record_until_split(service, path):
     settings = RecordSettings(str(path), sync_interval=0.02, max_bytes=10_000, hash_every=20)
     bag = host.record(service.plan(settings)).result(TIMEOUT_S)
     for number in range(200):
-        if host.sessions.current.bag.full_files >= 2:
+        if host.sessions.current.full_files >= 2:
             break
         assert host.submit(Write(3 * number % 8)).answer.result(TIMEOUT_S).success
         assert host.submit(Read()).answer.result(TIMEOUT_S).success
@@ -74,7 +74,7 @@ def test_no_file_begins_while_the_disk_is_too_slow(serve, tmp_path, monkeypatch)
     """The state of the device, which takes milliseconds, is not taken for a queue that is full."""
     service = serve()
     host = service.activate()
-    monkeypatch.setattr(QueuedWriter, 'has_margin', False)
+    monkeypatch.setattr(BagRecording, 'has_margin', False)
     settings = RecordSettings(path=str(tmp_path / 'session'), sync_interval=0.0, max_bytes=1024)
     bag = host.record(service.plan(settings)).result(TIMEOUT_S)
     for level in (3, 5):

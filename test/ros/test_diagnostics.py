@@ -74,7 +74,7 @@ def session(full=False, **changes):
     """Return a recording as far as the report looks at it."""
     values = {'path': '/bag', 'state': 'recording', 'messages': 7, 'size': 9, 'queued': 0}
     values |= {'dropped': 0, 'error': None}
-    return SimpleNamespace(full=full, bag=SimpleNamespace(**values | changes))
+    return SimpleNamespace(full=full, **values | changes)
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from functools import partial
@@ -20,9 +21,11 @@ import numpy as np
 
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.contents import Message
-from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
+from mlmem_ros.host import SessionPlan, ThrottledLog
+from mlmem_ros.host.recording import BagRecording
+from mlmem_ros.host.settings import RecordSettings
 
 from .measure import Contender, ResultTable, compare_costs, format_number, measure_contenders
 
@@ -84,10 +87,9 @@ def _write_bag(messages: Sequence[Message], opened: Opened, bag: Path) -> None:
 
 @contextmanager
 def _open_recorder(path: Path, types: Types) -> Iterator[Put]:
-    writer, dropped = _open_bag(path, types), '/mlmem/session/dropped'
-    writer.add_topic(dropped, 'std_msgs/msg/UInt64')
-    recorder = QueuedWriter(writer, dropped_topic=dropped)
-    yield lambda message: recorder.put(message.topic, message.cdr, message.log_time)
+    plan, log = SessionPlan('/mlmem', RecordSettings()), ThrottledLog(lambda *_: None)
+    recorder = BagRecording(plan, log, time.time_ns, _open_bag(path, types), ())
+    yield lambda message: recorder.keep_message((message.topic, message.cdr, message.log_time))
     recorder.close()
     assert recorder.error is None
     assert recorder.dropped == 0

@@ -196,21 +196,20 @@ def report_recorder(host: Host) -> Status:
     if recording is None:
         buffer = host.sessions.buffer
         return Status(OK, 'not recording', {} if buffer is None else buffer.kept)
-    bag = recording.bag
     values = {
-        'path': bag.path,
-        'messages': bag.messages,
-        'bytes': bag.size,
-        'queued': bag.queued,
-        'dropped': bag.dropped,
+        'path': recording.path,
+        'messages': recording.messages,
+        'bytes': recording.size,
+        'queued': recording.queued,
+        'dropped': recording.dropped,
     }
-    if bag.error is not None:
-        return Status(ERROR, str(bag.error), values)
-    if bag.dropped:
-        return Status(WARN, f'{bag.dropped} messages were dropped from the recording', values)
+    if recording.error is not None:
+        return Status(ERROR, str(recording.error), values)
+    if dropped := recording.dropped:
+        return Status(WARN, f'{dropped} messages were dropped from the recording', values)
     if recording.full:
         return Status(WARN, 'full: the session has ended at record.most_megabytes', values)
-    return Status(OK, bag.state, values)
+    return Status(OK, recording.state, values)
 
 
 class Diagnostics:

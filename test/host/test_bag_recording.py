@@ -10,11 +10,13 @@ from timeouts import TIMEOUT_S
 
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
+from mlmem_ros.host import SessionPlan
+from mlmem_ros.host.recording import BagRecording
+from mlmem_ros.host.settings import RecordSettings
 
-TOPIC = '/mlmem/dropped'
+TOPIC = '/mlmem/session/dropped'
 
 
 def level(i):
@@ -22,17 +24,16 @@ def level(i):
 
 
 @pytest.fixture
-def make(tmp_path):
+def make(tmp_path, throttled):
     """Start a recorder of one topic; it is closed after the test."""
     recorders = []
 
-    def make(sync_interval=0.0, **options):
+    def make(sync_interval=0.0):
         writer = BagWriter(tmp_path / 'bag')
         writer.add_topic('/level', 'std_msgs/msg/Int16')
         writer.add_topic(TOPIC, 'std_msgs/msg/UInt64')
-        recorders.append(
-            QueuedWriter(writer, dropped_topic=TOPIC, sync_interval=sync_interval, **options)
-        )
+        plan = SessionPlan('/mlmem', RecordSettings(sync_interval=sync_interval))
+        recorders.append(BagRecording(plan, throttled, time.time_ns, writer, ()))
         return recorders[-1]
 
     yield make
@@ -51,7 +52,7 @@ def hold(recorder, monkeypatch):
         write(*args)
 
     monkeypatch.setattr(BagWriter, 'write', slow)
-    recorder.put('/level', level(0), 0)
+    recorder.keep_message(('/level', level(0), 0))
     assert stalled.wait(TIMEOUT_S)
     return released
 
@@ -65,7 +66,7 @@ def wait_for(condition):
 
 def test_queued_messages_are_all_in_the_bag(make):
     recorder = make(sync_interval=0.1)
-    assert all(recorder.put('/level', level(i), i) for i in range(1000))
+    assert all(recorder.keep_message(('/level', level(i), i)) for i in range(1000))
     recorder.close()
     assert (recorder.state, recorder.messages, recorder.dropped) == ('closed', 1000, 0)
     assert (recorder.queued, recorder.error) == (0, None)
@@ -76,16 +77,16 @@ def test_queued_messages_are_all_in_the_bag(make):
 
 def test_idle_recording_is_synced(make):
     recorder = make(sync_interval=0.05)
-    recorder.put('/level', level(1), 1)
+    recorder.keep_message(('/level', level(1), 1))
     wait_for(lambda: [m.cdr for m in BagReader(recorder.path)] == [level(1)])
     assert recorder.state == 'recording'
 
 
 def test_overflow_is_counted_and_recorded(make, monkeypatch):
-    monkeypatch.setattr(QueuedWriter, 'max_messages', 10)
+    monkeypatch.setattr(BagRecording, 'max_messages', 10)
     recorder = make()
     released = hold(recorder, monkeypatch)
-    taken = [recorder.put('/level', level(i), i) for i in range(1, 16)]
+    taken = [recorder.keep_message(('/level', level(i), i)) for i in range(1, 16)]
     assert taken == [True] * 10 + [False] * 5
     assert recorder.dropped == 5
     assert recorder.queued == 10
@@ -100,23 +101,22 @@ def test_overflow_is_counted_and_recorded(make, monkeypatch):
 
 
 def test_queue_is_bounded_in_bytes_too(make, monkeypatch):
-    monkeypatch.setattr(QueuedWriter, 'max_bytes', 100)
+    monkeypatch.setattr(BagRecording, 'max_bytes', 100)
     recorder = make()
     released = hold(recorder, monkeypatch)
     # 6 bytes each: sixteen fit into 100.
-    assert sum(recorder.put('/level', level(i), i) for i in range(1, 31)) == 16
+    assert sum(recorder.keep_message(('/level', level(i), i)) for i in range(1, 31)) == 16
     released.set()
 
 
 @pytest.mark.parametrize('item', [('/none', b'', 0), ('/level', b'', 'now'), ('/level', b'', -1)])
-def test_message_that_cannot_be_written_ends_the_recording(make, item):
-    errors = []
-    recorder = make(on_error=errors.append)
-    recorder.put('/level', level(1), 1)
-    recorder.put(*item)
+def test_message_that_cannot_be_written_ends_the_recording(make, item, log):
+    recorder = make()
+    recorder.keep_message(('/level', level(1), 1))
+    recorder.keep_message(item)
     recorder.close()
     assert isinstance(recorder.error, BagError)
-    assert errors == [recorder.error]
+    assert log.of('ERROR') == [f'recording stopped: {recorder.error}']
     reader = BagReader(recorder.path)  # what came before is whole
     assert [m.cdr for m in reader] == [level(1)]
     assert reader.losses == ()
@@ -125,13 +125,13 @@ def test_message_that_cannot_be_written_ends_the_recording(make, item):
 def test_defect_ends_the_recording_and_nothing_else(make, monkeypatch):
     """No error handler is needed, and what was written before is whole."""
     recorder = make()
-    recorder.put('/level', level(1), 1)
+    recorder.keep_message(('/level', level(1), 1))
     wait_for(lambda: recorder.messages == 1)
     monkeypatch.setattr(BagWriter, 'write', lambda *_: 1 / 0)
-    recorder.put('/level', level(2), 2)
+    recorder.keep_message(('/level', level(2), 2))
     wait_for(lambda: recorder.state == 'failed')
     assert "bag: ZeroDivisionError('division by zero')." in str(recorder.error)
-    assert recorder.put('/level', level(3), 3) is False
+    assert recorder.keep_message(('/level', level(3), 3)) is False
     recorder.close()
     reader = BagReader(recorder.path)
     assert [m.cdr for m in reader] == [level(1)]
