@@ -38,7 +38,7 @@ from .frames import (
     decode_samples,
     encode_set_points,
 )
-from .link import FrameLink, Transport, open_line, read_option
+from .link import FrameLink, Line, open_line, read_option
 
 
 class Rig(Driver):
@@ -59,7 +59,7 @@ class Rig(Driver):
     own_clock = True
 
     def __init__(
-        self, design: Design, settings: Settings, address: str, transport: Transport | None = None
+        self, design: Design, settings: Settings, address: str, transport: Line | None = None
     ) -> None:
         """Connect to a rig and receive the first samples of its element at rest.
 
