@@ -3,8 +3,8 @@
 """The streams of a memory node: all that it publishes below its name, each described once.
 
 Publishing, recording, a replay's comparison, the reference page and the SROS2 policy follow from
-`STREAMS`. A stream gives values without ROS; the node's `build_message` makes the message of its
-type of them, and `parse_message` returns them from a recorded one.
+`STREAMS`. A stream gives values without ROS; the node's `Publishers` make the message of its type
+of them, and `parse_message` returns them from a recorded one.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Stream(Topic):
         when: Types of the events that it reports, or the parameter with the ticks between two of
             its messages.
         values: Returns what it says of an element and the event, or of None between events, in
-            the form that the type of its messages takes (see `build_message` of the node); None if
+            the form that the type of its messages takes (see the node's `Publishers`); None if
             it says nothing.
         of: The elements that have it: `wall` (of one wall), `register`, `simulated`; empty: all.
         dimensions: Labels and sizes of the dimensions of an array; -1 is the size that follows.

@@ -10,7 +10,6 @@ import array
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
@@ -101,11 +100,7 @@ class Publishers:
             )
             for stream in streams
         }
-        self._publication = Publication(
-            node.get_fully_qualified_name(),
-            settings.frame_id,
-            lambda: node.get_clock().now().to_msg(),
-        )
+        self._frame_id = settings.frame_id
         self._contour = Contour(element, settings.frame_id) if element.is_simulated else None
         self._markers = cache(partial(ChainMarkers, element, settings))  # few are asked for them
         self._on_events = [stream for stream in streams if not stream.is_periodic]
@@ -154,31 +149,48 @@ class Publishers:
                     self._publish_event(stream, event)
 
     def _publish_event(self, stream: Stream, event: Event | None) -> None:
-        if (values := stream.values(self._element, event)) is not None:
-            self.publish(stream.name, build_message(stream, values, self._publication))
+        if (message := self._build_message(stream, event)) is not None:
+            self.publish(stream.name, message)
 
-    def _build_periodic(self, stream: Stream) -> Any:
-        """Return the present message of a stream."""
+    def _now(self) -> Time:
+        """Return the time of stamped messages."""
+        return self._node.get_clock().now().to_msg()
+
+    def _build_message(self, stream: Stream, event: Event | None = None) -> Any:
+        """Return the present message of a stream, of an event or between events; None if it says
+        nothing. Its values are a `Status`, an array, a mapping of fields other than the header,
+        or what is in the only field, `data`.
+        """
         if stream.kind is Image:
             assert self._contour is not None
-            return self._contour.build_image(self._publication.now())
+            return self._contour.build_image(self._now())
         if stream.kind is MarkerArray:
-            return self._markers().build_markers(self._publication.now())
-        return build_message(stream, stream.values(self._element, None), self._publication)
+            return self._markers().build_markers(self._now())
+        values = stream.values(self._element, event)
+        if values is None:
+            return None
+        if isinstance(values, Status):
+            return build_status(values, self._node.get_fully_qualified_name())
+        if stream.dimensions:
+            return _build_array(stream, values)
+        message = stream.kind(**values if isinstance(values, Mapping) else {'data': values})
+        if hasattr(message, 'header'):
+            message.header.stamp, message.header.frame_id = self._now(), self._frame_id
+        return message
 
     def _current_message(self, stream: Stream) -> Any:
         """Return the message of a stream: of an element at rest it is made once, and stamped."""
         element = self._element
         if element.ticks == element.computed or stream.kind is Image:
-            return self._build_periodic(stream)
+            return self._build_message(stream)
         since, made, headers = self._made.get(stream.name, (-1, None, ()))
         if since != element.computed:
-            made = self._build_periodic(stream)
+            made = self._build_message(stream)
             parts = getattr(made, 'markers', (made,))
             headers = [each.header for each in parts if hasattr(each, 'header')]
             self._made[stream.name] = element.computed, made, headers
         elif headers:
-            stamp = self._publication.now()
+            stamp = self._now()
             for header in headers:
                 header.stamp = stamp
         return made
@@ -220,36 +232,6 @@ class Publishers:
 
 
 # --- messages ---------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Publication:
-    """What a message says besides its values.
-
-    Attributes:
-        node: The node's full name.
-        frame_id: The frame of stamped messages.
-        now: Returns the time of stamped messages.
-    """
-
-    node: str
-    frame_id: str
-    now: Callable[[], Time]
-
-
-def build_message(stream: Stream, values: Any, publication: Publication) -> Any:
-    """Return the message of a stream with its values: a `Status`, an array, a mapping of fields
-    other than the header, or what is in the only field, `data`.
-    """
-    if isinstance(values, Status):
-        return build_status(values, publication.node)
-    if stream.dimensions:
-        return _build_array(stream, values)
-    message = stream.kind(**values if isinstance(values, Mapping) else {'data': values})
-    if hasattr(message, 'header'):
-        message.header.stamp = publication.now()
-        message.header.frame_id = publication.frame_id
-    return message
 
 
 def build_status(status: Status, node: str, component: str = '') -> DiagnosticStatus:
