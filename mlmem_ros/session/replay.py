@@ -31,7 +31,7 @@ from ..contract.streams import STREAMS
 from ..contract.topics import Status
 from .data import SessionData
 from .records import collect_versions, name_errors
-from .report import ComparedEvents, ReplayReport, describe_ending
+from .report import Comparison, ReplayReport, describe_ending
 
 ReportProgress = Callable[[int, int], None]
 """Called periodically with the ticks done and the ticks to do."""
@@ -99,9 +99,9 @@ class _Player:
             and not (report.other_build and isinstance(session.events[name][0][1], Status))
         }
         self._hashes = {recorded.tick: recorded for recorded in session.hashes}
-        self._stops = sorted(self._hashes)
+        report.states = Comparison(len(self._hashes))
         report.events = {
-            name: ComparedEvents(len(recorded)) for name, recorded in self._recorded.items()
+            name: Comparison(len(recorded)) for name, recorded in self._recorded.items()
         }
 
     def play_commands(
@@ -163,23 +163,15 @@ class _Player:
                 continue
             values = stream.values(self._element, event)
             difference = find_difference(recorded[compared.compared], values)
-            compared.compared += 1
-            compared.equal += difference == 0.0
-            compared.difference = max(compared.difference, difference)
+            compared.add(self._element.ticks, difference, difference == 0.0)
 
     def _compare_state(self) -> None:
         """Compare the state, if it was recorded at this tick."""
-        recorded = self._hashes.get(self._element.ticks)
-        if recorded is None:
-            return
-        self._report.hashes += 1
-        if snapshot.hash_state(self._element) == recorded.hash:
-            self._report.equal_hashes += 1
-            return
-        by = float(np.abs(self._element.chain.v - recorded.v).max())
-        self._report.state_difference = max(self._report.state_difference, by)
-        if self._report.first_difference is None:
-            self._report.first_difference = self._element.ticks
+        tick = self._element.ticks
+        if (recorded := self._hashes.get(tick)) is not None:
+            difference = float(np.abs(self._element.chain.v - recorded.v).max())
+            is_equal = snapshot.hash_state(self._element) == recorded.hash
+            self._report.states.add(tick, 0.0 if is_equal else difference, is_equal)
 
 
 def find_difference(recorded: Any, computed: Any) -> float:

@@ -42,29 +42,40 @@ VERDICT_TEXTS = {
 
 
 @dataclass
-class ComparedEvents:
-    """How the recorded events of one topic agree with those that the replay computes, in order.
+class Comparison:
+    """How the recorded states, or the events of one topic, agree with those that the replay
+    computes, in order.
 
     Attributes:
-        recorded: Events recorded.
+        recorded: How many were recorded.
         compared: Those for which the replay has computed one.
         equal: Those that are the same to the bit.
         difference: Greatest difference of a number, infinite if there are more or fewer numbers.
+        first_difference: The tick of the first that is not equal, or None.
     """
 
     recorded: int = 0
     compared: int = 0
     equal: int = 0
     difference: float = 0.0
+    first_difference: int | None = None
+
+    def add(self, tick: int, difference: float, is_equal: bool) -> None:
+        """Count one that the replay has computed after a tick."""
+        self.compared += 1
+        self.equal += is_equal
+        self.difference = max(self.difference, difference)
+        if not is_equal and self.first_difference is None:
+            self.first_difference = tick
 
     @property
     def exact(self) -> bool:
-        """Whether every recorded event was computed again to the bit."""
+        """Whether every one was computed again to the bit."""
         return self.equal == self.recorded
 
     @property
     def rounded(self) -> bool:
-        """Whether every recorded event was computed again up to another build's rounding."""
+        """Whether every one was computed again up to another build's rounding."""
         return self.compared == self.recorded and self.difference <= MAX_ROUNDING_CELLS
 
 
@@ -74,12 +85,10 @@ class ReplayReport:
 
     Attributes:
         refused: Commands that the replay refused, with reasons.
-        hashes: State hashes compared.
-        first_difference: The tick of the first that differs, or None.
-        state_difference: Greatest difference of a displacement at any of them, in cells.
+        states: How the recorded states agree; their differences are of displacements in cells.
+        events: How the recorded events agree, by topic.
         outcomes: How the procedures ended.
         recorded_endings: How they ended in the recording; see `describe_ending`.
-        events: How the recorded events agree, by topic.
         lost: What is missing from the recording, one line each.
         missing_parts: Numbers, from 0, of the missing files of a split recording.
         begins_late: Whether the first state hash is later than the first that is due.
@@ -89,13 +98,10 @@ class ReplayReport:
     ticks: int = 0
     commands: int = 0
     refused: list[str] = field(default_factory=list)
-    hashes: int = 0
-    equal_hashes: int = 0
-    first_difference: int | None = None
-    state_difference: float = 0.0
+    states: Comparison = field(default_factory=Comparison)
+    events: dict[str, Comparison] = field(default_factory=dict)
     outcomes: list[Outcome] = field(default_factory=list)
     recorded_endings: Sequence[str] = ()
-    events: dict[str, ComparedEvents] = field(default_factory=dict)
     lost: Sequence[str] = ()
     missing_parts: Sequence[int] = ()
     begins_late: bool = False
@@ -116,8 +122,9 @@ class ReplayReport:
     @property
     def exact(self) -> bool:
         """Whether all recorded states, levels and events are the same to the bit."""
-        same = self.first_difference is None and self.levels_agree
-        return same and all(each.exact for each in self.events.values())
+        return self.levels_agree and all(
+            each.exact for each in (self.states, *self.events.values())
+        )
 
     @property
     def other_events(self) -> list[str]:
@@ -145,7 +152,7 @@ class ReplayReport:
     @property
     def code(self) -> str:
         """The verdict as one of the keys of `VERDICT_TEXTS`, or `part_missing`."""
-        if not (self.hashes or self.events):
+        if not (self.states.recorded or self.events):
             return 'nothing_to_compare'
         if differs := self._find_disagreement():
             if self.begins_late:
@@ -162,11 +169,11 @@ class ReplayReport:
             return 'levels_differ'
         if self.refused:
             return 'commands_rejected'
-        if self.state_difference > MAX_ROUNDING_CELLS:
+        if self.states.difference > MAX_ROUNDING_CELLS:
             return 'states_differ'
         if self.other_events:
             return 'events_differ'
-        if self.first_difference is not None and not self.other_build:
+        if not (self.states.exact or self.other_build):
             return 'rounding_differs'
         return ''
 
@@ -203,15 +210,11 @@ class ReplayReport:
             'ticks': self.ticks,
             'commands': self.commands,
             'refused': self.refused,
-            'states': {
-                'recorded': self.hashes, 'equal': self.equal_hashes,
-                'greatest_difference': self.state_difference,
-                'first_difference': self.first_difference,
-            },
+            'states': asdict(self.states),
             'events': {name: asdict(each) for name, each in self.events.items()},
             'procedures': {'recorded': list(self.recorded_endings), 'replayed': self.endings},
             'other_build': {name: list(pair) for name, pair in self.other_build.items()},
-        }  # fmt: skip
+        }
 
 
 def describe_ending(values: Mapping[str, Any]) -> str:

@@ -65,12 +65,12 @@ def describe_report(report: ReplayReport) -> list[str]:
     lines += [f'lost        {loss}' for loss in report.lost]
     for name, (then, here) in report.other_build.items():
         lines.append(f'build       {name} was {then}, is {here}')
-    if report.hashes:
-        line = f'states      {report.equal_hashes} of {report.hashes} equal'
-        if report.first_difference is not None:
+    if (states := report.states).compared:
+        line = f'states      {states.equal} of {states.compared} equal'
+        if states.first_difference is not None:
             line += (
-                f'; first difference at tick {report.first_difference}, greatest '
-                f'{report.state_difference:.3g} cells'
+                f'; first difference at tick {states.first_difference}, greatest '
+                f'{states.difference:.3g} cells'
             )
         lines.append(line)
     if report.events:

@@ -75,4 +75,5 @@ def _find_errors(bag, whole):
         return  # no session has begun, or its beginning was not synced
     report = run_replay(load_session(reader))
     if not report.exact or report.refused:
-        yield f'{bag.name} does not replay: {report.first_difference}, refused: {report.refused}'
+        differs = report.states.first_difference
+        yield f'{bag.name} does not replay: {differs}, refused: {report.refused}'

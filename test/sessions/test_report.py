@@ -16,7 +16,7 @@ from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.records import build_header
 from mlmem_ros.session.replay import ReplayReport, build_element, run_replay
-from mlmem_ros.session.report import ComparedEvents
+from mlmem_ros.session.report import Comparison
 from mlmem_ros.testing import assert_replays
 from mlmem_tools.cli.main import main
 
@@ -301,20 +301,20 @@ def test_replay_of_another_number_of_messages_fails(tmp_path, same_build):
     assert sorted(report.other_events) == ['~/echo', '~/range']
 
 
-ROUNDED = {'first_difference': 500, 'state_difference': 1e-12}
+EQUAL, ROUNDED, OTHER = Comparison(2, 2, 2), Comparison(2, 2, 1, 1e-12), Comparison(2, 2, 1, 1e-3)
 
 
 @pytest.mark.parametrize(
     ('values', 'code', 'code_of_another_build'),
     [
-        ({'hashes': 0}, 'nothing_to_compare', 'nothing_to_compare'),
+        ({'states': Comparison()}, 'nothing_to_compare', 'nothing_to_compare'),
         ({}, 'exact', 'exact'),
-        (ROUNDED, 'rounding_differs', 'agrees'),
-        (ROUNDED | {'state_difference': 1e-3}, 'states_differ', 'states_differ'),
-        ({'events': {'echo': ComparedEvents(1, 1, 0, 1e-12)}}, 'events_differ', 'agrees'),
-        ({'events': {'echo': ComparedEvents(2, 1, 1)}}, 'events_differ', 'events_differ'),
+        ({'states': ROUNDED}, 'rounding_differs', 'agrees'),
+        ({'states': OTHER}, 'states_differ', 'states_differ'),
+        ({'events': {'echo': Comparison(1, 1, 0, 1e-12)}}, 'events_differ', 'agrees'),
+        ({'events': {'echo': Comparison(2, 1, 1)}}, 'events_differ', 'events_differ'),
         ({'refused': ['tick 3: busy']}, 'commands_rejected', 'commands_rejected'),
-        ({'events': {'level': ComparedEvents(2, 2, 1, 1.0)}}, 'levels_differ', 'levels_differ'),
+        ({'events': {'level': Comparison(2, 2, 1, 1.0)}}, 'levels_differ', 'levels_differ'),
         ({'recorded_endings': ['read 2']}, 'levels_differ', 'levels_differ'),
         ({'refused': ['busy'], 'lost': ['a chunk']}, 'incomplete', 'incomplete'),
         ({'missing_parts': [1]}, 'part_missing', 'part_missing'),
@@ -327,7 +327,7 @@ ROUNDED = {'first_difference': 500, 'state_difference': 1e-12}
 )
 def test_verdict_depends_on_what_differs(values, code, code_of_another_build):
     for build, expected in (({}, code), ({'numpy': ('1', '2')}, code_of_another_build)):
-        report = ReplayReport(**{'hashes': 2, **values}, other_build=build)
+        report = ReplayReport(**{'states': EQUAL, **values}, other_build=build)
         assert report.code == expected
         assert report.passed == (expected in ('exact', 'agrees', 'part_missing'))
         assert report.exact or expected not in ('exact', 'part_missing')

@@ -97,7 +97,7 @@ other bits must still decode the same levels.
 def test_golden_session_replays(bag, levels, done):
     session = assert_replays(DATA / bag)
     session.assert_levels(levels)
-    assert session.report.hashes >= 2
+    assert session.report.states.compared >= 2
     assert session.report.refused == []
     outcomes = [f'{each.procedure}: {each.error}' for each in session.report.outcomes]
     assert [each.removesuffix(': ') for each in outcomes] == done
@@ -110,9 +110,9 @@ def test_replay_says_where_and_by_how_much_it_differs():
     session.stamped[0] = (tick + 1, command)
     report = run_replay(session)
     assert not report.exact
-    assert report.first_difference == next(h.tick for h in session.hashes if h.tick > tick)
+    assert report.states.first_difference == next(h.tick for h in session.hashes if h.tick > tick)
     # One tick later under the same ramp: the wall's cells lag by up to some tenths of a cell.
-    assert 1e-9 < report.state_difference < 2.5
+    assert 1e-9 < report.states.difference < 2.5
 
 
 def renamed(session, node):
