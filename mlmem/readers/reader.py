@@ -13,7 +13,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import lru_cache
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from ..commands import Outcome
@@ -61,15 +60,16 @@ class Reader(ABC):
     def __init__(
         self,
         walls: Mapping[int, tuple[int, ...]],
-        unusable_reasons: Mapping[int, str] = MappingProxyType({}),
+        unusable_reasons: Mapping[int, str] | None = None,
         limits: str = '',
     ) -> None:
-        self._walls, self.unusable_reasons, self.limits = walls, unusable_reasons, limits
-        self.content_count = 1 + max((*walls, *unusable_reasons))
+        self._walls, self.limits = walls, limits
+        self.unusable_reasons = unusable_reasons or {}
+        self.content_count = 1 + max((*walls, *self.unusable_reasons))
         self.single_walls = {
             levels[0]: content
             for content, levels in walls.items()
-            if len(levels) == 1 and content >= 0 and content not in unusable_reasons
+            if len(levels) == 1 and content >= 0 and content not in self.unusable_reasons
         }
 
     def list_walls(self, content: int) -> tuple[int, ...]:
