@@ -13,8 +13,8 @@ a wrong design        one message: symbol, what it must be, what it is
 ====================  ==============================================================
 """
 
-import dataclasses
 import math
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import oracle
@@ -22,10 +22,6 @@ import pytest
 
 from mlmem import ELEMENT_NAMES, load_element
 from mlmem.physics import CASE_I, CASE_II, DesignError
-
-
-def changed(**changes):
-    return dataclasses.replace(CASE_II, **changes)
 
 
 def test_designs_are_those_of_table_i():
@@ -58,7 +54,7 @@ def test_cells_and_springs_are_those_of_the_paper(design):
 
 @pytest.mark.parametrize('j_0', [0.0, 17.0, -33.0, 17.5, 1e6])
 def test_eq_2_holds_for_any_offset(j_0):
-    design = changed(j_0=j_0)
+    design = replace(CASE_II, j_0=j_0)
     np.testing.assert_allclose(design.s, oracle.s(design), rtol=1e-9)
 
 
@@ -87,14 +83,14 @@ def test_case_ii_has_the_eight_levels_of_the_paper():
     ],
 )
 def test_levels_and_bits_follow_from_length_and_spacing(N, J, levels, bits, last_code):
-    design = changed(N=N, J=J)
+    design = replace(CASE_II, N=N, J=J)
     assert (design.levels, design.bits) == (levels, bits)
     assert bits == math.floor(math.log2(levels))
     assert design.code(levels - 1) == last_code
 
 
 def test_next_pair_of_ground_states_begins_where_this_one_ends():
-    upper = changed(phase=2)
+    upper = replace(CASE_II, phase=2)
     assert upper.D_s1 == CASE_II.D_s2
     assert upper.k_s1 == CASE_II.k_s2
     assert upper.wells[0] == CASE_II.D_barrier
@@ -113,7 +109,7 @@ def test_next_pair_of_ground_states_begins_where_this_one_ends():
     ids=str,
 )
 def test_chain_that_is_no_memory_is_rejected_as_one(changes, message):
-    chain = changed(**changes)  # which a simulation without a device takes
+    chain = replace(CASE_II, **changes)  # which a simulation without a device takes
     with pytest.raises(DesignError, match=f'^{message}'):
         chain.require_memory()
 
@@ -127,7 +123,7 @@ def test_chain_that_is_no_memory_is_rejected_as_one(changes, message):
     ids=str,
 )  # fmt: skip
 def test_design_at_edge_of_rules_is_accepted(changes):
-    design = changed(**changes)
+    design = replace(CASE_II, **changes)
     assert design.alpha.min() > 0.0
     assert design.D_s1 < design.D_barrier < design.D_s2
     assert design.k_s1 > 0.0
@@ -135,7 +131,7 @@ def test_design_at_edge_of_rules_is_accepted(changes):
 
 
 def test_design_cannot_be_changed():
-    with pytest.raises(dataclasses.FrozenInstanceError):
+    with pytest.raises(FrozenInstanceError):
         CASE_II.N = 200  # type: ignore[misc]
     for array in (CASE_II.sites, CASE_II.alpha, CASE_II.s, CASE_II.strain_shape):
         with pytest.raises(ValueError, match='read-only'):
@@ -153,7 +149,7 @@ def test_design_cannot_be_changed():
 )  # fmt: skip
 def test_symbol_out_of_range_is_rejected(symbol, value):
     with pytest.raises(DesignError, match=f'^{symbol} must be .* got '):
-        changed(**{symbol: value})
+        replace(CASE_II, **{symbol: value})
 
 
 @pytest.mark.parametrize(
@@ -170,4 +166,4 @@ def test_symbol_out_of_range_is_rejected(symbol, value):
 )
 def test_wrong_design_is_rejected_with_its_first_reason(changes, message):
     with pytest.raises(DesignError, match=f'^{message}'):
-        changed(**changes)
+        replace(CASE_II, **changes)

@@ -6,7 +6,7 @@
 quantity               must agree with
 =====================  =============================================================
 terms                  those of the Lagrangian as printed above Eq. (1)
-force on the end       the slope of the energy
+forces                 slopes of the energy: on a cell, below it, and on the end
 a step                 shrinks the volume of states as the damping does, no more
 stability              bounded below omega dt = 2.9895, growing above
 an undamped packet     keeps its energy
@@ -25,17 +25,24 @@ import oracle
 import pytest
 
 import mlmem
-from mlmem.physics import CASE_II, Chain, Specimen, pefrl, stable_step
+from mlmem.physics import CASE_II, Chain, Scatter, draw_specimen, pefrl, stable_step
 from mlmem.physics.energy import end_force, energy
-from mlmem.physics.equilibrium import compute_energies, find_pinned_wall
+from mlmem.physics.equilibrium import (
+    compute_energies,
+    find_pinned_wall,
+    metamaterial_force,
+    substrate_force,
+)
 
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 SMALL = dataclasses.replace(CASE_II, N=60)
 
 
-def potential_energy(design, v, V):
-    """Return the energy of displacements at rest."""
-    return sum(compute_energies(Specimen(design), v, V))
+def scattered(substrate):
+    """Return an element whose cells and springs differ."""
+    depth = 0.2 if substrate == 'rigid' else 0.0
+    scatter = Scatter(alpha=0.1, k_r=0.1, s=0.1, mass=0.1, offset=0.05, depth=depth)
+    return draw_specimen(dataclasses.replace(SMALL, substrate=substrate), scatter, 1)
 
 
 def rough():
@@ -45,33 +52,41 @@ def rough():
 
 
 @SUBSTRATES
-def test_end_force_is_slope_of_energy(substrate):
+def test_forces_are_slopes_of_energy(substrate):
     """Moving V_N moves the whole foundation of the rigid model, one site of the elastic one."""
-    design = dataclasses.replace(SMALL, substrate=substrate)
-    v = rough()
-    chain = Chain(design)
-    chain.place(v, V_N=0.7)
-    moved = oracle.quasi_static(design) if substrate == 'rigid' else np.eye(design.N)[-1]
-    V, h = 0.7 * oracle.quasi_static(design), 1e-5
-    slope = potential_energy(design, v, V + h * moved) - potential_energy(design, v, V - h * moved)
-    assert end_force(chain, chain.v, chain.V) == pytest.approx(slope / (2.0 * h), abs=1e-6)
+    made = scattered(substrate)
+    chain, h = Chain(made), 1e-5
+    chain.place(rough(), V_N=0.7)
+    v, V = chain.v, 0.7 * oracle.quasi_static(SMALL, made.s_factor)
+    cell, end = np.eye(SMALL.N)[[9, -1]]
+
+    def slope(by_v, by_V):
+        up, down = (sum(compute_energies(made, v + k * by_v, V + k * by_V)) for k in (h, -h))
+        return pytest.approx((up - down) / (2.0 * h), abs=1e-6)
+
+    moved = made.strain_shape if substrate == 'rigid' else end
+    assert end_force(chain, v, chain.V) == slope(0.0, moved)
+    assert -metamaterial_force(made, v, V)[9] == slope(cell, 0.0)
+    assert -substrate_force(made, v, V)[9] == slope(0.0, cell)
 
 
 @SUBSTRATES
 def test_energy_is_the_sum_of_the_printed_terms(substrate):
-    design = dataclasses.replace(SMALL, substrate=substrate)
-    chain = Chain(design)
+    made = scattered(substrate)
+    chain = Chain(made)
     chain.place(rough(), V_N=0.4)
     chain.advance(0.4 + 0.01 * np.arange(40))
     parts = energy(chain)
-    speeds = np.concatenate((chain.velocity, chain.substrate_velocity))
-    assert parts.kinetic == pytest.approx(0.5 * np.sum(speeds**2), rel=1e-14)
-    on_site = np.sum(oracle.alpha(design) * oracle.psi(design, chain.configuration))
-    assert parts.on_site == pytest.approx(on_site, rel=1e-13)
-    assert parts.coupling == pytest.approx(0.5 * np.sum(np.diff(chain.v) ** 2), rel=1e-14)
-    assert parts.substrate == pytest.approx(
-        0.5 * np.sum(oracle.s(design) * np.diff(chain.V) ** 2), rel=1e-12
-    )
+    moving = np.sum(made.masses * chain.velocity**2) + np.sum(chain.substrate_velocity**2)
+    assert parts.kinetic == pytest.approx(0.5 * moving, rel=1e-14)
+    D = chain.configuration - made.offsets
+    wells = oracle.alpha(SMALL) * made.alpha_factor * oracle.psi(SMALL, D)
+    wells -= made.depth_force * (D - SMALL.D_s1)
+    assert parts.on_site == pytest.approx(np.sum(wells), rel=1e-12)
+    stretched = made.k_r_factor * np.diff(chain.v) ** 2
+    assert parts.coupling == pytest.approx(0.5 * np.sum(stretched), rel=1e-14)
+    below = oracle.s(SMALL) * made.s_factor * np.diff(chain.V) ** 2
+    assert parts.substrate == pytest.approx(0.5 * np.sum(below), rel=1e-12)
     statics = parts.coupling + parts.on_site + parts.substrate
     assert parts.total == pytest.approx(parts.kinetic + statics, rel=1e-15)
     assert parts.kinetic > 0.0

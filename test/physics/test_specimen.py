@@ -27,7 +27,7 @@ from mlmem.physics import (
     substep_times,
     wall_energy,
 )
-from mlmem.physics.energy import end_force, energy, kinetic_energy
+from mlmem.physics.energy import end_force, kinetic_energy
 from mlmem.physics.equilibrium import (
     compute_energies,
     find_pinned_wall,
@@ -175,35 +175,6 @@ def test_equilibrium_keeps_its_stuck_cell():
     assert held[89] == pushed[89]
     force = metamaterial_force(made, held, np.zeros(CASE_II.N))
     assert np.abs(np.delete(force, 89)).max() < 1e-10 < 1e-3 < abs(force[89])
-
-
-def test_masses_enter_kinetic_energy_and_balance():
-    """A free specimen loses energy to damping alone: dE/dt = -eta sum w^2."""
-    specimen = draw_specimen(SMALL, SCATTER, seed=1)
-    chain = Chain(specimen, 0.01)
-    chain.place(np.where(SMALL.sites < 20, SMALL.D_s2, SMALL.D_s1) + specimen.offsets)
-    before, lost = energy(chain).total, 0.0
-    power = 0.0  # it is let go
-    for _ in range(2000):
-        chain.advance_steps(1)
-        power, last = specimen.eta * np.sum(chain.velocity**2), power
-        lost += 0.5 * chain.dt * (power + last)
-    assert lost > 0.01
-    assert before - energy(chain).total == pytest.approx(lost, rel=1e-3)
-
-
-def test_force_is_slope_of_energy_of_specimen():
-    specimen = draw_specimen(SMALL, SCATTER, seed=2)
-    v = SMALL.D_s1 + 0.3 * np.sin(SMALL.sites)
-    V = 0.5 * specimen.strain_shape
-    step = 1e-6
-    up, down = v.copy(), v.copy()
-    up[9] += step
-    down[9] -= step
-    slope = (sum(compute_energies(specimen, up, V)) - sum(compute_energies(specimen, down, V))) / (
-        2 * step
-    )
-    assert metamaterial_force(specimen, v, V)[9] == pytest.approx(-slope, rel=1e-6)
 
 
 def test_scatter_has_given_deviation_and_depends_on_seed():
