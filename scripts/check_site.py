@@ -12,11 +12,9 @@ import sys
 import tempfile
 from pathlib import Path
 
+from headless_browser import Browser, find_browser
+
 CHECKOUT_ROOT = Path(__file__).resolve().parent.parent
-sys.path.append(str(CHECKOUT_ROOT / 'test' / 'view'))
-
-from page_browser import Browser, find_browser  # noqa: E402
-
 PAGE_VIEWS = ((1320, 1000, 'light'), (390, 844, 'dark'))
 AXE_SCRIPT = """
 const done = arguments[0];

@@ -19,16 +19,13 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from headless_browser import Browser, find_browser
 from PIL import Image
 
 from mlmem_lab.results import keep_picture
 from mlmem_ros.ros.node_process import run_child_process
 
 CHECKOUT_ROOT = Path(__file__).resolve().parent.parent
-sys.path.append(str(CHECKOUT_ROOT / 'test' / 'view'))
-
-from page_browser import Browser, find_browser  # noqa: E402
-
 SESSION_BAG = CHECKOUT_ROOT / 'test' / 'data' / 'life'
 DESK_SIZE, PHONE_SIZE, LONG_SIZE = (1320, 1080), (390, 800), (1320, 1240)
 PIXEL_RATIO = 1.5
