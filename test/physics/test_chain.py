@@ -6,7 +6,6 @@
 run                      must agree with
 =======================  ===========================================================
 ramp + driven end        DOP853 on Eqs. (1a), (1b) as printed; the error falls with the order
-saved and continued      the run that was not interrupted, to the bit
 cut into pieces          the run in one piece, to the bit
 refused input            the state before, to the bit
 =======================  ===========================================================
@@ -168,25 +167,6 @@ def test_run_cut_into_pieces_is_same_to_bit(substrate, site, pieces):
     np.testing.assert_array_equal(cut.state(), whole.state())
     np.testing.assert_array_equal(cut_ends, whole_ends)
     assert (cut.V_N, cut.steps_done) == (whole.V_N, whole.steps_done)
-
-
-@SUBSTRATES
-def test_restored_chain_continues_to_bit(substrate):
-    chain, _ = moved(substrate)
-    saved, V_N, steps = chain.state(), chain.V_N, chain.steps_done
-    later = np.linspace(V_N, 0.0, 300 * SUBSTEPS_PER_STEP)
-    ends = chain.advance(later)
-    goal = chain.state()
-    assert np.abs(goal - saved).max() > 1e-3  # it did move on
-
-    for successor in (chain, Chain(chain.design, chain.dt)):  # itself, and one anew
-        successor.restore(saved, V_N=V_N, steps_done=steps)
-        np.testing.assert_array_equal(successor.state(), saved)
-        np.testing.assert_array_equal(successor.advance(later), ends)
-        np.testing.assert_array_equal(successor.state(), goal)
-        assert np.abs(saved - goal).max() > 1e-3, 'a saved state is a copy'
-        assert successor.steps_done == steps + 300
-        assert successor.V_N == 0.0
 
 
 @SUBSTRATES

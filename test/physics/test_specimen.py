@@ -201,23 +201,18 @@ def test_scatter_has_given_deviation_and_depends_on_seed():
         ('k_r_factor', np.ones(51)), ('k_r_factor', 0.0), ('mass', -1.0), ('mass', np.inf),
         ('stuck', (1,)), ('stuck', (51,)), ('offset', 0.6), ('offset', np.nan), ('depth', 0.6),
         ('eta_factor', -1.0), ('eta_factor', math.nan),
+        ('design', None), ('design', Specimen(SMALL)), ('design', 'case_2'),
     ],
 )  # fmt: skip
 def test_specimen_values_out_of_range_are_rejected(field, value):
     with expect_rejection(DesignError, 'out_of_range', field):
-        Specimen(SMALL, **{field: value})
+        Specimen(**{'design': SMALL, field: value})
 
 
-@pytest.mark.parametrize(
-    ('make', 'value', 'field'),
-    [
-        *((Specimen, wrong, 'design') for wrong in (None, Specimen(SMALL), 'case_2')),
-        *((lambda value: Scatter(mass=value), wrong, 'mass') for wrong in (-0.01, math.nan)),
-    ],
-)
-def test_specimen_or_scatter_of_another_kind_is_rejected(make, value, field):
-    with expect_rejection(DesignError, 'out_of_range', field):
-        make(value)
+@pytest.mark.parametrize('deviation', [-0.01, math.nan])
+def test_scatter_below_zero_is_rejected(deviation):
+    with expect_rejection(DesignError, 'out_of_range', 'mass'):
+        Scatter(mass=deviation)
 
 
 @pytest.mark.parametrize('name', ['mass', 'offset', 'depth'])

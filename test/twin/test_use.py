@@ -13,10 +13,8 @@ from mlmem import (
     UNDECODABLE,
     Calibrate,
     Calibration,
-    Faults,
     MemoryElement,
     Read,
-    SetFaults,
     SettingsError,
     Shot,
     element_file,
@@ -53,17 +51,6 @@ def test_element_is_at_equilibrium_in_its_ground_states(element):
     element.pass_ticks(50)
     assert np.abs(element.chain.v - before).max() < 1e-12
     assert (before != DESIGN.D_s1).all()
-
-
-def test_faults_apply_to_the_element_as_made(element):
-    element.apply(SetFaults(Faults(weak_cell=7, weak_factor=0.5, damping_factor=2.0)))
-    with_faults = element.chain.specimen
-    weakened = np.where(np.arange(1, DESIGN.N + 1) == 7, 0.5, 1.0)
-    assert with_faults.alpha == pytest.approx(MADE.alpha * weakened)
-    assert with_faults.eta == pytest.approx(2.2 * DESIGN.eta)
-    assert (with_faults.offsets == MADE.offsets).all()
-    element.apply(SetFaults(Faults()))
-    assert (element.chain.specimen.alpha == MADE.alpha).all()
 
 
 def test_wrong_clock_is_simulated_by_masses_and_damping():
