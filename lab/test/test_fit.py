@@ -223,16 +223,6 @@ def test_fit_finds_late_transducers(fitted):
         assert sum(own) == pytest.approx(0.15, abs=1e-3)
 
 
-def drifted(shots, known, chance, amount):
-    """Return shots whose gains, and what they read at rest, drift; walls where they are known."""
-    found = []
-    for shot, each in zip(shots, known, strict=True):
-        gain = 1.0 + amount * chance.standard_normal(2)
-        samples = gain[:, None] * shot.samples
-        found.append(replace(shot, samples=samples, rest=gain * shot.rest, wall=each.wall))
-    return found
-
-
 def test_fit_integrates_over_drifting_gains(fitted):
     """By 0.5 % from shot to shot, what they read at rest included; since then by up to 0.01 %,
     which holds the driven end off where it rests and sends a step of seven times the noise.
@@ -240,7 +230,11 @@ def test_fit_integrates_over_drifting_gains(fitted):
     element, _, found = fitted
     chance = np.random.default_rng(2)
     heard = measured(element, held_off=7e-5 * chance.choice((-1.0, 1.0), 7))
-    shots = drifted(heard, found.misfit.shots, chance, 0.005)
+    shots = []
+    for shot, known in zip(heard, found.misfit.shots, strict=True):
+        gain = 1.0 + 0.005 * chance.standard_normal(2)
+        samples = gain[:, None] * shot.samples
+        shots.append(replace(shot, samples=samples, rest=gain * shot.rest, wall=known.wall))
     before = compute_posterior(found.misfit.select_shots(shots), found.x)
     assert list_doubts(before)
     after = _extend_model(before, print)

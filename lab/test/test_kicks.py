@@ -32,8 +32,6 @@ from mlmem_tools.identification.kick_search import (
     search_kicks,
 )
 
-MAPPED = load_result(kicks_study.path)['cases']
-
 
 def chain_of(name):
     design, settings = load_element(name).design_and_settings
@@ -46,7 +44,7 @@ def test_shipped_kicks_are_those_that_were_mapped(name):
     that was counted was wrong.
     """
     design, settings = load_element(name).design_and_settings
-    chain, mapped = chain_of(name), MAPPED[name]
+    chain, mapped = chain_of(name), load_result(kicks_study.path)['cases'][name]
     for k in range(20, 320, 60):
         assert after_kick(chain, mapped['speeds'][k], settings.kick) == mapped['ends'][k]
     for level, speed in enumerate(settings.kick.wall_speeds):

@@ -9,15 +9,14 @@ import pytest
 from mlmem_lab import numbers, results
 from mlmem_lab.numbers import place_numbers
 
-RESULT = {
-    'on': 'EPYC', 'heat': 0.14239, 'reads': 38400, 'rare': 9.6e-5,
-    'cases': {'first': {'speed': 1.9}},
-}  # fmt: skip
-
 
 @pytest.fixture
 def folder(tmp_path):
-    (tmp_path / 'r.json').write_text(json.dumps(RESULT))
+    result = {
+        'on': 'EPYC', 'heat': 0.14239, 'reads': 38400, 'rare': 9.6e-5,
+        'cases': {'first': {'speed': 1.9}},
+    }  # fmt: skip
+    (tmp_path / 'r.json').write_text(json.dumps(result))
     return tmp_path
 
 

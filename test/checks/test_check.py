@@ -255,9 +255,6 @@ def test_register_is_not_judged_as_one_wall():
 
 # --- carriers: they propagate in the phase of their end, and not in the other one --------------
 
-BANDS = {'left': (0.7688, 2.1318), 'right': (0.4689, 2.0500)}
-"""Of Case II where every cell passes: s2 before the wall at the left, s1 behind it."""
-
 
 def judge_carrier(end, omega, sigma=8.0, design=CASE_II):
     """Return the finding on a carrier of an end, by default of pulses of the paper's length."""
@@ -295,9 +292,13 @@ def test_carrier_is_judged_by_the_bands_of_both_phases(end, omega, verdict, reas
 @pytest.mark.parametrize(('end', 'omega'), [('left', 2.1), ('left', 0.74), ('right', 0.45)])
 @pytest.mark.parametrize('sigma', [2.0, 8.0])
 def test_share_of_a_pulse_is_its_energy_within_the_band(end, omega, sigma):
-    """Of a Gaussian pulse the energy at a frequency falls as exp(-sigma^2 (w - omega)^2)."""
+    """Of a Gaussian pulse the energy at a frequency falls as exp(-sigma^2 (w - omega)^2).
+
+    Every cell of Case II passes the band: s2 before the wall at the left, s1 behind it.
+    """
+    low, high = {'left': (0.7688, 2.1318), 'right': (0.4689, 2.0500)}[end]
     w = np.linspace(omega - 5.0, omega + 5.0, 100_001)
-    energy, (low, high) = np.exp(-((sigma * (w - omega)) ** 2)), BANDS[end]
+    energy = np.exp(-((sigma * (w - omega)) ** 2))
     share = energy[(low < w) & (w < high)].sum() / energy.sum()
     said = re.search(r'(\d+)% of the pulse propagates', judge_carrier(end, omega, sigma).text)
     assert float(said[1]) / 100.0 == pytest.approx(share, abs=0.006)  # it is told in per cent

@@ -26,15 +26,14 @@ from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem_tools.checks import Verdict, disturb
 from mlmem_tools.checks.concern import Subject
 
-GROUPS = {End.LEFT: 'probe', End.RIGHT: 'probe_right'}
-
 
 def as_loud(name, end, A):
     """Return a preset whose pulse of an end has an amplitude; the threshold rises with it."""
     design, settings = load_element(name).design_and_settings
     probe = end.select_probe(settings)
     louder = dataclasses.replace(probe, A=A, v_th=min(1.0, probe.v_th * A / probe.A))
-    return design, dataclasses.replace(settings, **{GROUPS[end]: louder})
+    group = 'probe' if end is End.LEFT else 'probe_right'
+    return design, dataclasses.replace(settings, **{group: louder})
 
 
 def forecast(design, settings):

@@ -39,7 +39,7 @@ def test_no_frequencies_have_no_squares():
     assert squared_frequency(np.array([]), 0.004, 0.25).shape == (0,)
 
 
-def test_right_end_hears_what_the_left_end_of_the_mirror_image_hears():
+def test_right_end_hears_what_the_left_one_of_its_mirror_does():
     made = draw_specimen(CASE_II, Scatter(alpha=0.01, k_r=0.01, offset=0.01), 3)
     mirrored = Specimen(
         CASE_II,

@@ -32,17 +32,13 @@ for name in ('O_CLOEXEC', 'O_NONBLOCK', 'O_DIRECTORY'):
     delattr(os, name)
 """
 
-REWRITE = """
+REWRITE_AND_DEMO = """
 from pathlib import Path
 from mlmem.element_file import load_element, write_element_file
+from mlmem_tools.cli.main import main
 
 for source in 'case_2', 'own.yaml':
     write_element_file(Path('own.yaml'), load_element(source))
-"""
-
-DEMO = """
-from mlmem_tools.cli.main import main
-
 sys.exit(main(['demo', '--json']))
 """
 
@@ -58,7 +54,7 @@ def run_program(text, folder=None, **environment):
 
 
 def test_machine_without_posix_and_ros_runs_library_and_demo(tmp_path):
-    program = WITHOUT_POSIX_AND_ROS + SIMULATE + REWRITE + DEMO
+    program = WITHOUT_POSIX_AND_ROS + SIMULATE + REWRITE_AND_DEMO
     positions, demo = run_program(program, folder=tmp_path).split('\n', 1)
     assert json.loads(positions)[-1] == pytest.approx([100.0], abs=0.01)
     written = mlmem.load_element(tmp_path / 'own.yaml')

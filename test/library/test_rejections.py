@@ -205,7 +205,7 @@ def test_law_file_that_is_none_is_rejected_by_code_and_field(tmp_path, text, cod
         ({'design': CASE_II.as_dict()}, 'conflict', 'design'),
     ],
 )
-def test_snapshot_of_another_device_is_rejected_by_code_and_field(change, code, field):
+def test_snapshot_of_another_device_has_code_and_field(change, code, field):
     element = MemoryElement(load_element('bits_1'))
     taken = take_snapshot(element)
     with expect_rejection(StateError, code, field):

@@ -135,14 +135,14 @@ def test_wall_needs_a_place_of_its_own():
             simulate(CASE_II, initial=place, duration=10.0)
 
 
-def test_moving_wall_begins_about_the_ground_states_of_the_specimen():
+def test_moving_wall_begins_about_the_specimens_ground_states():
     made = Specimen(CASE_II, offset=0.1)
     run = simulate(made, initial=wall_at(position=60.0, relaxed=False), duration=10.0)
     ends = [CASE_II.D_s2 + 0.1, CASE_II.D_s1 + 0.1]
     assert run.configuration[0, [0, -1]] == pytest.approx(ends, abs=1e-6)
 
 
-def test_simulate_begins_with_what_a_function_of_the_specimen_returns():
+def test_simulate_begins_with_what_a_function_returns():
     made = draw_specimen(CASE_II, Scatter(offset=0.01), seed=1)
     run = simulate(made, initial=lambda specimen: specimen.offsets + CASE_II.D_s1, duration=10.0)
     assert np.array_equal(run.configuration[0], made.offsets + CASE_II.D_s1)

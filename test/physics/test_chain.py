@@ -128,21 +128,17 @@ def test_step_out_of_range_is_rejected(substrate):
 # --- to the bit -------------------------------------------------------------------------------
 
 
-def eventful(design, steps, dt):
-    """Return a run with everything in it: strain, a driven end, and its release in mid-step."""
-    t = substep_times(steps, dt)
-    V_N = 0.02 * design.N * np.sin(2.0 * np.pi * t / t[-1])
-    driven = t[: SUBSTEPS_PER_STEP * steps // 3 | 1]
-    motion = np.array([design.D_s2 + 0.1 * np.sin(2.1 * driven), 0.21 * np.cos(2.1 * driven)])
-    return V_N, motion
-
-
 def moved(substrate, site=1, pieces=(400,)):
-    """Return a chain after that run, cut into pieces of so many steps, and its recorded ends."""
+    """Return a chain after a run with strain, a driven end, and its release in mid-step, cut into
+    pieces of so many steps, and its recorded ends.
+    """
     design = case_ii(substrate, N=61)
     chain = Chain(design)
     chain.place(find_pinned_wall(design, 1))
-    V_N, motion = eventful(design, sum(pieces), chain.dt)
+    t = substep_times(sum(pieces), chain.dt)
+    V_N = 0.02 * design.N * np.sin(2.0 * np.pi * t / t[-1])
+    driven = t[: len(t) // 3 | 1]
+    motion = np.array([design.D_s2 + 0.1 * np.sin(2.1 * driven), 0.21 * np.cos(2.1 * driven)])
     ends, done = [], 0
     for steps in pieces:
         then = done + SUBSTEPS_PER_STEP * steps

@@ -18,10 +18,9 @@ SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 LONG = 60
 
 
-def struck(substrate='rigid', **changes):
+def struck(substrate='rigid'):
     """Return a chain with a wall, one cell of which is off its place by a tenth."""
-    changes = {'N': 60, 'eta': 0.2, **changes}
-    design = dataclasses.replace(CASE_II, substrate=substrate, **changes)
+    design = dataclasses.replace(CASE_II, N=60, eta=0.2, substrate=substrate)
     chain = Chain(design)
     v = find_pinned_wall(design, 0)
     v[20] += 0.1

@@ -102,15 +102,12 @@ def test_batch_counts_its_elements(monkeypatch):
 # --- the study --------------------------------------------------------------------------------
 
 
-LAW = Fragility(median=0.004, spread=0.5)
-
-
 @pytest.fixture
 def law(request, monkeypatch):
     """The curve from which counts are drawn: the study is tested, not the element. Intervals are
     of 40 draws.
     """
-    law = getattr(request, 'param', LAW)
+    law = getattr(request, 'param', Fragility(median=0.004, spread=0.5))
 
     def draw_counts(design, settings, kind, tried, amount, seed):
         failed = int(np.random.default_rng(seed).binomial(64, float(law.rate(amount))))
