@@ -41,11 +41,6 @@ def uniform(law, d, phase=0, N=80):
     )
 
 
-def wall(design, position=40.5):
-    guess = wall_profile(design, position)
-    return relax_to_equilibrium(design, guess, np.zeros(design.N))
-
-
 def test_curve_repeats_cubic():
     """To the rounding of forces of 24 and stiffnesses of 44; beyond its ends it is straight."""
     D = np.linspace(-2.0, 2.0, 1_001)
@@ -121,7 +116,7 @@ def test_internal_mode_of_phi_4_wall():
     kappa = 0.25
     design = uniform(PHI_4, kappa**2 / 2.0, N=160)
     edge = math.sqrt(8.0 * design.d)
-    v = wall(design, 80.5)
+    v = relax_to_equilibrium(design, wall_profile(design, 80.5), np.zeros(design.N))
     diagonal = stiffness_diagonal(design, v, np.zeros(design.N))
     matrix = np.diag(diagonal) - np.eye(design.N, k=1) - np.eye(design.N, k=-1)
     squares, modes = np.linalg.eigh(matrix)

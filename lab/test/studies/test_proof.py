@@ -119,15 +119,10 @@ def element():
     return Element(made, deviations, 1.001, plan=trims, settings=CHOSEN.settings)
 
 
-@pytest.fixture(scope='module')
-def file(tmp_path_factory, element):
-    path = tmp_path_factory.mktemp('element') / 'element.yaml'
-    element_file.write_element_file(path, element)
-    return path
-
-
 @pytest.mark.parametrize('judge', ['check', 'prove'])
-def test_element_is_judged_in_place_of_the_ideal_one(judge, file, element, capsys):
+def test_element_is_judged_in_place_of_the_ideal_one(judge, element, tmp_path, capsys):
+    file = tmp_path / 'element.yaml'
+    element_file.write_element_file(file, element)
     jobs = ('--jobs', '1') if judge == 'prove' else ()
     status = main(['design', judge, '--json', *jobs, str(file)])
     told = capsys.readouterr()
