@@ -14,11 +14,13 @@ every figure             is drawn from small data, and by `mlmem figures`
 
 import json
 import xml.etree.ElementTree as ElementTree
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
+from sampled import sampled
 
 from mlmem_lab.paper.figure import Judgement, Quality, load_data
 from mlmem_lab.paper.figures import printed
@@ -30,31 +32,16 @@ from mlmem_tools.cli.main import main
 STILL = [figure.name for figure in FIGURES_BY_NAME.values() if figure.ending == 'png']
 
 
-class Computed(dict):
-    """The data of figures by name, computed when first asked for."""
-
-    def __init__(self, quality):
-        super().__init__()
-        self.quality = quality
-
-    def __missing__(self, name):
-        with pytest.MonkeyPatch.context() as patch:
-            if name == 'printed':  # which is made of the data of others
-                for other in ('2a', '2b', 'launches'):
-                    module = getattr(printed, f'fig_{other}', printed.launches)
-                    patch.setattr(module, 'compute_data', lambda _, data=self[other]: data)
-            self[name] = FIGURES_BY_NAME[name].compute(self.quality)
-        return self[name]
-
-
-@pytest.fixture(scope='module')
-def small():
-    return Computed(Quality.DRAFT)
-
-
-@pytest.fixture(scope='module')
-def full():
-    return Computed(Quality.FULL)
+@cache
+def compute_data(name, quality=Quality.DRAFT):
+    """Return the data of a figure; they are computed once."""
+    with pytest.MonkeyPatch.context() as patch:
+        if name == 'printed':  # which is made of the data of others
+            for other in ('2a', '2b', 'launches'):
+                module = getattr(printed, f'fig_{other}', printed.launches)
+                data = compute_data(other, quality)
+                patch.setattr(module, 'compute_data', lambda _, data=data: data)
+        return FIGURES_BY_NAME[name].compute(quality)
 
 
 BY_KEY = {claim.key: claim for claim in list_claims()}
@@ -67,10 +54,9 @@ def committed():
 
 
 @pytest.mark.parametrize('key', BY_KEY)
-@pytest.mark.parametrize('size', ['small', pytest.param('full', marks=pytest.mark.slow)])
-def test_simulation_gives_the_committed_verdict(key, size, request, committed):
-    computed = request.getfixturevalue(size)
-    needed = {name: computed[name] for name in BY_KEY[key].needs}
+@pytest.mark.parametrize('quality', sampled(Quality, lambda quality: quality is Quality.DRAFT))
+def test_simulation_gives_the_committed_verdict(key, quality, committed):
+    needed = {name: compute_data(name, quality) for name in BY_KEY[key].needs}
     found = BY_KEY[key].judge_data(needed)
     assert found.judgement.value == committed[key], found.numbers
 
@@ -120,9 +106,9 @@ def test_every_claim_that_holds_is_tried_with_doctored_data(committed):
 
 
 @pytest.mark.parametrize('key', WRONG)
-def test_doctored_data_do_not_pass(key, small):
+def test_doctored_data_do_not_pass(key):
     claim, changes = BY_KEY[key], WRONG[key]
-    data = {name: dict(small[name]) for name in claim.needs}
+    data = {name: dict(compute_data(name)) for name in claim.needs}
     for name, change in changes.items():
         data[claim.needs[0]][name] = change(np.asarray(data[claim.needs[0]][name]))
     assert claim.judge_data(data).judgement is not Judgement.HOLDS
@@ -132,14 +118,14 @@ def test_doctored_data_do_not_pass(key, small):
 
 
 @pytest.mark.parametrize('name', STILL)
-def test_every_figure_has_data_in_each_panel(name, small):
+def test_every_figure_has_data_in_each_panel(name):
     with style.style_context():
-        figure = FIGURES_BY_NAME[name].draw(small[name])
+        figure = FIGURES_BY_NAME[name].draw(compute_data(name))
     assert figure.get_figwidth() == 7.2
     assert all(axes.has_data() or axes.texts for axes in figure.axes)
 
 
-def test_figures_command_writes_figures_and_verdicts(small, tmp_path, capsys):
+def test_figures_command_writes_figures_and_verdicts(tmp_path, capsys):
     """A picture, a vector file and the data of each; saved again, they have the same bytes."""
     options = ['--draft', '--jobs', '1', '--output', str(tmp_path), '--json']
     assert main(['figures', '1c', '3a', *options]) == 0
@@ -153,7 +139,7 @@ def test_figures_command_writes_figures_and_verdicts(small, tmp_path, capsys):
     assert {file.name for file in folder.iterdir()} == {
         f'{stem}.{end}' for stem in ('fig_1c', 'fig_3a') for end in ('npz', 'png', 'svg')
     }
-    data = small['3a']
+    data = compute_data('3a')
     _, *pictures = FIGURES_BY_NAME['3a'].save(data, tmp_path)
     for file in pictures:
         assert file.read_bytes() == (folder / file.name).read_bytes()
@@ -182,11 +168,12 @@ def test_wrong_figures_command_is_rejected(arguments, message, tmp_path, capsys,
     assert [file.name for file in tmp_path.iterdir()] == ['file']
 
 
-def test_film_moves_and_shows_what_has_succeeded(small, tmp_path):
-    assert small['s1']['success'].all()
-    files = {file.suffix: file for file in FIGURES_BY_NAME['s1'].save(small['s1'], tmp_path)}
+def test_film_moves_and_shows_what_has_succeeded(tmp_path):
+    data = compute_data('s1')
+    assert data['success'].all()
+    files = {file.suffix: file for file in FIGURES_BY_NAME['s1'].save(data, tmp_path)}
     with Image.open(files['.gif']) as film:
-        assert 1 < film.n_frames <= len(small['s1']['t'])  # equal neighbours are joined
+        assert 1 < film.n_frames <= len(data['t'])  # equal neighbours are joined
         pictures = []
         for frame in (0, film.n_frames // 2, film.n_frames - 1):
             film.seek(frame)
