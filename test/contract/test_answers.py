@@ -4,7 +4,7 @@
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import pytest
@@ -33,10 +33,7 @@ def test_outcome_becomes_plain_values():
         'level_margin': 0.9384, 'margin': 0.9384, 'threshold_margin': 2.1426,
         'confidence': 0.5333, 'end': 'left', 'attempts': 2, 'ticks': 268,
     }  # fmt: skip
-
-
-def test_readings_of_both_ends_are_reported():
-    reading = Reading(5, '101', 'both', 694.25, 0.9, 2.1, 149.0, walls=2, right_delay=84.12344)
+    reading = replace(reading, end='both', walls=2, right_delay=84.12344)
     values = outcome_to_dict(Outcome(reading, procedure='read', end_tick=60))
     assert (values['delay'], values['right_delay'], values['walls']) == (694.25, 84.1234, 2)
 

@@ -102,21 +102,15 @@ def test_calibration_key_depends_on_what_delays_depend_on():
     assert calibration_key(CASE_II, same) == plain
 
 
-@pytest.fixture
-def counted(monkeypatch):
-    """Count the calibrations on an ideal element."""
-    made = []
+def test_design_is_calibrated_once(file, parameters, monkeypatch):
+    counted, calibrate = [], factory.factory_calibration
 
     def count(design, settings):
-        made.append(settings)
+        counted.append(settings)
         return calibrate(design, settings)
 
-    calibrate = factory.factory_calibration
     monkeypatch.setattr(factory, 'factory_calibration', count)
-    return made
 
-
-def test_design_is_calibrated_once(file, counted, parameters):
     def build(settings):
         throttled = ThrottledLog(lambda *_: None)
         given = dataclasses.replace(

@@ -19,13 +19,15 @@ if not requests.load_action_types():
 from action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
 from action_msgs.srv import CancelGoal
 from mlmem_interfaces.action import Read
-from nodes import run_in_executor
+from nodes import run_in_executor, step_until_arrived
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.qos import qos_profile_action_status_default
 from robot import values
 
-from mlmem_ros import MemoryClient, RequestFailed
+from mlmem_ros import MemoryClient, RequestFailed, RequestRefused
 from mlmem_ros.ros.middleware import create_events_executor
+
+GIVEN = {'actions': True, 'queue.most': 3}
 
 SUCCEEDED, CANCELED, ABORTED, UNKNOWN = (
     GoalStatus.STATUS_SUCCEEDED,
@@ -186,6 +188,82 @@ def test_cancelled_request_cancels_its_procedure(client, robot, ended):
     assert client.write(1).wait().level == 1
     robot.wait(lambda: outcomes[seen:] and values(outcomes[-1]).get('level') == '1', 'level 1')
     assert not any(values(each).get('level') == '7' for each in outcomes[seen:])
+
+
+# Requests that wait for their turn
+
+
+@pytest.fixture
+def time_goes_on(client):
+    """Time runs after the test, whatever happens there."""
+    yield
+    client.pause(False).wait()
+
+
+def begin_writes(memory, *levels):
+    """Pause time and write levels, the first of which begins; return the replies."""
+    memory.memory.pause().wait()
+    replies = []
+    for waiting, level in enumerate(levels):
+        replies.append(memory.memory.request('write', TIMEOUT_S, level=level))
+        step_until_arrived(memory, waiting)
+    return replies
+
+
+@pytest.mark.usefixtures('time_goes_on')
+def test_request_past_its_deadline_is_rejected(memory, client):
+    """Although time stands."""
+    replies = begin_writes(memory, 1, 2, 3)
+    late = client.request('read', TIMEOUT_S, deadline=0.5)
+    step_until_arrived(memory, 3, unless=late.done)
+    with pytest.raises(RequestRefused, match='while it waited for its turn') as caught:
+        late.wait()
+    assert caught.value.answer['error_code'] == 'busy'
+    memory.memory.pause(False).wait()
+    assert [reply.wait().details['level'] for reply in replies] == [1, 2, 3]
+
+
+@pytest.mark.usefixtures('time_goes_on')
+def test_feedback_of_a_waiting_goal_says_its_place(memory, client):
+    """It moves up when one before it begins, or is canceled."""
+    feedback = []
+
+    async def watch(goal):
+        async for each in goal:
+            feedback.append(each)
+
+    async def step_until(place):
+        while not feedback or feedback[-1].place != place:
+            await asyncio.sleep(0.02)
+            await client.step()
+
+    async def watch_last():
+        (first,) = begin_writes(memory, 1)
+        goals = []
+        for place in (1, 2):
+            goals.append(client.write(place + 1))
+            step_until_arrived(memory, place)
+        watching = asyncio.create_task(watch(goals[1]))
+        await step_until(place=2)
+        assert goals[0].cancel_goal()
+        await step_until(place=1)
+        with pytest.raises(RequestFailed, match='canceled by its client while it waited'):
+            await goals[0]
+        await client.set_parameters({'time.speed': 0.2})  # a write outlasts many reports
+        await client.pause(False)
+        await asyncio.gather(first, watching)
+        await client.set_parameters({'time.speed': 1.0})
+        return (await goals[1]).level
+
+    assert asyncio.run(asyncio.wait_for(watch_last(), TIMEOUT_S)) == 3
+    places = [each.place for each in feedback]
+    assert places == sorted(places, reverse=True)
+    assert set(places) == {2, 1, 0}
+    assert {each.phase == 'waiting' for each in feedback if each.place} == {True}
+    assert feedback[-1].phase != 'waiting'
+
+
+# The end
 
 
 def test_goal_under_way_is_rejected_at_the_shutdown(memory, client):

@@ -13,9 +13,7 @@ import math
 import pytest
 from robot import BLANK, LENGTH, Robot, values
 from sampled import sampled
-from sensor_msgs.msg import Imu
 
-from mlmem import load_element
 from mlmem_ros.contract.streams import STREAMS
 from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC
 
@@ -151,34 +149,6 @@ def test_field_and_wall_are_the_simulated_truth(robot, driver):
     assert abs(right - left) > 0.5
     assert field.data[100] == pytest.approx(left, abs=0.1 * abs(right - left))
     assert field.data[180] == pytest.approx(right, abs=0.1 * abs(right - left))
-
-
-def test_base_shakes_the_chain_and_stops_by_itself(robot, driver):
-    """An acceleration of half a thousandth of the unit bends inactive cells by 2e-3."""
-    if driver != 'sim':
-        pytest.skip('a real base is shaken by what it stands on')
-    design, unit = load_element('case_2').design, SCALE / 1e-5**2  # m/s^2, at 10 us a time unit
-    shake = Imu()
-    shake.linear_acceleration.x = 5e-4 * unit
-    shake.linear_acceleration.y = 9.81  # across the chain: no effect
-
-    def bend(field):
-        return design.D_s1 - sum(field.data) / CELLS
-
-    assert robot.trigger('erase').success
-    # a field sent as the erase ends still rings by 2.6e-5
-    robot.next('field', lambda field: abs(bend(field)) < 1e-6)
-    fields = robot.received('field')
-    seen = len(fields)
-
-    def has_bent():
-        """Keep shaking: a message acts for 10 ms here, and a field comes every 20."""
-        robot.send_message('disturbance', shake)
-        return any(bend(field) > 1e-3 for field in fields[seen:])
-
-    robot.wait(has_bent, 'a bent field')
-    # without a further message it is at rest after 1000 time units, and the chain rings down
-    robot.next('field', lambda field: abs(bend(field)) < 1e-5)
 
 
 # Driving by hand

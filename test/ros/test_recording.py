@@ -9,10 +9,10 @@ subscriber received over DDS.
 import signal
 from collections import defaultdict
 
+from closed_bag import check_closed
 from nodes import end_node
 from rclpy.serialization import serialize_message
 from robot import Robot
-from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from mlmem import UNDECODABLE
@@ -44,15 +44,6 @@ def encode(cdr, kind):
     return bytes(STORE.serialize_cdr(STORE.deserialize_cdr(cdr, kind), kind))
 
 
-def read_recorded(bag):
-    """Return every message of every topic, as rosbags encodes it."""
-    found = defaultdict(list)
-    with AnyReader([bag]) as reader:
-        for connection, _, cdr in reader.messages():
-            found[connection.topic].append(encode(cdr, connection.msgtype))
-    return found
-
-
 def test_session_holds_what_was_published_and_replays(start_robot, tmp_path):
     """Level 1 is written and read, and the element strained by hand."""
     bag = tmp_path / 'session'
@@ -79,7 +70,9 @@ def test_session_holds_what_was_published_and_replays(start_robot, tmp_path):
         topic: [encode(serialize_message(message), STREAMS[topic].type) for message in messages]
         for topic, messages in heard.items()
     }
-    found = read_recorded(bag)
+    found = defaultdict(list)
+    for topic, _, message in check_closed(bag):
+        found[topic].append(bytes(STORE.serialize_cdr(message, message.__msgtype__)))
     for topic in EVERY_ONE:
         assert found[f'/mlmem/{topic}'] == published[topic], topic
     for topic in PERIODIC:
