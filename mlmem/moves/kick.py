@@ -83,9 +83,8 @@ class KickSettings(Checked):
     @cached_property
     def peak_speed_ratio(self) -> float:
         """Highest speed of a kick, relative to its mean: 1.5 if it is fastest half-way."""
-        s = np.arange(1001) / 1000.0
-        x, clock = s + self.late * s * (s - 1.0), 1.0 + self.late * (2.0 * s - 1.0)
-        return float((6.0 * x * (1.0 - x) * clock).max())
+        times = np.arange(1001) / 1000.0
+        return float(KickMotion(0.0, 1.0, 1.0, self).evaluate_motion(times)[1].max())
 
     @cached_property
     def wall_speeds(self) -> tuple[float, ...]:

@@ -9,6 +9,7 @@ import hashlib
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from statistics import median
 from typing import TYPE_CHECKING, Any
@@ -101,13 +102,17 @@ class DelayTable:
         spacing = max(least, median(steps) if steps else 0.0)
         return 1.0 - 2.0 * abs(offset) / spacing
 
-    def find_crossings(self, level: int) -> Crossings:
-        """Return when the echo of a level crosses the thresholds."""
-        low, high, _ = self.shapes[level] if self.shapes else (None, None, 0.0)
-        return low, self.delays[level], high
+    @cached_property
+    def crossings(self) -> Array:
+        """Times at which the echo of every level crosses 0.8 of the threshold, the threshold, and
+        1.25 of it, shape (levels, 3); NaN where it does not.
+        """
+        shapes = self.shapes or [(None, None, 0.0)] * len(self.delays)
+        pairs = zip(self.delays, shapes, strict=True)
+        return np.array([(low, delay, high) for delay, (low, high, _) in pairs], dtype=float)
 
     def compare_levels(
-        self, level: int, crossings: Crossings, probe: ProbeSettings
+        self, level: int, crossings: Crossings | Array, probe: ProbeSettings
     ) -> tuple[float, int]:
         """Return how much nearer an echo is to a level than to any other, and the worst other.
 
@@ -138,14 +143,12 @@ class DelayTable:
         return float(between.min(initial=np.inf)), level
 
     def _find_common_crossings(
-        self, crossings: Crossings, probe: ProbeSettings
+        self, crossings: Crossings | Array, probe: ProbeSettings
     ) -> tuple[Array, Array]:
         """Return the crossings that all levels and an echo have: of the levels, and its own."""
-        known = np.array([self.find_crossings(n) for n in range(len(self.delays))], dtype=float)
-        times = np.array(crossings, dtype=float)
-        used = np.isfinite(known).all(axis=0) & np.isfinite(times)
-        earliest = earliest_delay(probe)
-        return np.maximum(known[:, used], earliest), np.maximum(times[used], earliest)
+        times, earliest = np.array(crossings, dtype=float), earliest_delay(probe)
+        used = np.isfinite(self.crossings).all(axis=0) & np.isfinite(times)
+        return np.maximum(self.crossings[:, used], earliest), np.maximum(times[used], earliest)
 
 
 # --- corrections of pulses ----------------------------------------------------------------------

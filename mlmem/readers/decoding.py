@@ -17,9 +17,10 @@ from statistics import median_low
 
 import numpy as np
 
-from ..instrument.echo import ECHO_TAIL_TIME, Crossings, Echo, is_hidden
+from ..instrument.echo import ECHO_TAIL_TIME, Crossings, Echo, earliest_delay
 from ..instrument.end import End
 from ..physics import Design
+from ..physics.potential import Array
 from ..physics.waves import fastest_speed
 from ..procedure_table import BLANK, UNDECODABLE, describe_level
 from ..settings import ProbeSettings, ReadSettings, Settings
@@ -222,7 +223,7 @@ class Decoder:
                 )
 
     def measure_agreement(
-        self, probe: ProbeSettings, end: End, level: int, crossings: Crossings
+        self, probe: ProbeSettings, end: End, level: int, crossings: Crossings | Array
     ) -> tuple[float, int | None]:
         """Return the level margin with which an end detects a wall at a level that the other one
         names, and another level that its echo may as well be of, or None.
@@ -232,20 +233,19 @@ class Decoder:
         does comes from near this end: it agrees with a level whose own echo does so, and with no
         other. Two levels near this end may both agree; then all crossings say which is nearer.
         """
-        table, (_, delay, _) = self.calibration.table(end), crossings
+        table, earliest = self.calibration.table(end), earliest_delay(probe)
+        times, known = np.array(crossings, dtype=float), table.crossings[level]
         nearer, other = table.compare_levels(level, crossings, probe)
         # 0 is half-way between two levels: the echo is off by less than 0.45 of their distance,
         # and one taken for the other by at least 0.55
         like = other if nearer < 0.1 else None
-        if is_hidden(probe, delay):
-            return (1.0 if is_hidden(probe, table.delays[level]) else 0.0), like
+        if times[1] <= earliest:
+            return (1.0 if known[1] <= earliest else 0.0), like
         fastest = 2.0 * self.design.J / fastest_speed(end.k_s(self.design))
-        pairs = [(delay, table.delays[level])]
-        for time, known in zip(crossings[::2], table.find_crossings(level)[::2], strict=True):
-            if time and known and not (is_hidden(probe, time) or is_hidden(probe, known)):
-                pairs.append((time, known))
-        margins = [table.margin(level, time - known, fastest) for time, known in pairs]
-        return median_low(margins), like
+        compared = np.minimum(times, known) > earliest  # not where one does not cross
+        compared[1] = True
+        offsets = (times - known)[compared].tolist()
+        return median_low(table.margin(level, offset, fastest) for offset in offsets), like
 
 
 def explain_no_phase(phases: Sequence[int | None]) -> str:
@@ -270,7 +270,7 @@ def find_exchanged_levels(
     for honest in End:
         table, probe = calibration.table(honest), honest.select_probe(settings)
         for true in levels:
-            crossings = table.find_crossings(true)
+            crossings = table.crossings[true]
             accepted = set()
             for level in levels:
                 margin, like = decoder.measure_agreement(probe, honest, level, crossings)

@@ -14,7 +14,6 @@ that breaks later fits none of them, and the element asks for a new calibration.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -185,14 +184,23 @@ class WaveformReader(Reader):
         A level that is not reached has the mean factor. The last level is only tried if the right
         end can kick back a wall that left the element.
         """
-        levels, found = element.design.levels, {}
+        levels, least, found = element.design.levels, element.settings.write.min_margin, {}
         # slow kicks need less than the factor on the losses, fast ones more
         factors = [element.calibration.loss_factor * 1.04**power for power in range(-9, 6)]
         last = levels - 1 if element.settings.has_one_transducer else levels
-        for level, content in self.single_walls.items():
-            if level >= last:
-                continue
-            if good := (yield from self._try_kicks(element, writer, level, content, factors)):
+        for level in filter(lambda level: level < last, self.single_walls):
+            good = []
+            # They rise until the wall goes too far: one that runs against what is behind the last
+            # level comes back, and what is read then means nothing.
+            for factor in factors:
+                element.correct_pulses([PulseCorrection(speed=factor)] * levels)
+                yield from writer.go_to_level(element, UNDECODABLE, level)
+                reading = yield from self.read(element)
+                if went_too_far(element, reading, level):
+                    break
+                if reading.level == level and reading.level_margin >= least:
+                    good.append(factor)
+            if good:
                 found[level] = round(math.sqrt(good[0] * good[-1]), 6)
         if not found:
             raise ProcedureFailed(
@@ -203,25 +211,6 @@ class WaveformReader(Reader):
         corrections = [PulseCorrection(speed=found.get(level, mean)) for level in range(levels)]
         element.correct_pulses(corrections)
         return mean
-
-    def _try_kicks(
-        self, element: Memory, writer: Writer, level: int, content: int, factors: Sequence[float]
-    ) -> Procedure[list[float]]:
-        """Return those of some factors that take the wall to a level.
-
-        They rise until it goes too far: a wall that runs against what is behind the last level
-        comes back, and what is read then means nothing.
-        """
-        good, least = [], element.settings.write.min_margin
-        for factor in factors:
-            element.correct_pulses([PulseCorrection(speed=factor)] * element.design.levels)
-            yield from writer.go_to_level(element, UNDECODABLE, level)
-            reading = yield from self.read(element)
-            if went_too_far(element, reading, content):
-                break
-            if reading.level == content and reading.level_margin >= least:
-                good.append(factor)
-        return good
 
 
 class RecordReader(WaveformReader):
