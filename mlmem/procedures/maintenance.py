@@ -34,15 +34,21 @@ from . import writing
 def calibrate(element: Memory) -> Procedure[Outcome]:
     """Calibrate the reader of an element, and restore the content in any case but an abort.
 
+    If it ends early, by a failure, an abort or a fault, the old calibration is kept.
+
     Raises:
         ProcedureFailed: As `Reader.calibrate`, or the content could not be restored.
     """
     yield from return_to_zero(element)
     content = yield from element.reader.read_settled(element)
+    known = element.calibration
     writer = Writer(writing.write, writing.erase, writing.go_to_level, kick_out)
     try:
         found = yield from element.reader.calibrate(element, writer)
-    except ProcedureFailed as failure:
+    except BaseException as failure:  # an abort closes the procedure
+        element.calibration = known
+        if not isinstance(failure, ProcedureFailed):
+            raise
         try:
             yield from writing.restore_content(element, content)
         except ProcedureFailed as lost:

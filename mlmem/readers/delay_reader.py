@@ -26,7 +26,7 @@ from ..physics.waves import group_velocity
 from .calibration import DelayTable, PulseCorrection
 from .decoding import MAX_THRESHOLD_FACTOR, WALL_GONE_REASON, Decoder, explain_no_phase
 from .listening import probe_ends, record_waveforms, wait_for_decay, wait_until_pinned
-from .reader import Reader, Writer, keep_unless_measured
+from .reader import Reader, Writer
 from .reading import BLANK, UNDECODABLE, WELL_ERROR_CELLS, Reading, describe_level
 
 if TYPE_CHECKING:
@@ -87,31 +87,29 @@ class DelayReader(Reader):
         is one.
 
         Raises:
-            ProcedureFailed: The wall did not follow, or the delays do not distinguish the levels;
-                the old calibration is kept.
+            ProcedureFailed: The wall did not follow, or the delays do not distinguish the levels.
         """
         levels: list[Reading] = []
-        with keep_unless_measured(element):
-            element.calibration = element.forecast or element.calibration
-            empty = (yield from writer.erase(element)).reading
-            blank = empty.delay if empty else None
-            element.correct_pulses(element.pulse_corrections)
-            try:
-                for level in range(element.design.levels):
-                    levels.append((yield from _reach_level(element, writer, level)))
-                left, right = (
-                    DelayTable(
-                        tuple(each.get_delay(end) or 0.0 for each in levels),
-                        blank if end is End.RIGHT else None,
-                        tuple(each.shapes[end] for each in levels),
-                    )
-                    for end in End
+        element.calibration = element.forecast or element.calibration
+        empty = (yield from writer.erase(element)).reading
+        blank = empty.delay if empty else None
+        element.correct_pulses(element.pulse_corrections)
+        try:
+            for level in range(element.design.levels):
+                levels.append((yield from _reach_level(element, writer, level)))
+            left, right = (
+                DelayTable(
+                    tuple(each.get_delay(end) or 0.0 for each in levels),
+                    blank if end is End.RIGHT else None,
+                    tuple(each.shapes[end] for each in levels),
                 )
-                measured = replace(element.calibration, left=left, right=right)
-                measured.check(element.design.levels, element.settings.read.primary_end)
-            except (ProcedureFailed, SettingsError) as error:
-                raise ProcedureFailed(f'the calibration was not taken: {error}') from error
-            element.calibration = measured
+                for end in End
+            )
+            measured = replace(element.calibration, left=left, right=right)
+            measured.check(element.design.levels, element.settings.read.primary_end)
+        except (ProcedureFailed, SettingsError) as error:
+            raise ProcedureFailed(f'the calibration was not taken: {error}') from error
+        element.calibration = measured
         return {'delays': {end: measured.table(end).delays for end in End}}
 
     def locate(self, element: Memory) -> Procedure[Outcome]:

@@ -10,8 +10,7 @@ calibrating the element and locating its walls.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -137,7 +136,7 @@ class Reader(ABC):
             Fields of the outcome.
 
         Raises:
-            ProcedureFailed: A level was not reached; the old calibration is kept.
+            ProcedureFailed: A level was not reached.
         """
 
     @abstractmethod
@@ -147,17 +146,6 @@ class Reader(ABC):
         Raises:
             ProcedureFailed: The walls cannot be located.
         """
-
-
-@contextmanager
-def keep_unless_measured(element: Memory) -> Iterator[None]:
-    """Take the old calibration back if measuring ends early: by a failure, an abort or a fault."""
-    known = element.calibration
-    try:
-        yield
-    except BaseException:  # an abort closes the procedure
-        element.calibration = known
-        raise
 
 
 def choose_reader(

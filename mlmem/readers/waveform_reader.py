@@ -31,7 +31,7 @@ from .calibration import PulseCorrection, Records
 from .decoding import make_undecodable
 from .listening import record_waveforms, swinging_time, wait_until_pinned
 from .one_wall import WallForecasts, fit_loss_factor, forecast_levels, scale_losses
-from .reader import Reader, Writer, keep_unless_measured
+from .reader import Reader, Writer
 from .reading import BLANK, UNDECODABLE, WELL_ERROR_CELLS, Reading, correct_speed, went_too_far
 from .register import Forecasts
 from .waveforms import Ends
@@ -142,8 +142,7 @@ class WaveformReader(Reader):
         found: dict[str, float] = {}
         kicked = all(map(element.settings.is_kicked, levels))
         if kicked and len(levels) > 1 and not element.settings.holds_words:
-            with keep_unless_measured(element):
-                found = yield from self._find_factors(element, writer)
+            found = yield from self._find_factors(element, writer)
         for each in self.single_walls.values():
             yield from writer.write(element, each)
         return {'found': found}
@@ -284,16 +283,15 @@ class RecordReader(WaveformReader):
         Every record must be nearest to the forecast of its own content.
 
         Raises:
-            ProcedureFailed: A level was not reached; the old calibration is kept.
+            ProcedureFailed: A level was not reached.
         """
         element.reader = self.by_forecast
         try:
-            with keep_unless_measured(element):
-                factors = yield from self.by_forecast._find_factors(element, writer)
-                records = []
-                for content in (BLANK, *self.single_walls.values()):
-                    records.append((yield from self._record_content(element, writer, content)))
-                element.calibration = replace(element.calibration, records=tuple(records))
+            factors = yield from self.by_forecast._find_factors(element, writer)
+            records = []
+            for content in (BLANK, *self.single_walls.values()):
+                records.append((yield from self._record_content(element, writer, content)))
+            element.calibration = replace(element.calibration, records=tuple(records))
         finally:
             element.reader = self
         return {'found': factors}

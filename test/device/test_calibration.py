@@ -185,6 +185,22 @@ def test_aborted_calibration_keeps_old_one(name):
     assert element.reader is reader
 
 
+def test_calibration_that_is_not_verified_keeps_old_one(monkeypatch):
+    """Factors on losses and kicks are found, but no level is written with them."""
+    element = MemoryElement(load_element('robust_2'))
+    known, seen = element.calibration, []
+
+    def fail(element, level):
+        seen.append(element.calibration)
+        raise ProcedureFailed('as planted')
+        yield
+
+    monkeypatch.setattr(writing, 'write', fail)
+    assert not element.perform(Calibrate()).success
+    assert seen[0] is not known
+    assert element.calibration is known
+
+
 @pytest.mark.parametrize('names', ['left', 'right'])
 def test_end_without_echoes_gives_no_calibration(written, names):
     """The left one's threshold is a cell: no level is confirmed."""
