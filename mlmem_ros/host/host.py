@@ -116,7 +116,7 @@ class Host:
     @property
     def recording(self) -> Recording | None:
         """What takes all messages: a session, the pre-trigger buffer's, or None."""
-        return self.sessions.recording
+        return self.sessions.current or self.sessions.buffer
 
     # --- life cycle ----------------------------------------------------------------------
 

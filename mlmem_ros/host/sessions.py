@@ -18,7 +18,7 @@ from .settings import SessionPlan
 from .worker import Overdue, ThrottledLog, Worker
 
 if TYPE_CHECKING:
-    from .recording import BagRecording, LoggedMessage, PreTriggerBuffer, Recording
+    from .recording import BagRecording, LoggedMessage, PreTriggerBuffer
 
 T = TypeVar('T')
 
@@ -46,11 +46,6 @@ class Sessions:
         self._now = now
         self._worker = Worker('mlmem-sessions', log)
         self.lost = False
-
-    @property
-    def recording(self) -> Recording | None:
-        """What takes all messages: the recording, or the pre-trigger buffer, or None."""
-        return self.current or self.buffer
 
     def keep(self, plan: SessionPlan, element: MemoryElement) -> None:
         """Keep the last seconds of a device from now on; call it before time runs.
