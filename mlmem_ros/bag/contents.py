@@ -29,6 +29,7 @@ class TopicInfo:
         type_hash: The type's RIHS01 hash; empty when unknown.
         message_count: How many messages it has.
         offered_qos: QoS of each of its publishers, as of `describe_qos`; not read from a bag.
+        begins_file: Whether a file of a split bag begins with it; not read from a bag.
     """
 
     name: str
@@ -36,6 +37,7 @@ class TopicInfo:
     type_hash: str = ''
     message_count: int = 0
     offered_qos: Sequence[Mapping[str, Any]] = ()
+    begins_file: bool = False
 
 
 class Message(NamedTuple):

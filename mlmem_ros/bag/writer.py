@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import IO, cast
@@ -18,12 +17,6 @@ from mlmem import atomic_files
 from . import jazzy
 from .contents import FileInfo, TopicInfo, describe_qos, format_metadata, format_yaml
 from .errors import BagError, storage_errors
-
-
-@dataclass
-class _Channel(TopicInfo):
-    begins_file: bool = False
-    id: int = 0  # in the file being written
 
 
 class BagWriter:
@@ -49,15 +42,22 @@ class BagWriter:
             raise BagError(f'max_bytes must be 0 or at least 1024; got {max_bytes}.')
         self.path = Path(path).absolute()
         self._max_bytes = max_bytes
-        self._channels: dict[str, _Channel] = {}
+        self._topics: dict[str, TopicInfo] = {}
         self._files: list[FileInfo] = []
-        self._schemas: dict[str, int] = {}  # types of the file being written
+        self._channels: dict[str, int] = {}  # by topic, in the file being written
+        self._schemas: dict[str, int] = {}  # by type
         self._closed_bytes = 0
         self._error: BagError | None = None
         self._closed = False
         self.unsynced = False
         """Whether some messages are not safe on the disk yet."""
-        self._create_directory()
+        with storage_errors(f'create {self.path}'):
+            try:
+                atomic_files.make_directory(self.path)
+            except FileExistsError as error:
+                raise BagError(
+                    f'{self.path} exists already; a bag is never overwritten: choose another path.'
+                ) from error
         self._open_file()
 
     def __enter__(self) -> BagWriter:
@@ -100,13 +100,12 @@ class BagWriter:
         Raises:
             BagError: The type is not known, the bag is closed, or the storage fails.
         """
-        self._require_open()
         digest = jazzy.find_definition(type_name).hash
         offered = [describe_qos(reliability, durability)]
-        channel = _Channel(name, type_name, digest, offered_qos=offered, begins_file=begins_file)
-        with self._abandon_on_error():
-            self._declare_channel(channel)
-        self._channels[name] = channel
+        topic = TopicInfo(name, type_name, digest, offered_qos=offered, begins_file=begins_file)
+        with self._use_file():
+            self._declare_channel(topic)
+        self._topics[name] = topic
 
     def write(self, topic: str, cdr: bytes, log_time: int) -> None:
         """Write a message on a topic that was added, with its time in nanoseconds.
@@ -114,18 +113,17 @@ class BagWriter:
         Raises:
             BagError: The time is out of range, the bag is closed, or the storage fails.
         """
-        self._require_open()
         if not 0 <= log_time < 2**63:
             raise BagError(f'A time must be from 0 to 2**63 - 1 ns; got {log_time}.')
-        channel = self._channels[topic]
-        with self._abandon_on_error():
-            if channel.begins_file and self._is_file_full():
+        info = self._topics[topic]
+        with self._use_file():
+            if info.begins_file and self._is_file_full():
                 self._close_file()
                 self._closed_bytes += self._file.tell()
                 self._open_file()
-            self._mcap.add_message(channel.id, log_time, cdr, log_time)
+            self._mcap.add_message(self._channels[topic], log_time, cdr, log_time)
             self._files[-1].add(log_time)
-            channel.message_count += 1
+            info.message_count += 1
             self.unsynced = True
 
     def sync(self) -> None:
@@ -134,9 +132,8 @@ class BagWriter:
         Raises:
             BagError: The storage fails, or the bag was removed or is closed.
         """
-        self._require_open()
-        if self.unsynced:
-            with self._abandon_on_error():
+        with self._use_file():
+            if self.unsynced:
                 self._sync_file(self._mcap.flush)
                 self._write_metadata()
         self.unsynced = False
@@ -151,21 +148,19 @@ class BagWriter:
             return
         try:
             if self._error is None:
-                with self._abandon_on_error():
+                with self._use_file():
                     self._close_file()
                     self._write_metadata()
         finally:
             self._closed = True
 
-    def _require_open(self) -> None:
+    @contextmanager
+    def _use_file(self) -> Iterator[None]:
+        """Close the file as it is after an error, which every later call raises again."""
         if self._error is not None:
             raise self._error
         if self._closed:
             raise BagError(f'{self.path} must be open for writing; it is closed.')
-
-    @contextmanager
-    def _abandon_on_error(self) -> Iterator[None]:
-        """Close the file as it is after an error, which every later call raises again."""
         try:
             with storage_errors(f'write {self._file_path}'):
                 yield
@@ -177,22 +172,13 @@ class BagWriter:
     def _is_file_full(self) -> bool:
         return self._files[-1].message_count > 0 and 0 < self._max_bytes <= self._file.tell()
 
-    def _create_directory(self) -> None:
-        with storage_errors(f'create {self.path}'):
-            try:
-                atomic_files.make_directory(self.path)
-            except FileExistsError as error:
-                raise BagError(
-                    f'{self.path} exists already; a bag is never overwritten: choose another path.'
-                ) from error
-
     def _open_file(self) -> None:
         """Create the next file: chunks with CRC, indexes, statistics, summary."""
         self._files.append(FileInfo(f'{self.path.name}_{len(self._files)}.mcap'))
         self._file_path = self.path / self._files[-1].path
         with storage_errors(f'create {self._file_path}'):
             self._file = atomic_files.create_file(self._file_path)
-        with self._abandon_on_error():
+        with self._use_file():
             self._mcap = Writer(
                 cast('IO[bytes]', self._file),
                 chunk_size=256 * 1024,  # before compression; damage loses a whole chunk
@@ -202,8 +188,8 @@ class BagWriter:
             self._mcap.start('ros2', f'mlmem_ros {LIBRARY_IDENTIFIER}')
             self._schemas = {}
             self._mcap.add_metadata('mlmem_ros', {'part': str(len(self._files) - 1)})
-            for channel in self._channels.values():
-                self._declare_channel(channel)
+            for topic in self._topics.values():
+                self._declare_channel(topic)
             self._write_metadata()
 
     def _close_file(self) -> None:
@@ -217,23 +203,23 @@ class BagWriter:
         if self._file.is_deleted:
             raise BagError(f'Cannot write {self._file_path}: it was deleted while being written.')
 
-    def _declare_channel(self, channel: _Channel) -> None:
-        """Declare a channel in the file, and its type once for all that share it."""
-        if channel.type not in self._schemas:
-            text = jazzy.find_definition(channel.type).text
-            self._schemas[channel.type] = self._mcap.register_schema(
-                channel.type, 'ros2msg', text.encode()
+    def _declare_channel(self, topic: TopicInfo) -> None:
+        """Declare the channel of a topic in the file, and its type once for all that share it."""
+        if topic.type not in self._schemas:
+            text = jazzy.find_definition(topic.type).text
+            self._schemas[topic.type] = self._mcap.register_schema(
+                topic.type, 'ros2msg', text.encode()
             )
         metadata = {
-            'offered_qos_profiles': format_yaml(channel.offered_qos),
-            'topic_type_hash': channel.type_hash,
+            'offered_qos_profiles': format_yaml(topic.offered_qos),
+            'topic_type_hash': topic.type_hash,
         }
-        channel.id = self._mcap.register_channel(
-            channel.name, 'cdr', self._schemas[channel.type], metadata
+        self._channels[topic.name] = self._mcap.register_channel(
+            topic.name, 'cdr', self._schemas[topic.type], metadata
         )
 
     def _write_metadata(self) -> None:
         path = self.path / 'metadata.yaml'
         with storage_errors(f'write {path}'):
-            text = format_metadata(self._channels.values(), self._files)
+            text = format_metadata(self._topics.values(), self._files)
             atomic_files.write_atomically(path, text)
