@@ -54,7 +54,7 @@ class Host:
 
     Its life cycle is that of a managed node. One thread, the executor's, calls `adopt_device`,
     `activate`, `deactivate`, `release_device` and `on_timer`; requests may come from any thread.
-    Each is answered, or refused and counted.
+    Each is answered or refused.
 
     Attributes:
         loop: Its running loop; None while it is not active.
@@ -83,7 +83,6 @@ class Host:
         self.loop: Loop | None = None
         self.sessions = Sessions(self.log, now)
         self.stopped = self.preparing = self.held_up = ''
-        self.refused = 0
         self._closed = False
         self._unsaved = False  # the content, at the end of the last life
         self._name = name
@@ -321,7 +320,7 @@ class Host:
         self, make: Callable[[MemoryElement], Command], wait: float | None = None
     ) -> Asked:
         """Hand in, as `submit` does, a command that is made for the element, such as one given in
-        SI values; what `make` refuses is counted too.
+        SI values; `make` may refuse it.
         """
         if wait == 0.0:  # it brings no deadline of its own
             wait = 60.0
@@ -372,15 +371,9 @@ class Host:
 
     def _send_request(self, ask: Callable[[Loop], Request[T]]) -> Request[T]:
         try:
-            request = ask(self.open_loop())
+            return ask(self.open_loop())
         except Refused as refusal:
-            request = Request[T](None).refuse(refusal)
-        request.answer.add_done_callback(self._count_refusal)
-        return request
-
-    def _count_refusal(self, answer: Future[Any]) -> None:
-        if not answer.cancelled() and isinstance(answer.exception(), Refused):
-            self.refused += 1
+            return Request[T](None).refuse(refusal)
 
     # --- end of a life -------------------------------------------------------------------
 

@@ -24,10 +24,15 @@ WriteLine = Callable[[str, str], object]
 
 
 class ThrottledLog:
-    """Writes to a log from any thread, and catches exceptions that nobody else handles."""
+    """Writes to a log from any thread, and catches exceptions that nobody else handles.
+
+    Attributes:
+        caught: How many of these there were.
+        refusals: How many requests and messages were refused.
+    """
 
     def __init__(self, write: WriteLine) -> None:
-        self.caught = 0
+        self.caught = self.refusals = 0
         self._write = write
         self._lock = threads.Lock()
         self._allowed: dict[str, tuple[float, float]] = {}  # lines remaining, and when computed
@@ -46,7 +51,9 @@ class ThrottledLog:
         self._write_thinned('ERROR', '', text)
 
     def refused(self, what: str, why: object) -> None:
-        """Log a refusal; floods are thinned as in `info`."""
+        """Count and log a refusal; floods are thinned as in `info`."""
+        with self._lock:
+            self.refusals += 1
         self.warning(f'{what} refused: {why}', what)
 
     def exception(self, where: str, error: BaseException) -> None:

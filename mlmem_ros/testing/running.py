@@ -119,6 +119,9 @@ class NodeClient:
     def __enter__(self) -> Self:
         return self
 
+    def __exit__(self, *_: object) -> None:
+        self.ends.close()
+
 
 class NodeApart(NodeClient):
     """A running process of `memory_node`."""
@@ -166,9 +169,6 @@ class NodeApart(NodeClient):
         except subprocess.TimeoutExpired:
             raise TimeoutError(f'{self.element} did not end within {within:g} s') from None
 
-    def __exit__(self, *_: object) -> None:
-        self.ends.close()
-
 
 class NodeHere(NodeClient):
     """A node in this process, or several, their executor and its thread.
@@ -207,6 +207,8 @@ class NodeHere(NodeClient):
             raise
         self._thread = threading.Thread(target=self._run, name='mlmem-node', daemon=True)
         self._thread.start()
+        self.ends.callback(self.exit_status)
+        self.ends.callback(self.terminate)
 
     def _run(self) -> None:
         spin_nodes(self._executor, self._stop)
@@ -250,11 +252,6 @@ class NodeHere(NodeClient):
         if self._status is None:
             raise TimeoutError(f'{self.element} did not end within {within:g} s')
         return self._status
-
-    def __exit__(self, *_: object) -> None:
-        self.terminate()
-        self.exit_status()
-        self.ends.close()
 
 
 RunningNode = NodeHere | NodeApart

@@ -178,7 +178,7 @@ def _list_diagnostics() -> str:
     """Return the values of every status, taken from an element that has just been read."""
     element = MemoryElement(load_element('bits_1'))
     element.perform(Read())
-    host = SimpleNamespace(refused=0, held_up='', log=SimpleNamespace(caught=0))
+    host = SimpleNamespace(held_up='', log=SimpleNamespace(caught=0, refusals=0))
     known = element_file.Element(element.made, np.zeros(element.design.N))
     monitor = ResidualMonitor(known, None)
     monitor.last = Comparison(1.0, np.zeros(2), 0.0, Change('cell', 1, 0.0, 0.0))

@@ -299,7 +299,6 @@ def test_request_to_an_inactive_host_is_rejected(serve, record):
     ):  # fmt: skip
         with expect_rejection(Refused, 'inactive'):
             answer.result(0.0)
-    assert host.refused == 6
     host.set_speed(2.0)
     host.set_faults(Faults(sensor_noise=1e-6))
     host.on_timer()

@@ -87,6 +87,7 @@ def test_flood_of_one_subject_is_one_line_a_second(throttled, log, monkeypatch):
     monkeypatch.setattr(threads, 'monotonic', lambda: next(clock) / 1024)
     for _ in range(10 * 1024):
         throttled.refused('~/strain', 'it is not finite')
+    assert throttled.refusals == 10 * 1024
     told = log.of('WARN')
     assert len(told) == 10 + 9
     assert set(told[:10]) == {'~/strain refused: it is not finite'}

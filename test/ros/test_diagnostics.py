@@ -97,7 +97,7 @@ def test_worst_state_of_a_recording_is_reported(recording, level, word):
 def loop_report(ticks, overruns=0):
     """Return the report on a loop, that loop, and the warnings in its log."""
     warnings = []
-    log = SimpleNamespace(caught=0, warning=warnings.append)
+    log = SimpleNamespace(caught=0, refusals=0, warning=warnings.append)
     loop = SimpleNamespace(
         statistics=LoopStatistics(ticks=ticks, overruns=overruns),
         element=SimpleNamespace(settings=Settings()),
@@ -105,7 +105,7 @@ def loop_report(ticks, overruns=0):
         is_paused=False,
         pacer=SteadyPacer(),
     )
-    return Pace(SimpleNamespace(refused=0, held_up='', log=log)), loop, warnings
+    return Pace(SimpleNamespace(held_up='', log=log)), loop, warnings
 
 
 def test_loop_report_names_failure_and_skipped_ticks():

@@ -146,7 +146,7 @@ class Pace:
         """
         if loop is None:
             self._logged, self._jumps = 0, None
-            refused = {'refused': self._host.refused}
+            refused = {'refused': self._host.log.refusals}
             if self._host.stopped:
                 return Status(ERROR, self._host.stopped, refused)
             if self._host.preparing:
@@ -170,7 +170,7 @@ class Pace:
             'busy': statistics.busy,
             'procedure': procedure,
             'paused': loop.is_paused,
-            'refused': self._host.refused,
+            'refused': self._host.log.refusals,
             'defects': self._host.log.caught,
         }
         if loop.failure:

@@ -16,7 +16,7 @@ from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
 from std_srvs.srv import SetBool
 
-from mlmem import SIMULATION_NAME, Command, Refused, SelfTest, Write
+from mlmem import SIMULATION_NAME, Command, SelfTest, Write
 from mlmem.procedure_table import PROCEDURES
 
 from ...contract import answers
@@ -67,11 +67,7 @@ class Services:
     async def _answer_request(
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
     ) -> SetParametersAtomically.Response:
-        try:
-            asked, wait = parse_request(request.parameters, self._host.content_name)
-        except Refused:
-            self._host.refused += 1
-            raise
+        asked, wait = parse_request(request.parameters, self._host.content_name)
         doing = (
             self._run_recording(asked.on, asked.path)
             if isinstance(asked, Record)
