@@ -117,7 +117,7 @@ def test_repeated_set_point_goes_on_with_its_move():
     assert again.slew_to(0.04), 'another one is another move'
 
 
-def test_actuator_strains_material():
+def test_set_points_and_profiles_strain_the_material():
     """V_N is the strain times N, its speed at most that of the actuator times N."""
     element = rig.device()
     element.apply(SetStrain(0.01))
@@ -127,24 +127,13 @@ def test_actuator_strains_material():
         speeds.append(element.substrate_speed)
         stretched = element.chain.V_N
         assert stretched == pytest.approx(element.actuator.strain * rig.DESIGN.N, rel=1e-15)
+    assert element.actuator.strain == 0.01
     assert stretched == pytest.approx(1.25, rel=1e-15)
     assert max(speeds) == pytest.approx(RATE * rig.DESIGN.N, rel=0.02)  # the mean of a tick
     assert len(speeds) == 8  # 1.5 x 0.01 / 1e-4 is 7.5 ticks of 20
     element.advance()
     assert element.substrate_speed == 0.0
-
-
-LIMITS = ActuatorSettings(max_strain=0.08, max_rate=1e-4)
-UNIT = ScaleSettings().time
-"""1e-4 s, so that the rate limit is 1/s and a tick of 20 time units 2 ms."""
-
-
-def test_profile_starts_from_present_strain():
-    element = rig.device()
-    element.apply(SetStrain(0.01))
-    rig.ticks(element, 8)
-    assert element.actuator.strain == 0.01
-    element.apply(FollowTrajectory((0.0, 0.1), (0.01, 0.03)))
+    element.apply(FollowTrajectory((0.0, 0.1), (0.01, 0.03)))  # which begins at this strain
     rig.ticks(element, 25)
     assert element.actuator.strain == pytest.approx(0.02, abs=1e-16)  # half-way
     element.apply(FollowTrajectory((0.1,), (0.0,)))  # which takes the place of the first
@@ -154,6 +143,11 @@ def test_profile_starts_from_present_strain():
     rig.ticks(element, 8)
     assert element.actuator.strain == 0.02
     assert not element.actuator.is_moving
+
+
+LIMITS = ActuatorSettings(max_strain=0.08, max_rate=1e-4)
+UNIT = ScaleSettings().time
+"""1e-4 s, so that the rate limit is 1/s and a tick of 20 time units 2 ms."""
 
 
 POINTS = st.lists(

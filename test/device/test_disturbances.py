@@ -173,18 +173,6 @@ def shaken(element, course, command):
     return seen
 
 
-@pytest.mark.parametrize(('end', 'reads'), [('left', 4), ('right', 1), ('both', 1)])
-def test_read_of_far_level_is_right_at_15_m_per_s2(end, reads):
-    """The sway of the left end exceeds the decayed threshold when the echo of level 7 arrives."""
-    element, course = rig.device(7, design=CASE_II), imu(1.5 * G, 3)
-    for _ in range(reads):
-        *heard, outcome = shaken(element, course, Read(end))
-        assert outcome.success, outcome.error
-        assert outcome.reading.level == 7
-        assert len(heard) == 2, 'one pulse from either end suffices: they confirm each other'
-    assert rig.true_level(element) == 7
-
-
 def test_echo_hidden_by_shaking_is_reported_after_4_pulses():
     """At 30 g and 247 Hz the right end hums: sampled once a tick, it has an image at 469 mrad per
     time unit, of which the carrier filter passes an eighth.

@@ -3,7 +3,6 @@
 """Routes from level to level; kicks whose speed selects the level, which need no strain."""
 
 import itertools
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -39,7 +38,7 @@ from mlmem.moves.kick import (
     kick_to,
     remove_missed_kicks,
 )
-from mlmem.moves.move import blank_content, find_moves, find_route, move_families
+from mlmem.moves.move import Move, blank_content, find_moves, find_route, move_families
 from mlmem.physics import Scatter, draw_specimen, find_walls
 from mlmem.readers.delay_reader import search_speed
 
@@ -310,19 +309,10 @@ def test_no_route_is_longer_than_move_and_route_from_there():
             assert shortest <= move.duration + rest
 
 
-@dataclass(frozen=True)
-class Lift:
+class Lift(Move):
     """A move that puts the wall to its level at once."""
 
-    start: int
-    target: int
-
     name = 'lift'
-    duration = 40.0
-    ringing = 0.0
-    margin = 0.5
-    needs_actuator = False
-    listens = False
 
     def drive(self, element, how):
         element.begin_cycle('lifted')
@@ -332,7 +322,7 @@ class Lift:
 
 def test_move_of_another_family_is_planned_and_driven(monkeypatch):
     def lift_up(design, settings, start, target):
-        return [Lift(start, target)] if BLANK < start < target else []
+        return [Lift(start, target, 40.0)] if BLANK < start < target else []
 
     families = (*move_families(), lift_up)
     monkeypatch.setattr('mlmem.moves.move.move_families', lambda: families)

@@ -179,23 +179,6 @@ def test_failed_erase_fails_levels_and_restoration():
     assert all(check.message.startswith('the element is not blank') for check in failed)
 
 
-def test_element_that_begins_to_shake_is_not_written(written):
-    """Its content was read before; then it waits 6000 time units for quiet at each end."""
-    element = written(3)
-    element.apply(SelfTest())
-    while not any(isinstance(event, EchoReceived) for event in element.advance()):
-        pass
-    chance = np.random.default_rng(1)
-    told = []
-    while element.procedure:
-        element.chain.velocity[:] += chance.normal(0.0, 1e-3, element.design.N)
-        told += element.advance()
-    outcome = told[-1]
-    assert rig.failed_checks(outcome) == ['transducer left', 'transducer right']
-    assert all('the element does not come to rest' in check.message for check in outcome.checks)
-    assert rig.true_level(element) == 3
-
-
 def test_reset_element_is_as_new():
     """Every cell rests beyond the active phase: the ground states of psi lie a period apart, at
     D_s2 and as far again. What is not heard is no success.

@@ -135,17 +135,6 @@ def test_rest_is_waited_for_before_pulse():
     assert fired[1] - fired[0] == 20
 
 
-@pytest.mark.parametrize(('strain', 'level'), [(-0.01, 2), (0.01, 2), (-0.03, 3)])
-def test_read_under_strain_finds_present_place_of_wall(written, strain, level):
-    """At -0.03 the wall of level 2 rests at 92, a third of a spacing before level 3."""
-    element = written(2, read={'min_margin': 0.2})
-    element.apply(SetStrain(strain))
-    rig.ticks(element, 300)
-    reading = rig.succeed(element, Read()).reading
-    assert reading.level == level
-    assert 1.0 + reading.distance == pytest.approx(rig.wall(element), abs=2.0)
-
-
 @pytest.mark.parametrize('level', [0, 1, 3])
 def test_erase_drives_its_kink_by_opposite_strain(written, level):
     """Launched under compression it rests at j = 25, where tension frees it, and so on in turn.

@@ -24,7 +24,6 @@ from mlmem import (
     Write,
     load_element,
 )
-from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.physics import Scatter, draw_specimen, find_walls
 from mlmem.physics.wall import arrival_tolerance
@@ -95,21 +94,6 @@ def test_waveform_read_of_two_walls_is_undecodable(name):
         rig.pin(element, level, level + 2)
         assert not element.perform(Read()).success, level
         assert element.reading.content == UNDECODABLE
-
-
-def test_forecasts_carry_the_friction_of_the_element_file():
-    """Forecasts without it tell no level of an element that rubs."""
-    shipped = load_element('robust_3_friction')
-    rubbing = shipped.design
-    smooth = dataclasses.replace(rubbing, friction=0.0)
-    margins = {}
-    for forecast in (rubbing, smooth):
-        driver = Simulation.build_blank(rubbing, shipped.settings.time)
-        element = rig.pin(MemoryElement(forecast, shipped.settings, driver=driver), 4)
-        element.perform(Read())
-        margins[forecast] = element.reading.level_margin
-    assert margins[rubbing] > 0.99
-    assert margins[smooth] < 0.5
 
 
 def lossy(name, **losses):

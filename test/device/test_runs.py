@@ -7,7 +7,7 @@ Seeded runs of any legal element beside a slow twin that computes every tick by 
 
 import dataclasses
 import random
-from functools import cache, partial
+from functools import partial
 
 import legal
 import numpy as np
@@ -343,7 +343,6 @@ LIFE = 1.1
 """Seconds."""
 
 
-@cache
 def lived(seed):
     """Live, and pause in the end; return the device, what took effect with its tick, and what was
     told and when.
