@@ -245,19 +245,6 @@ def test_planned_cycle_equals_that_of_device(times, max_rate):
         assert told.strain(at) == pytest.approx(seen, abs=1e-12)
 
 
-def test_cycle_through_targets_begins_at_its_start():
-    """By default at zero; a ramp takes at least 1.5 times its way over the rate limit."""
-    legs = [(PEAK, 40.0), (PEAK, 60.0), (-0.1 * PEAK, 20.0), (0.0, 20.0)]
-    cycle = Cycle.build_from_targets(legs)
-    assert cycle.duration == 140.0
-    assert cycle.strain(np.array([0.0, 20.0, 40.0, 100.0, 120.0, 140.0])) == pytest.approx(
-        [0.0, 0.5 * PEAK, PEAK, PEAK, -0.1 * PEAK, 0.0]
-    )
-    slow = Cycle.build_from_targets(legs, start=2.0 * PEAK, max_rate=1e-3)
-    assert slow.strain(np.zeros(1)) == 2.0 * PEAK
-    assert [each.duration for each in slow.motions] == pytest.approx([45.0, 60.0, 49.5, 20.0])
-
-
 @pytest.mark.parametrize('delay', [6.7, 40.0, 55.0])
 def test_move_in_two_half_steps_is_mean_of_two_moves(delay):
     """Also if the second begins after the first has ended."""

@@ -245,8 +245,9 @@ def test_element_that_cannot_be_calibrated_is_rejected(design, probe, code, fiel
 
 
 BITS_2 = load_element('bits_2')
-STRONGER = PulseCorrection(1.3, 1.6)
-PLAN = PulseCorrections((PulseCorrection(), *[STRONGER] * 3), hash_schedule(BITS_2.settings))
+PLAN = PulseCorrections(
+    (PulseCorrection(), *[PulseCorrection(1.3, 1.6)] * 3), hash_schedule(BITS_2.settings)
+)
 """Pulses that reach every level of the scattered element."""
 
 

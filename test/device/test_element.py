@@ -29,6 +29,7 @@ from mlmem import (
     SettingsError,
     Unknown,
     Write,
+    snapshot,
 )
 from mlmem.instrument.instrument import Progress
 from mlmem.physics import CASE_II, Specimen, stable_step
@@ -96,7 +97,8 @@ def test_bad_command_is_rejected_and_changes_nothing(written, field):
 
 @pytest.mark.parametrize('running', [Write(3), Erase(), Read(), Calibrate(), Abort()], ids=str)
 def test_busy_device_refuses_commands_and_goes_on_unchanged(written, running):
-    disturbed, alone = written(2), written(2)
+    """Nor is it saved or restored."""
+    disturbed, alone, idle = written(2), written(2), snapshot.take_snapshot(written(1))
     for element in (disturbed, alone):
         if running == Abort():  # one that has something to do
             element.apply(SetStrain(0.01))
@@ -108,6 +110,10 @@ def test_busy_device_refuses_commands_and_goes_on_unchanged(written, running):
     for command in (SetStrain(0.0), trajectory, Write(1), Read(), Erase(), Calibrate()):
         with expect_rejection(Refused, 'busy'):
             disturbed.apply(command)
+        assert rig.bits(disturbed) == before
+    for action, *given in ((snapshot.take_snapshot,), (snapshot.restore_snapshot, idle)):
+        with expect_rejection(Refused, 'busy'):
+            action(disturbed, *given)
         assert rig.bits(disturbed) == before
     assert rig.ticks(disturbed, 20) == rig.ticks(alone, 20)
     assert rig.bits(disturbed) == rig.bits(alone)

@@ -35,9 +35,6 @@ from mlmem.readers.reading import WELL_ERROR_CELLS
 
 from . import rig
 
-MOST = 3.0
-"""Standard deviations by which a measured position may be off."""
-
 
 @pytest.mark.parametrize(
     ('name', 'near'),
@@ -55,7 +52,8 @@ def test_wall_is_located_at_levels_and_between_them(name, near):
     found = rig.succeed(element, Locate()).found
     assert found['walls'] == 1
     assert name != 'case_2' or found['position_std'] < 0.5
-    assert found['position'] == pytest.approx(rig.wall(element), abs=MOST * found['position_std'])
+    # three standard deviations
+    assert found['position'] == pytest.approx(rig.wall(element), abs=3.0 * found['position_std'])
 
 
 @pytest.mark.parametrize(

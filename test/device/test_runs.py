@@ -132,10 +132,6 @@ def assert_sound(element):
     snapshot.restore_snapshot(element, rig.save_state(element))
 
 
-MAX_CELL_STEPS = 1_000_000
-"""Steps times cells that a run computes."""
-
-
 @pytest.mark.filterwarnings('error')
 @pytest.mark.parametrize('seeds', sampled([range(5, 12), range(2000)], lambda seeds: seeds[0]))
 def test_any_legal_run_is_the_same_for_any_cut_of_time(seeds):
@@ -145,7 +141,8 @@ def test_any_legal_run_is_the_same_for_any_cut_of_time(seeds):
         alone, element = draw_device(random.Random(seed)), draw_device(chance)
         if alone is None:
             continue
-        ticks = min(60, MAX_CELL_STEPS // (alone.steps_per_tick * alone.design.N))
+        # a run computes at most a million steps times cells
+        ticks = min(60, 1_000_000 // (alone.steps_per_tick * alone.design.N))
         story = {
             tick: [draw_command(chance, alone)] for tick in range(ticks) if chance.random() < 0.15
         }
@@ -228,12 +225,10 @@ def test_predictable_ticks_are_computed_in_one_call():
     assert len(asked) < 0.2 * element.ticks
 
 
-HASTY = ActuatorSettings(max_strain=0.5, max_rate=1.0)
-"""In a tick it strains an element by more than its cells can follow."""
-
-
 def test_device_can_be_saved_and_goes_on_after_lost_tick():
-    element, other = rig.device(3, actuator=HASTY), rig.device(actuator=HASTY)
+    """In a tick the actuator strains the element by more than its cells can follow."""
+    hasty = ActuatorSettings(max_strain=0.5, max_rate=1.0)
+    element, other = rig.device(3, actuator=hasty), rig.device(actuator=hasty)
     rig.ticks(element, 5)
     element.apply(SetStrain(0.5))
     with pytest.raises(StateError, match=r'left the range|stopped being finite'):
@@ -336,9 +331,6 @@ def test_any_rest_of_instrument_equals_computing_every_tick(seeds):
         assert rests
 
 
-SAMPLE = (7, 8, 10, 11)
-"""Seeds of lives with every pace of streams, every batch and every command between them."""
-
 LIFE = 1.1
 """Seconds."""
 
@@ -400,9 +392,10 @@ def command_of(chance):
 
 
 @pytest.mark.parametrize(
-    'seeds', sampled([list(SAMPLE), range(60)], lambda seeds: len(seeds) < 60)
+    'seeds', sampled([[7, 8, 10, 11], range(60)], lambda seeds: len(seeds) < 60)
 )
 def test_any_run_in_loop_equals_computing_every_tick(seeds):
+    """Those of the sample have every pace of streams, every batch and every command."""
     found = set()
     for seed in seeds:
         slow = rig.device(1)

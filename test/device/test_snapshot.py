@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 import pytest
-from rejection import expect_rejection
 
 from mlmem import (
     Abort,
@@ -18,7 +17,6 @@ from mlmem import (
     Faults,
     FollowTrajectory,
     Read,
-    Refused,
     SetFaults,
     SetStrain,
     Settings,
@@ -134,18 +132,6 @@ def test_restored_device_has_snapshot_and_goes_on_to_bit(make):
     assert first.told == second.told
     assert rig.bits(second) == rig.bits(first)
     assert values == kept, 'a device writes into its snapshot'
-
-
-def test_busy_device_is_neither_taken_nor_restored(written):
-    idle = snapshot.take_snapshot(written(1))
-    element = written(2)
-    element.apply(Write(3))
-    rig.ticks(element, 3)
-    before = rig.bits(element)
-    for action in (snapshot.take_snapshot, lambda it: snapshot.restore_snapshot(it, idle)):
-        with expect_rejection(Refused, 'busy'):
-            action(element)
-    assert rig.bits(element) == before
 
 
 # --- damaged and foreign ----------------------------------------------------------------------
