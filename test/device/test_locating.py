@@ -29,7 +29,7 @@ from mlmem import (
 from mlmem.instrument.echo import Echo
 from mlmem.physics import CASE_II
 from mlmem.physics.equilibrium import find_pinned_walls
-from mlmem.procedures import surveying, writing
+from mlmem.procedures import writing
 from mlmem.readers.delay_reader import locate_reflector
 from mlmem.readers.reading import WELL_ERROR_CELLS
 
@@ -157,28 +157,20 @@ def test_survey_pulses_every_state_and_restores_content():
         assert np.abs(still).max() < 5e-6
 
 
-def test_survey_without_actuator_kicks_and_restores_level():
-    element = rig.shipped('kick_2', actuator={'present': False})
-    rig.succeed(element, Write(2))
-    _, shots = survey(element)
-    assert rig.true_level(element) == 2
-    assert element.chain.V_N == 0.0
-    assert len(shots) == sum(map(len, surveying.AIMS))
-    assert {shot.strain for shot in shots} == {0.0}
-    for wall in (0, *map(element.design.defect_site, (0, 2, 3))):
-        assert {shot.end for shot in shots if shot.wall == wall} == set(End)
+def test_survey_without_actuator_goes_half_way_where_wall_is_lost(monkeypatch):
+    """The wall is gone after the kick to the middle level, 2; so that to level 1 is tried."""
+    element, go_to_level = rig.shipped('kick_2', actuator={'present': False}), writing.go_to_level
+    rig.succeed(element, Write(3))
 
-
-def test_survey_goes_half_way_where_wall_is_lost(monkeypatch):
-    """The wall is gone after the step to the middle level, 2; so that to level 1 is tried."""
-    element, go_to_level = rig.shipped('kick_2'), writing.go_to_level
-
-    def lose_wall(element, present, level, **how):
-        yield from go_to_level(element, present, BLANK if level == 2 else level, **how)
+    def lose_wall(element, present, level, *force, **how):
+        yield from go_to_level(element, present, BLANK if level == 2 else level, *force, **how)
 
     monkeypatch.setattr(writing, 'go_to_level', lose_wall)
     _, shots = survey(element)
+    assert rig.true_level(element) == 3
+    assert element.chain.V_N == 0.0
     assert len(shots) == 4 + 2 + 3
+    assert {shot.strain for shot in shots} == {0.0}
     assert {shot.wall for shot in shots} == {0, *map(element.design.defect_site, (0, 1))}
 
 

@@ -75,17 +75,6 @@ def test_robust_element_passes_design_check(name):
     assert [each.name for each in report.findings if each.verdict is not Verdict.PASS] == []
 
 
-def test_robust_element_read_by_its_twin_has_greater_margins():
-    """The forecasts are then of this element and not of the ideal one."""
-    margins = {}
-    for reader in ('ideal', 'twin'):
-        element = make_scattered('robust_3', 3)
-        if reader == 'twin':
-            element.adopt_twin(element.chain.specimen)
-        margins[reader] = [element.perform(Write(n)).reading.level_margin for n in (1, 4, 6)]
-    assert all(np.greater(margins['twin'], margins['ideal']))
-
-
 @pytest.mark.parametrize('name', ['robust_3', 'robust_2_friction'])
 def test_waveform_read_of_two_walls_is_undecodable(name):
     """The phases of the ends are those of a blank element, and some pairs answer nearly as it."""
