@@ -130,9 +130,7 @@ class Pace:
         self._host = host
         self._told = (time.monotonic(), 0)
         self._loop: Loop | None = None
-        self._overruns = 0
-        self._jumps: int | None = None
-        self._logged = 0
+        self._overruns = self._logged = self._jumps = 0
 
     def report_health(
         self, loop: Loop | None, procedure: str = '', *, heard: bool = True
@@ -145,26 +143,25 @@ class Pace:
                 may be yet to come, and the next rate does not begin here.
         """
         if loop is None:
-            self._logged, self._jumps = 0, None
+            text = self._host.stopped or self._host.preparing or INACTIVE.text
             refused = {'refused': self._host.log.refusals}
-            if self._host.stopped:
-                return Status(ERROR, self._host.stopped, refused)
-            if self._host.preparing:
-                return Status(OK, self._host.preparing, refused)
-            return INACTIVE._replace(values=refused)
-        statistics = loop.statistics
+            return Status(ERROR if self._host.stopped else OK, text, refused)
+        statistics, jumps = loop.statistics, loop.pacer.jumps
+        if is_new := loop is not self._loop:
+            self._loop, self._overruns, self._logged, self._jumps = loop, 0, 0, jumps
         lost, self._overruns = statistics.overruns - self._overruns, statistics.overruns
+        jumped, self._jumps = jumps - self._jumps, jumps
         now = (time.monotonic(), statistics.ticks)
         seconds, ticks = (a - b for a, b in zip(now, self._told, strict=True))
         rate = max(0.0, ticks) / max(seconds, 1e-9)
-        if heard or loop is not self._loop:
-            self._loop, self._told = loop, now
+        if heard or is_new:
+            self._told = now
         values = {
             'rate': rate,
             'real_time_factor': rate * loop.element.settings.tick_seconds,
             'ticks': statistics.ticks,
             'overruns': statistics.overruns,
-            'clock_jumps': loop.pacer.jumps,
+            'clock_jumps': jumps,
             'lateness_mean': statistics.lateness_mean,
             'lateness_deviation': statistics.lateness_deviation,
             'busy': statistics.busy,
@@ -175,8 +172,6 @@ class Pace:
         }
         if loop.failure:
             return Status(ERROR, str(loop.failure), values)
-        jumps = loop.pacer.jumps
-        jumped, self._jumps = jumps - (jumps if self._jumps is None else self._jumps), jumps
         if self._host.held_up:
             return Status(WARN, self._host.held_up, values)
         if jumped:
