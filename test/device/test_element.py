@@ -20,6 +20,7 @@ from mlmem import (
     Erase,
     Faults,
     FollowTrajectory,
+    Kick,
     MemoryElement,
     Read,
     Refused,
@@ -77,6 +78,7 @@ BAD = {
     ))],
     'acceleration': [*map(Disturb, (math.nan, math.inf, 0.0101, -0.0101, 'x', True, None))],
     'level': [*map(Write, (4, -1, 1.0, True, '3', None, math.nan))],
+    'speed': [*map(Kick, (0.0, 'fast'))],
     'end': [*map(Read, ('top', None, ['left']))],
     'command': ['write', None, {'kind': 'Write', 'level': 1}],
 }  # fmt: skip
