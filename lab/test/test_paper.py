@@ -33,7 +33,7 @@ STILL = [figure.name for figure in FIGURES_BY_NAME.values() if figure.ending == 
 
 
 @cache
-def compute_data(name, quality=Quality.DRAFT):
+def compute_data(name, quality):
     """Return the data of a figure; they are computed once."""
     with pytest.MonkeyPatch.context() as patch:
         if name == 'printed':  # which is made of the data of others
@@ -108,7 +108,7 @@ def test_every_claim_that_holds_is_tried_with_doctored_data(committed):
 @pytest.mark.parametrize('key', WRONG)
 def test_doctored_data_do_not_pass(key):
     claim, changes = BY_KEY[key], WRONG[key]
-    data = {name: dict(compute_data(name)) for name in claim.needs}
+    data = {name: dict(compute_data(name, Quality.DRAFT)) for name in claim.needs}
     for name, change in changes.items():
         data[claim.needs[0]][name] = change(np.asarray(data[claim.needs[0]][name]))
     assert claim.judge_data(data).judgement is not Judgement.HOLDS
@@ -120,7 +120,7 @@ def test_doctored_data_do_not_pass(key):
 @pytest.mark.parametrize('name', STILL)
 def test_every_figure_has_data_in_each_panel(name):
     with style.style_context():
-        figure = FIGURES_BY_NAME[name].draw(compute_data(name))
+        figure = FIGURES_BY_NAME[name].draw(compute_data(name, Quality.DRAFT))
     assert figure.get_figwidth() == 7.2
     assert all(axes.has_data() or axes.texts for axes in figure.axes)
 
@@ -139,7 +139,7 @@ def test_figures_command_writes_figures_and_verdicts(tmp_path, capsys):
     assert {file.name for file in folder.iterdir()} == {
         f'{stem}.{end}' for stem in ('fig_1c', 'fig_3a') for end in ('npz', 'png', 'svg')
     }
-    data = compute_data('3a')
+    data = compute_data('3a', Quality.DRAFT)
     _, *pictures = FIGURES_BY_NAME['3a'].save(data, tmp_path)
     for file in pictures:
         assert file.read_bytes() == (folder / file.name).read_bytes()
@@ -169,7 +169,7 @@ def test_wrong_figures_command_is_rejected(arguments, message, tmp_path, capsys,
 
 
 def test_film_moves_and_shows_what_has_succeeded(tmp_path):
-    data = compute_data('s1')
+    data = compute_data('s1', Quality.DRAFT)
     assert data['success'].all()
     files = {file.suffix: file for file in FIGURES_BY_NAME['s1'].save(data, tmp_path)}
     with Image.open(files['.gif']) as film:

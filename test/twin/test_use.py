@@ -12,7 +12,6 @@ from rejection import expect_rejection
 from mlmem import (
     UNDECODABLE,
     Calibrate,
-    Calibration,
     MemoryElement,
     Read,
     SettingsError,
@@ -128,14 +127,6 @@ def test_calibration_verifies_the_forecast(element):
     assert outcome.success
     assert outcome.delays['left'] == pytest.approx(foretold.left.delays, abs=5.0)
     assert outcome.delays['right'] == pytest.approx(foretold.right.delays, abs=5.0)
-
-
-def test_calibration_that_fails_keeps_the_known_one(element):
-    known = element.calibration
-    delays = replace(known.right, delays=known.right.delays[::-1], blank=None)
-    element.forecast = Calibration(known.left, delays)
-    assert not element.perform(Calibrate()).success
-    assert element.calibration == known
 
 
 def test_header_carries_element_forecast_and_twin(element):
