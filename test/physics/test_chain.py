@@ -66,7 +66,6 @@ def jerked(p):
     return wall_profile(p, 27.3)
 
 
-@functools.cache
 def by_dop853(p):
     """Return v, v', and V, V' of an elastic substrate, at END; v_1 is driven until RELEASE."""
     rows = oracle.solve(p, oracle.place(jerked(p)), (0.0, RELEASE), ramp, pulse)
@@ -111,18 +110,6 @@ def test_element_under_strain_and_pulse_follows_dop853(substrate, N, dt, errors)
     if substrate == 'elastic':  # the substrate rings at omega dt = 0.3 even at the finest step
         np.testing.assert_allclose(extrapolated[2], exact[2], atol=2e-6)
         np.testing.assert_allclose(extrapolated[3], exact[3], atol=1e-4)
-
-
-# --- at rest ----------------------------------------------------------------------------------
-
-
-@SUBSTRATES
-def test_step_out_of_range_is_rejected(substrate):
-    limit = stable_step(Specimen(case_ii(substrate)))
-    Chain(case_ii(substrate), limit)
-    for dt in (0.0, -0.1, 1.001 * limit, math.nan, math.inf):
-        with pytest.raises(DesignError, match=rf'^dt must be .* {limit:.5g}.*; got'):
-            Chain(case_ii(substrate), dt)
 
 
 # --- to the bit -------------------------------------------------------------------------------
@@ -179,7 +166,32 @@ def test_slices_and_whole_numbers_compile_nothing_new(substrate):
     assert len(loop.signatures) == known
 
 
+@SUBSTRATES
+def test_chains_in_threads_give_bits_of_each_alone(substrate):
+    """The loops hold no GIL and share nothing: more chains than threads, each with its shake."""
+
+    def shaken(seed):
+        chain = Chain(case_ii(substrate))
+        shake = 0.02 * np.random.default_rng(seed).standard_normal(400)
+        chain.advance(np.zeros(400), shake=shake)
+        return chain.state().tobytes()
+
+    alone = [shaken(seed) for seed in range(6)]
+    assert len(set(alone)) == 6
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(shaken, range(6))) == alone
+
+
 # --- refusals ---------------------------------------------------------------------------------
+
+
+@SUBSTRATES
+def test_step_out_of_range_is_rejected(substrate):
+    limit = stable_step(Specimen(case_ii(substrate)))
+    Chain(case_ii(substrate), limit)
+    for dt in (0.0, -0.1, 1.001 * limit, math.nan, math.inf):
+        with pytest.raises(DesignError, match=rf'^dt must be .* {limit:.5g}.*; got'):
+            Chain(case_ii(substrate), dt)
 
 
 @SUBSTRATES
@@ -197,22 +209,6 @@ def test_cell_that_leaves_its_range_and_returns_is_detected(substrate):
         with pytest.raises(StateError, match='left the range'):
             other.advance(still, held_cell, ticks=ticks)
         assert other.state().tobytes() == Chain(design).state().tobytes()
-
-
-@SUBSTRATES
-def test_chains_in_threads_give_bits_of_each_alone(substrate):
-    """The loops hold no GIL and share nothing: more chains than threads, each with its shake."""
-
-    def shaken(seed):
-        chain = Chain(case_ii(substrate))
-        shake = 0.02 * np.random.default_rng(seed).standard_normal(400)
-        chain.advance(np.zeros(400), shake=shake)
-        return chain.state().tobytes()
-
-    alone = [shaken(seed) for seed in range(6)]
-    assert len(set(alone)) == 6
-    with ThreadPoolExecutor(4) as pool:
-        assert list(pool.map(shaken, range(6))) == alone
 
 
 WRONG_INPUTS = [
