@@ -12,6 +12,8 @@ import pytest
 from rejection import expect_rejection
 
 from mlmem import (
+    DesignError,
+    Disturb,
     Faults,
     Refused,
     Reset,
@@ -61,6 +63,10 @@ REJECTED = {
             for twin in (Specimen(CASE_II), CASE_II, 'x')
         ),
     ],
+    DesignError: [
+        (lambda wrong=wrong: MemoryElement(wrong), ErrorCode.OUT_OF_RANGE, 'material')
+        for wrong in ('kick_2', None, Settings())
+    ],
     Refused: [
         *(
             (lambda faults=faults: MemoryElement(load_element('bits_1')).apply(SetFaults(faults)),
@@ -96,6 +102,13 @@ def test_rejection_has_code_and_field(kind):
     for make, code, field in REJECTED[kind]:
         with expect_rejection(kind, code.value, field):
             make()
+
+
+def test_perform_takes_procedures_alone():
+    element = MemoryElement(load_element('bits_1'))
+    with expect_rejection(Refused, 'out_of_range', 'command'):
+        element.perform(Disturb(1e-4))
+    assert element.is_still
 
 
 def test_whole_number_of_numpy_is_one_of_python():

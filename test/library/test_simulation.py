@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rejection import expect_rejection
 
-from mlmem import SettingsError
+from mlmem import DesignError, MemoryElement, Potential, SettingsError, load_element
 from mlmem.physics import CASE_II, Scatter, Specimen, StateError, draw_specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.rejections import Rejected
@@ -167,3 +167,28 @@ def test_trajectory_xarray_has_named_dimensions():
     pytest.importorskip('xarray')
     data = simulate(CASE_II, initial=wall_at(level=1), duration=100.0, save_every=50.0).to_xarray()
     assert data.configuration.sel(site=10, t=50.0) == pytest.approx(CASE_II.D_s2, abs=1e-3)
+
+
+@pytest.mark.parametrize('changes', [{'J': 225}, {'s_min': 5.0}])
+def test_chain_that_is_no_memory_is_simulated_but_no_element(changes):
+    chain = replace(CASE_II, **changes)
+    run = simulate(
+        chain, initial=wall_at(position=100.0, relaxed=False), duration=20.0, progress=False
+    )
+    # The barrier's top, which defines the position, is not half-way between the ground states.
+    assert run.wall_positions[0, 0] == pytest.approx(100.0, abs=0.5)
+    with pytest.raises(DesignError, match=r'^(J|s_min) must be'):
+        MemoryElement(chain)
+
+
+def test_values_of_many_numbers_have_a_short_repr():
+    own = Potential.from_function(lambda D: (D**2 - 1.0) ** 2, -1.8, 1.8)
+    made = draw_specimen(CASE_II, Scatter(alpha=0.01), seed=1)
+    run = simulate(made, duration=10.0, save_every=5.0, progress=False)
+    assert [repr(each) for each in (own, made, run, load_element('kick_2'))] == [
+        'Curve(1024 forces from -1.8 to 1.8, d=1)',
+        'Specimen(225 cells, with deviations)',
+        'Trajectory(3 states up to t = 10, Specimen(225 cells, with deviations))',
+        "Element('kick_2', Specimen(99 cells, as designed))",
+    ]
+    assert len(repr(replace(CASE_II, law=own))) < 400

@@ -9,15 +9,16 @@ Three and four ground states: a wall's energy is the integral of sqrt(2 psi).
 The paper's potential, tabulated, is the paper's potential.
 """
 
-import dataclasses
+import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from laws import on_site_force, sample_force
 from rejection import expect_rejection
 
-from mlmem.physics import Chain, Design, DesignError
+from mlmem.physics import CASE_II, Chain, Design, DesignError, Potential
 from mlmem.physics.curve import Curve
 from mlmem.physics.equilibrium import relax_to_equilibrium, stiffness_diagonal, wall_profile
 from mlmem.physics.held_wall import hold_walls
@@ -134,7 +135,7 @@ def test_internal_mode_of_phi_4_wall():
 def test_law_that_makes_no_memory_is_rejected(symbol, value):
     """Two ground states make one pair, of phase 0; a law takes the place of a, b and c."""
     with pytest.raises(DesignError, match=f'{symbol} must be'):
-        dataclasses.replace(uniform(PHI_4, 0.1), **{symbol: value})
+        replace(uniform(PHI_4, 0.1), **{symbol: value})
 
 
 @pytest.mark.parametrize(
@@ -151,3 +152,51 @@ def test_curve_that_is_none_is_rejected(values, field):
     Curve(0.0, 1.0, FLAT * 512)
     with expect_rejection(DesignError, 'out_of_range', field):
         Curve(*values)
+
+
+# --- laws of a function --------------------------------------------------------------------------
+
+
+def double_well(D):
+    """Ground states at -1 and 1, a barrier of 1 at 0."""
+    return (D**2 - 1.0) ** 2
+
+
+def test_potential_of_function_has_its_slope_and_ground_states():
+    """The function is called only within its range: beyond 1.8 it is no number."""
+
+    def law(D):
+        return np.where(np.abs(D) <= 1.8, double_well(D), np.nan)
+
+    own = Potential.from_function(law, -1.8, 1.8)
+    assert own.ground_states == pytest.approx([-1.0, 1.0], abs=1e-9)
+    assert own.barrier(0) == pytest.approx(0.0, abs=1e-9)
+    D = np.linspace(-1.8, 1.8, 777)
+    # A quartic through five points is exact; the spline between them is of third order.
+    assert own.slope(D) == pytest.approx(4.0 * D * (D * D - 1.0), abs=1e-9)
+    assert own.energy(D) == pytest.approx(double_well(D), abs=1e-9)
+    assert own.stiffness(1.0) == pytest.approx(8.0, abs=1e-6)
+
+
+def test_potential_of_function_of_a_number_is_that_of_arrays():
+    scalar = Potential.from_function(lambda D: math.cos(D) if D < 4.0 else math.cos(4.0), 0.0, 9.0)
+    array = Potential.from_function(lambda D: np.cos(np.minimum(D, 4.0)), 0.0, 9.0)
+    assert scalar.force == pytest.approx(array.force, abs=1e-12)
+
+
+@pytest.mark.parametrize('law', [double_well, 'law.csv', CASE_II.potential])
+def test_design_with_another_law_than_a_curve_is_rejected(law):
+    with expect_rejection(DesignError, 'out_of_range', 'law'):
+        replace(CASE_II, law=law)
+
+
+def test_copy_of_design_with_law_takes_phase_of_that_law():
+    own = Potential.from_function(double_well, -1.8, 1.8)
+    copy = replace(CASE_II, law=own, d=0.03)
+    assert copy.phase == 0
+    assert (replace(copy, N=250).phase, replace(copy, law=None).phase) == (0, 1)
+    assert replace(copy, law=None) == replace(CASE_II, d=0.03)
+    assert json.dumps(copy.as_dict()['phase']) == '0'
+    for chosen in (replace(CASE_II, phase=1), replace(CASE_II, phase=2)):
+        with expect_rejection(DesignError, 'conflict', 'phase'):
+            replace(chosen, law=own)

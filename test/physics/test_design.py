@@ -58,10 +58,6 @@ def test_eq_2_holds_for_any_offset(j_0):
     np.testing.assert_allclose(design.s, oracle.s(design), rtol=1e-9)
 
 
-def test_strain_is_end_displacement_over_length():
-    assert CASE_II.end_displacement(-0.02) == pytest.approx(-4.5)
-
-
 def test_case_ii_has_the_eight_levels_of_the_paper():
     assert CASE_II.levels == 8
     assert CASE_II.bits == 3
