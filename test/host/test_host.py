@@ -60,13 +60,6 @@ def hung(monkeypatch):
     event.set()
 
 
-def until(host, over):
-    """Call a host's timer, as its node does, until something is over."""
-    while not over():
-        host.on_timer()
-        time.sleep(1e-3)
-
-
 # --- what is acknowledged is safe -------------------------------------------------------------
 
 
@@ -91,7 +84,9 @@ def test_hanging_disk_delays_no_answer_and_is_a_loss_at_the_end(
     host = serve(**kept).activate()
     monkeypatch.setattr(store, 'save_snapshot', lambda *_: hung.wait())
     answer = host.submit(Write(0)).answer
-    until(host, answer.done)
+    while not answer.done():
+        host.on_timer()  # as its node calls it
+        time.sleep(1e-3)
     assert 'the disk does not answer' in answer.result().error
     assert host.submit(Read()).answer.result(TIMEOUT_S).success
     host.close()

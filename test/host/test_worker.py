@@ -29,17 +29,6 @@ def disk():
     hung.set()
 
 
-@pytest.fixture
-def later(monkeypatch):
-    """Let the patience of a worker end at once."""
-    now = threads.monotonic
-    return lambda: monkeypatch.setattr(threads, 'monotonic', lambda: now() + WORK_TIMEOUT_S)
-
-
-def alive(name='test'):
-    return [thread for thread in threading.enumerate() if thread.name == name]
-
-
 def test_worker_does_jobs_in_order(worker, disk):
     done = []
     worker.do('work', disk.wait)
@@ -47,9 +36,10 @@ def test_worker_does_jobs_in_order(worker, disk):
     disk.set()
     assert [answer.result(TIMEOUT_S) for answer in answers] == list(range(50)) == done
     assert worker.wait(TIMEOUT_S)
-    for thread in alive():
-        thread.join(TIMEOUT_S)
-    assert not alive()
+    for thread in threading.enumerate():
+        if thread.name == 'test':
+            thread.join(TIMEOUT_S)
+            assert not thread.is_alive()
     assert worker.do('more', lambda: 'again').result(TIMEOUT_S) == 'again'
 
 
@@ -67,12 +57,13 @@ def test_defects_of_a_job_are_logged_and_errors_returned(worker, throttled, log)
     assert 'work failed; this is a fault in the software' in log.of('ERROR')[0]
 
 
-def test_job_on_a_hanging_disk_times_out(worker, disk, later):
+def test_job_on_a_hanging_disk_times_out(worker, disk, monkeypatch):
     hung = worker.do('writing', disk.wait)
     behind = worker.do('closing', lambda: pytest.fail('nobody waits for it any more'))
     worker.on_timer()
     assert not hung.done()
-    later()
+    now = threads.monotonic
+    monkeypatch.setattr(threads, 'monotonic', lambda: now() + WORK_TIMEOUT_S)
     worker.on_timer()
     for answer, what in ((hung, 'writing'), (behind, 'closing')):
         with pytest.raises(Overdue, match=f'{what} takes longer than 10 s: the disk does not'):

@@ -94,23 +94,21 @@ def test_worst_state_of_a_recording_is_reported(recording, level, word):
     assert health.text.startswith(word)
 
 
-def loop_report(ticks, overruns=0):
-    """Return the report on a loop, that loop, and the warnings in its log."""
+def test_loop_report_names_failure_and_skipped_ticks():
     warnings = []
     log = SimpleNamespace(caught=0, refusals=0, warning=warnings.append)
     loop = SimpleNamespace(
-        statistics=LoopStatistics(ticks=ticks, overruns=overruns),
+        statistics=LoopStatistics(ticks=10, overruns=2),
         element=SimpleNamespace(settings=Settings()),
         failure=None,
         is_paused=False,
         pacer=SteadyPacer(),
     )
-    return Pace(SimpleNamespace(held_up='', log=log)), loop, warnings
-
-
-def test_loop_report_names_failure_and_skipped_ticks():
-    report, loop, warnings = loop_report(ticks=10, overruns=2)
-    assert report.report_health(loop) == Status(WARN, '2 ticks of time were skipped', ANY)
+    report = Pace(SimpleNamespace(held_up='', log=log))
+    health = report.report_health(loop)
+    assert health == Status(WARN, '2 ticks of time were skipped', ANY)
+    factor = health.values['real_time_factor'] / health.values['rate']
+    assert factor == pytest.approx(Settings().tick_seconds)
     assert report.report_health(loop) == Status(OK, 'running', ANY)
     for loop.statistics.overruns in (3, 4, 5, 8):
         report.report_health(loop)

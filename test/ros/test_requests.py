@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 from rclpy.duration import Duration
-from rclpy.parameter import Parameter
 from rejection import expect_rejection
+from robot import TOPICS_IN, build_parameters
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -16,16 +16,10 @@ from mlmem import Abort, Erase, FollowTrajectory, Kick, Read, Refused, Write
 from mlmem.physics import CASE_II
 from mlmem.rejections import ErrorCode
 from mlmem.settings import ScaleSettings, Settings
-from mlmem_ros.contract.commands import COMMAND_TOPICS
 from mlmem_ros.contract.requests import Record, build_request, parse_request
 
-TOPICS = {topic.name: topic for topic in COMMAND_TOPICS}
 METRIC = SimpleNamespace(elongation=CASE_II.end_displacement(0.01))
 """Stands for an element whose lattice constant is 0.01 m."""
-
-
-def parameters(**values):
-    return [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
 
 
 @pytest.mark.parametrize(
@@ -53,18 +47,18 @@ def test_request_is_decoded_as_it_was_encoded(name, arguments, command):
 )
 def test_joint_command_without_a_position_is_rejected(values):
     with pytest.raises(Refused, match='position'):
-        TOPICS['joint_commands'].parse(JointState(**values), METRIC)
+        TOPICS_IN['joint_commands'].parse(JointState(**values), METRIC)
 
 
 def test_imu_becomes_a_disturbance_in_element_units():
     scale = ScaleSettings(time=1e-5)
     element = SimpleNamespace(settings=Settings(scale=scale))
-    message = TOPICS['disturbance'].kind()
+    message = TOPICS_IN['disturbance'].kind()
     message.linear_acceleration.x = 1e-7 * scale.acceleration
-    command = TOPICS['disturbance'].parse(message, element)
+    command = TOPICS_IN['disturbance'].parse(message, element)
     assert command.acceleration == pytest.approx(1e-7)
     message.linear_acceleration_covariance[0] = -1.0  # it has no accelerometer
-    assert math.isnan(TOPICS['disturbance'].parse(message, element).acceleration)
+    assert math.isnan(TOPICS_IN['disturbance'].parse(message, element).acceleration)
 
 
 def trajectory(*points):
@@ -80,7 +74,7 @@ def trajectory(*points):
 def test_trajectory_is_converted_to_strains():
     length = METRIC.elongation
     message = trajectory((0.02, [0.02 * length], []), (1.5, [-0.01 * length], []))
-    command = TOPICS['strain_trajectory'].parse(message, METRIC)
+    command = TOPICS_IN['strain_trajectory'].parse(message, METRIC)
     assert command.times == pytest.approx((0.02, 1.5))
     assert command.strains == pytest.approx((0.02, -0.01))
     assert (command.rates, command.joint) == ((), 'substrate')
@@ -98,7 +92,7 @@ def test_trajectory_is_converted_to_strains():
 )
 def test_trajectory_point_without_one_position_is_rejected(field, points):
     with expect_rejection(Refused, 'out_of_range', field):
-        TOPICS['strain_trajectory'].parse(trajectory(*points), METRIC)
+        TOPICS_IN['strain_trajectory'].parse(trajectory(*points), METRIC)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +120,7 @@ def test_trajectory_point_without_one_position_is_rejected(field, points):
 )
 def test_invalid_request_is_rejected(values, code, field):
     with pytest.raises(Refused) as caught:
-        parse_request(parameters(**values))
+        parse_request(build_parameters(**values))
     assert (caught.value.code, caught.value.field) == (ErrorCode(code), field)
 
 
@@ -134,13 +128,13 @@ def test_invalid_request_is_rejected(values, code, field):
 def test_content_of_the_other_kind_is_rejected_by_name(held, other):
     for values in ({other: 2}, {held: 2, other: 2}, {'content': 2, other: 2}):
         with pytest.raises(Refused, match=f'which holds a {held}') as caught:
-            parse_request(parameters(request='write', **values), held)
+            parse_request(build_parameters(request='write', **values), held)
         assert (caught.value.code, caught.value.field) == (ErrorCode.UNSUPPORTED, other)
     for name in (held, 'content'):
-        request = parameters(request='write', **{name: 2})
+        request = build_parameters(request='write', **{name: 2})
         assert parse_request(request, held) == (Write(2), 0.0)
 
 
 def test_argument_that_is_named_twice_is_rejected():
     with pytest.raises(Refused, match='a request must name every argument once'):
-        parse_request([*parameters(request='write', level=1), *parameters(level=2)])
+        parse_request([*build_parameters(request='write', level=1), *build_parameters(level=2)])

@@ -36,17 +36,6 @@ DESIGN, SETTINGS = load_element(QUICK['element']).design_and_settings
 FAST = replace(SETTINGS, scale=replace(SETTINGS.scale, time=QUICK['scale.time']))
 
 
-def break_line(rig):
-    """Let the server of a rig lose its client, as one that restarts does."""
-    pass_time = rig.pass_time
-
-    def fail_once(seconds):
-        rig.pass_time = pass_time
-        raise OSError('restarted')
-
-    rig.pass_time = fail_once
-
-
 def test_node_over_a_rig_writes_records_and_reconnects(start_robot, tmp_path):
     line = LineProperties(latency=0.002, jitter=0.003, loss=0.002)
     rig = PatientRig(DESIGN, SETTINGS)
@@ -68,7 +57,13 @@ def test_node_over_a_rig_writes_records_and_reconnects(start_robot, tmp_path):
         robot.set(target_level=2)
         answer = robot.send('write')
         robot.wait(lambda: run_with_element(robot.memory, lambda e: e.procedure), 'the write')
-        break_line(rig)
+        pass_time = rig.pass_time
+
+        def fail_once(seconds):  # as a server that restarts loses its client
+            rig.pass_time = pass_time
+            raise OSError('restarted')
+
+        rig.pass_time = fail_once
         assert 'the device has stopped: ' in robot.answer(answer)['error']
 
         robot.wait(lambda: robot.state == 'unconfigured', 'the node unconfigured')
