@@ -15,9 +15,8 @@ from mlmem import MemoryElement, Settings, factory, snapshot
 from mlmem.moves.strain_cycle import WriteSettings
 from mlmem.physics import CASE_I, CASE_II, StateError
 from mlmem.readers.calibration import calibration_key
-from mlmem.settings import ProbeSettings, ReadSettings, TimeSettings
+from mlmem.settings import ReadSettings, TimeSettings
 from mlmem_ros.host import ThrottledLog, store
-from mlmem_ros.host.building import build_device
 from mlmem_ros.host.settings import FileSettings, StateSettings
 from mlmem_ros.host.worker import Worker
 from test.device import rig
@@ -102,28 +101,15 @@ def test_calibration_key_depends_on_what_delays_depend_on():
     assert calibration_key(CASE_II, same) == plain
 
 
-def test_design_is_calibrated_once(file, parameters, monkeypatch):
-    counted, calibrate = [], factory.factory_calibration
-
-    def count(design, settings):
-        counted.append(settings)
-        return calibrate(design, settings)
-
-    monkeypatch.setattr(factory, 'factory_calibration', count)
-
-    def build(settings):
-        throttled = ThrottledLog(lambda *_: None)
-        given = dataclasses.replace(
-            parameters, settings=settings, state=StateSettings(path=str(file), interval=0.0)
-        )
-        device = build_device(given, throttled, Worker('test', throttled), '/mlmem', blank=False)
-        device.store.save_state(device.element).result(TIMEOUT_S)
-        assert device.store.close()
-        return device.element.calibration
-
-    first = build(parameters.settings)
-    assert build(parameters.settings) == first
-    assert len(counted) == 1
-    probe = ProbeSettings(omega_c=0.7, v_th=7e-4)
-    assert build(dataclasses.replace(parameters.settings, probe_right=probe)) != first
-    assert len(counted) == 2
+def test_design_is_calibrated_once(serve, file, parameters, calibration, monkeypatch):
+    """By a probe or another; the file keeps the last calibration."""
+    made, counts = [], []
+    monkeypatch.setattr(factory, 'factory_calibration', lambda *_: made.append(1) or calibration)
+    probe = dataclasses.replace(parameters.settings.probe_right, v_th=1e-3)
+    other = dataclasses.replace(parameters.settings, probe_right=probe)
+    for settings in (parameters.settings, parameters.settings, other):
+        service = serve(settings=settings, state=StateSettings(path=str(file), interval=0.0))
+        service.activate(paused=True)
+        service.host.close()
+        counts.append(len(made))
+    assert counts == [1, 1, 2]
