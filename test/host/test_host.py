@@ -110,20 +110,6 @@ def test_later_save_clears_an_earlier_failure(serve, file, kept, monkeypatch):
     assert store.load_snapshot(file)['reading']['level'] == 0
 
 
-def test_content_survives_the_host_with_its_design(serve, kept):
-    host = serve(**kept).activate()
-    assert host.submit(Write(2)).answer.result(TIMEOUT_S).success
-    written = host.element.chain
-    host.close()
-    again = serve(**kept)
-    host = again.activate(paused=True)
-    assert (host.element.chain.v == written.v).all()
-    host.close()
-    steeper = dataclasses.replace(again.given.design, gamma=-1e-4)
-    with pytest.raises(StateError, match=r'element\.json does not belong to this design'):
-        again.host.prepare_device(dataclasses.replace(again.given, design=steeper))
-
-
 def test_second_element_on_a_state_file_is_rejected(serve, kept):
     first, second = serve(**kept), serve(**kept)
     host = first.activate()

@@ -3,8 +3,6 @@
 """The options of the executable, the speed of time, and starts that end for bad input."""
 
 import pytest
-from nodes import end_node
-from robot import values
 
 from mlmem_ros import __version__
 from mlmem_ros.ros.main import parse_node_arguments
@@ -42,20 +40,6 @@ def test_version_is_printed(of, capsys):
         of(['--version'])
     assert told.value.code == 0
     assert capsys.readouterr().out == f'mlmem_ros {__version__}\n'
-
-
-def test_speed_0_runs_faster_than_real_time(start_robot):
-    """The factor in the diagnostics is ticks a second times 0.2 s."""
-    robot = start_robot({'scale.time': 1e-2, 'time.speed': 0.0})
-    robot.next('/diagnostics')  # the first may include the start
-    loop = robot.next_status('loop')
-    assert robot.get('time.speed') == 0.0
-    assert robot.write(0).success  # requests also end a rest without a pace
-    assert robot.trigger('read')['level'] == 0
-    told = {key: float(values(loop)[key]) for key in ('rate', 'real_time_factor')}
-    assert told['real_time_factor'] == pytest.approx(0.2 * told['rate'], rel=1e-4)
-    assert told['real_time_factor'] > 1.5  # 2000 on an idle machine
-    end_node(robot.memory)
 
 
 @pytest.mark.parametrize(

@@ -94,13 +94,6 @@ def test_probe_gives_an_echo_for_each_end_with_a_wall(robot):
     assert len(robot.received('echo')) == before + 2
     for echo in echoes[before:]:
         check_echo(echo)
-    assert robot.trigger('read').success
-    assert len(robot.received('echo')) == before + 4
-    assert robot.trigger('erase').success
-    robot.latest('outcome')
-    blank = len(robot.received('echo'))
-    assert robot.trigger('read').success
-    assert len(robot.received('echo')) == blank + 1
 
 
 def check_echo(echo):

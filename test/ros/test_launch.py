@@ -8,12 +8,14 @@ beside it: build it with colcon and source its set-up first.
 
 import contextlib
 import os
+import runpy
 import shutil
 import signal
 import subprocess
 from pathlib import Path
 
 import pytest
+import setuptools
 from closed_bag import check_closed
 from nodes import element_file
 from robot import Robot
@@ -33,9 +35,9 @@ def environment():
     return result
 
 
-def run(*command, within=TIMEOUT_S):
+def run(*command):
     return subprocess.run(
-        command, env=environment(), capture_output=True, text=True, timeout=within, check=False
+        command, env=environment(), capture_output=True, text=True, timeout=TIMEOUT_S, check=False
     )
 
 
@@ -57,13 +59,10 @@ def ros2():
 
 
 @contextlib.contextmanager
-def running(folder, *command, signal_group=False):
-    """Run a ros2 command during a block, end it with Ctrl-C, check that it ended well.
+def running(folder, *command):
+    """Run a ros2 command during a block, end it by SIGINT, check that it ended well.
 
-    Args:
-        folder: Where its output is kept; yielded is the path of that file.
-        command: Its arguments.
-        signal_group: Whether to signal the group, as a terminal does; else the command alone.
+    Its output is in a file of the folder, whose path is yielded.
     """
     path = folder / 'output.txt'
     with path.open('w') as output:
@@ -73,8 +72,7 @@ def running(folder, *command, signal_group=False):
         )  # fmt: skip
     try:
         yield path
-        end = os.killpg if signal_group else os.kill
-        end(process.pid, signal.SIGINT)
+        process.send_signal(signal.SIGINT)
         process.wait(TIMEOUT_S)
     finally:
         with contextlib.suppress(ProcessLookupError):
@@ -130,26 +128,17 @@ def test_launch_bank_starts_two_elements(ros2, tmp_path):
         assert check_closed(tmp_path / 'bags' / f'element_{place}')
 
 
-def test_colcon_build_installs_every_file(tmp_path):
-    if shutil.which('colcon') is None:
-        pytest.skip('colcon is not installed')
-    package = tmp_path / 'src' / 'mlmem_ros'
-    package.mkdir(parents=True)
-    for part in ('package.xml', 'setup.py', 'setup.cfg', 'colcon.pkg'):
-        shutil.copy(CHECKOUT / part, package)
-    for folder in ('mlmem', 'mlmem_ros', 'mlmem_tools', 'config', 'launch', 'resource'):
-        shutil.copytree(CHECKOUT / folder, package / folder)
-    built = run(
-        'colcon', '--log-base', str(tmp_path / 'log'), 'build', '--executor', 'sequential',
-        '--base-paths', str(tmp_path / 'src'), '--build-base', str(tmp_path / 'build'),
-        '--install-base', str(tmp_path / 'install'), within=120,
-    )  # fmt: skip
-    assert built.returncode == 0, built.stderr
-    prefix = tmp_path / 'install' / 'mlmem_ros'
-    for executable in ('memory_node', 'memory_bank', 'memory_monitor', 'mlmem'):
-        assert os.access(prefix / 'lib' / 'mlmem_ros' / executable, os.X_OK)
-    share = prefix / 'share'
-    assert (share / 'ament_index/resource_index/packages/mlmem_ros').exists()
+def test_setup_installs_every_file(monkeypatch):
+    """As colcon does, which runs `setup.py`."""
+    given = {}
+    monkeypatch.setattr(setuptools, 'setup', given.update)
+    monkeypatch.chdir(CHECKOUT)
+    runpy.run_path('setup.py')
+    folders = {folder: {Path(file) for file in files} for folder, files in given['data_files']}
+    assert folders['share/ament_index/resource_index/packages'] == {Path('resource/mlmem_ros')}
     for folder in ('config', 'launch'):
-        shipped = {path.name for path in (CHECKOUT / folder).iterdir() if path.is_file()}
-        assert {path.name for path in (share / 'mlmem_ros' / folder).iterdir()} >= shipped
+        shipped = {path for path in Path(folder).iterdir() if path.is_file()}
+        assert folders[f'share/mlmem_ros/{folder}'] >= shipped
+    commands = {line.partition(' =')[0] for line in given['entry_points']['console_scripts']}
+    assert commands == {'memory_node', 'memory_bank', 'memory_monitor', 'mlmem'}
+    assert '$base/lib/mlmem_ros' in Path('setup.cfg').read_text()

@@ -139,7 +139,9 @@ def byte(tmp_path_factory):
 
 def test_register_with_a_twin_writes_and_replays(start_robot, byte, tmp_path):
     bag = tmp_path / 'bag'
-    robot = start_robot({'element': str(byte), 'twin': str(byte), 'record.path': str(bag)})
+    robot = start_robot({
+        'element': str(byte), 'twin': str(byte), 'record.path': str(bag), 'time.speed': 0.0,
+    })  # fmt: skip
     robot.set(target_word=64)
     assert robot.trigger('write')['attempts'] == 1
     assert robot.trigger('read')['word'] == 64

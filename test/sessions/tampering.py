@@ -33,9 +33,3 @@ class Tampered:
                 writer.add_topic(name, info.type)
             for message in self.messages:
                 writer.write(message.topic, message.cdr, message.log_time)
-
-
-def string(text: str) -> bytes:
-    """Return a std_msgs/msg/String as CDR, lone surrogates and all."""
-    raw = text.encode('utf-8', 'surrogatepass') + b'\0'
-    return b'\0\1\0\0' + len(raw).to_bytes(4, 'little') + raw
