@@ -29,13 +29,6 @@ from mlmem_ros.ros.middleware import create_events_executor
 
 GIVEN = {'actions': True, 'queue.most': 3}
 
-SUCCEEDED, CANCELED, ABORTED, UNKNOWN = (
-    GoalStatus.STATUS_SUCCEEDED,
-    GoalStatus.STATUS_CANCELED,
-    GoalStatus.STATUS_ABORTED,
-    GoalStatus.STATUS_UNKNOWN,
-)
-
 
 @pytest.fixture
 def slowly(robot):
@@ -54,7 +47,11 @@ def test_goal_writes_reads_and_erases(robot):
     assert erase.do().result.level == -1
     ended = write.do(level=3)
     result = ended.result
-    assert (ended.status, result.error_code, result.error) == (SUCCEEDED, result.NONE, '')
+    assert (ended.status, result.error_code, result.error) == (
+        GoalStatus.STATUS_SUCCEEDED,
+        result.NONE,
+        '',
+    )
     assert (result.level, result.code, result.end, result.attempts) == (3, '011', 'left', 1)
     assert result.confidence > 0.5
     assert robot.action('read').do(end='right').result.level == 3
@@ -79,7 +76,7 @@ def test_goal_writes_reads_and_erases(robot):
 )
 def test_goal_out_of_range_is_rejected_with_its_field(robot, name, goal, field):
     ended = robot.action(name).do(**goal)
-    assert ended.status == ABORTED
+    assert ended.status == GoalStatus.STATUS_ABORTED
     assert ended.result.error_code == ended.result.REFUSED
     assert re.search(field, ended.result.error)
 
@@ -92,7 +89,10 @@ def test_cancel_of_a_write_ends_it_as_canceled(robot):
     (canceled,) = robot.response(running.cancel_goal_async()).goals_canceling
     assert bytes(canceled.goal_id.uuid) == bytes(running.goal_id.uuid)
     ended = write.result(running)
-    assert (ended.status, ended.result.error_code) == (CANCELED, ended.result.CANCELED)
+    assert (ended.status, ended.result.error_code) == (
+        GoalStatus.STATUS_CANCELED,
+        ended.result.CANCELED,
+    )
     assert write.do(level=1).result.level == 1
     outcome = robot.latest('outcome', lambda status: values(status)['procedure'] == 'write')
     assert outcome.level == b'\0'
@@ -106,7 +106,7 @@ def test_cancel_of_an_ended_goal_stops_no_other(robot):
         running = write.send(level=6)
         late = robot.response(other.cancel_goal_async())
         assert late.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
-    assert write.result(running).status == SUCCEEDED
+    assert write.result(running).status == GoalStatus.STATUS_SUCCEEDED
 
 
 def test_status_lists_no_goal_whose_result_was_fetched(robot):
@@ -133,7 +133,7 @@ def test_unknown_goal_has_no_result(robot):
     answer = robot.call(f'{name}/cancel_goal', CancelGoal, goal_info=unknown)
     assert answer.return_code == CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID
     result = robot.call(f'{name}/get_result', Read.Impl.GetResultService)
-    assert result.status == UNKNOWN
+    assert result.status == GoalStatus.STATUS_UNKNOWN
 
 
 # MemoryClient

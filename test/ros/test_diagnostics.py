@@ -22,8 +22,6 @@ from mlmem_ros.contract.topics import ERROR, OK, WARN, Status
 from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.diagnostics import Pace
 
-COMPONENTS = ('loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 'recorder')
-
 
 def reported(array):
     """Return the statuses of a report by component."""
@@ -152,7 +150,8 @@ def test_every_component_reports(robot):
         '/diagnostics', lambda array: values(reported(array)['material']).get('walls') == '1'
     )
     found = {name: values(status) for name, status in reported(array).items()}
-    assert tuple(found) == COMPONENTS
+    components = 'loop material actuator transducer memory faults recorder'
+    assert ' '.join(found) == components
     loop = {'rate', 'lateness_mean', 'lateness_deviation', 'overruns', 'refused'}
     assert loop <= found['loop'].keys()
     for component, name, low in (

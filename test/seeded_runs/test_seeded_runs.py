@@ -2,9 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whole runs, each determined by one number. `make seeded-runs` runs many more."""
 
+from pathlib import Path
+
 import pytest
 from sampled import sampled
 
+from mlmem import atomic_files
+
+from .disk import Disk, mount_disk
+from .planted_bugs import PLANTED_BUGS, plant
+from .primitives import use_scheduler
+from .scheduler import Scheduler
 from .script import make_script
 from .world import SeededRun, describe_run, run_seed
 
@@ -31,3 +39,67 @@ def test_a_life_is_its_number():
 
     assert history(3) == history(3)
     assert history(3) != history(4)
+
+
+# --- planted bugs --------------------------------------------------------------------------
+
+MAX_RUNS = 10_000
+"""Runs within which a fault has to be found."""
+
+COARSE_BUGS = set(PLANTED_BUGS) - {
+    'lost_wake_up',
+    'not_a_number_reaches_the_strain',
+    'queue_cleared_between_look_and_pop',
+    'recorder_joined_in_the_executor',
+    'who_waits_for_a_hanging_disk_is_not_told',
+}
+"""Faults that the seeds of every run of the tests find."""
+
+
+def test_every_planted_bug_replaces_functions_that_exist():
+    for name in PLANTED_BUGS:
+        with plant(name):
+            pass
+
+
+@pytest.mark.parametrize('name', sorted(COARSE_BUGS))
+def test_coarse_planted_bug_is_found_by_short_seeds(name):
+    with plant(name):
+        assert any(map(run_seed, SHORT_SEEDS))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('name', PLANTED_BUGS)
+def test_planted_bug_is_found(name):
+    """Runs that fail without it do not count."""
+    for seed in range(MAX_RUNS):
+        with plant(name):
+            found = run_seed(seed)
+        if found and not run_seed(seed):
+            print(f'{name}: {seed + 1} runs')
+            return
+    pytest.fail(f'{name} is not found within {MAX_RUNS} runs')
+
+
+# --- the simulated disk --------------------------------------------------------------------
+
+FILE, LONGER = Path('/state.json'), 'the new content, and longer'
+
+
+def write_until_crash(seed, crash_at):
+    """Replace a file, in a process that is killed; return what a power cut leaves."""
+    scheduler = Scheduler(seed)
+    disk = Disk(scheduler)
+    with use_scheduler(scheduler), mount_disk(disk):
+        atomic_files.write_atomically(FILE, 'old')
+        scheduler.crash_at = crash_at
+        scheduler.spawn(lambda: atomic_files.write_atomically(FILE, LONGER), 'work')
+        scheduler.settle(3600.0)
+        assert not scheduler.failures
+        disk.cut_power()
+        return atomic_files.read_text(FILE)
+
+
+def test_atomic_write_leaves_old_or_new_after_every_crash():
+    found = {write_until_crash(seed, crash) for crash in range(1, 12) for seed in range(40)}
+    assert found == {'old', LONGER}
