@@ -150,8 +150,7 @@ def test_every_component_reports(robot):
         '/diagnostics', lambda array: values(reported(array)['material']).get('walls') == '1'
     )
     found = {name: values(status) for name, status in reported(array).items()}
-    components = 'loop material actuator transducer memory faults recorder'
-    assert ' '.join(found) == components
+    assert ' '.join(found) == 'loop material actuator transducer memory faults recorder'
     loop = {'rate', 'lateness_mean', 'lateness_deviation', 'overruns', 'refused'}
     assert loop <= found['loop'].keys()
     for component, name, low in (
