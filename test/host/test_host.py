@@ -17,6 +17,8 @@ from timeouts import TIMEOUT_S
 
 from mlmem import (
     Disturb,
+    Driver,
+    DriverError,
     Faults,
     Read,
     Refused,
@@ -32,12 +34,14 @@ from mlmem_ros.host import recording as recording_module
 from mlmem_ros.host import store
 from mlmem_ros.host import worker as worker_module
 from mlmem_ros.host.settings import (
+    DeviceSettings,
     QueueSettings,
     RecordSettings,
     StateSettings,
 )
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
+from test.rig.lines import make_failing_driver, raising
 
 
 @pytest.fixture
@@ -61,6 +65,20 @@ def hung(monkeypatch):
 
 
 # --- what is acknowledged is safe -------------------------------------------------------------
+
+
+def test_write_is_saved_before_the_next_command(serve, file, kept):
+    """Though five have arrived meanwhile."""
+    host = serve(**kept).activate()
+    host.pause(True).result(TIMEOUT_S)
+    write = host.submit(Write(0))
+    host.step().answer.result(TIMEOUT_S)
+    for _ in range(5):
+        host.submit(SetStrain(0.0))
+    host.pause(False)
+    outcome = write.answer.result(TIMEOUT_S)
+    assert outcome.success
+    assert store.load_snapshot(file)['ticks'] == outcome.end_tick + 1
 
 
 def fill_disk(path, taken):
@@ -179,6 +197,40 @@ def test_listener_that_fails_stops_nothing(serve, log):
     assert 'publishing failed; this is a fault in the software' in log.of('ERROR')[0]
 
 
+class Sour(Driver):
+    """A driver of a user's own, which raises where its address says."""
+
+    def __new__(cls, design, settings, address):
+        return make_failing_driver(address, raising(LookupError('turned sour')))
+
+
+@pytest.mark.parametrize('where', ['opening', 'playing', 'closing'])
+def test_exception_of_a_driver_is_logged(serve, log, where):
+    service = serve(device=DeviceSettings(f'{__name__}:Sour', where))
+    if where == 'opening':
+        with pytest.raises(DriverError, match='failed while opening: LookupError'):
+            service.activate()
+    else:
+        host = service.activate()
+    if where == 'playing':
+        with pytest.raises(Refused, match=r'the device has stopped: .*turned sour'):
+            host.submit(Write(0)).answer.result(TIMEOUT_S)
+        host.release_failed()
+    elif where == 'closing':
+        host.close()
+    (trace,) = [line for line in log.of('ERROR') if 'Traceback' in line]
+    assert 'LookupError: turned sour' in trace
+    assert f'failed while {where}: ' in trace
+
+
+def test_exception_of_a_driver_module_is_logged(serve, log, tmp_path, monkeypatch):
+    (tmp_path / 'sour.py').write_text('1 / 0\n')
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(SettingsError, match='sour cannot be imported: ZeroDivisionError'):
+        serve(device=DeviceSettings('sour:Bench')).activate()
+    assert any('sour.py", line 1' in line for line in log.of('ERROR'))
+
+
 # --- recording --------------------------------------------------------------------------------
 
 
@@ -200,15 +252,6 @@ def test_time_is_added_to_a_path_that_exists(serve, record, tmp_path, active):
     assert re.fullmatch(r'session-\d{8}-\d{6}', path.name)
     assert run_replay(load_session(path)).exact
     assert not any((tmp_path / 'session').iterdir())
-
-
-def test_recording_that_cannot_be_opened_prevents_activation(serve, record, tmp_path):
-    (tmp_path / 'file').touch()
-    service = serve(record=dataclasses.replace(record, path=str(tmp_path / 'file' / 'session')))
-    with pytest.raises((BagError, SettingsError)):
-        service.activate()
-    assert service.host.loop is None
-    assert service.host.sessions.current is None
 
 
 def test_session_with_faults_and_shaking_replays(serve, record):

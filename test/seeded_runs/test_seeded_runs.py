@@ -46,14 +46,17 @@ def test_a_life_is_its_number():
 MAX_RUNS = 10_000
 """Runs within which a fault has to be found."""
 
-COARSE_BUGS = set(PLANTED_BUGS) - {
-    'lost_wake_up',
-    'not_a_number_reaches_the_strain',
-    'queue_cleared_between_look_and_pop',
-    'recorder_joined_in_the_executor',
-    'who_waits_for_a_hanging_disk_is_not_told',
-}
-"""Faults that the seeds of every run of the tests find."""
+COARSE_BUGS = (
+    'assertion_when_nothing_is_recorded',
+    'no_sync_after_the_rename',
+    'no_sync_before_the_rename',
+    'session_begun_within_a_tick',
+    'state_taken_within_a_tick',
+    'strain_is_left_on_at_the_end',
+    'two_recordings_at_once',
+    'who_waits_at_the_end_is_forgotten',
+)
+"""Faults that four and more of the short seeds find: some do if threads run in another order."""
 
 
 def test_every_planted_bug_replaces_functions_that_exist():
@@ -62,7 +65,7 @@ def test_every_planted_bug_replaces_functions_that_exist():
             pass
 
 
-@pytest.mark.parametrize('name', sorted(COARSE_BUGS))
+@pytest.mark.parametrize('name', COARSE_BUGS)
 def test_coarse_planted_bug_is_found_by_short_seeds(name):
     with plant(name):
         assert any(map(run_seed, SHORT_SEEDS))
