@@ -33,12 +33,7 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import recording as recording_module
 from mlmem_ros.host import store
 from mlmem_ros.host import worker as worker_module
-from mlmem_ros.host.settings import (
-    DeviceSettings,
-    QueueSettings,
-    RecordSettings,
-    StateSettings,
-)
+from mlmem_ros.host.settings import DeviceSettings, QueueSettings, RecordSettings, StateSettings
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 from test.rig.lines import make_failing_driver, raising

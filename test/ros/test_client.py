@@ -16,11 +16,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
 from timeouts import TIMEOUT_S
 
-from mlmem_ros import (
-    MemoryClient,
-    NoAnswer,
-    RequestRefused,
-)
+from mlmem_ros import MemoryClient, NoAnswer, RequestRefused
 from mlmem_ros.ros.client.reply import create_suspension
 
 

@@ -18,11 +18,7 @@ from sensor_msgs.msg import JointState
 from timeouts import TIMEOUT_S
 
 from mlmem_ros import RequestError, RequestRefused
-from mlmem_ros.ros.node_process import (
-    build_node_arguments,
-    find_profile_variable,
-    use_profile,
-)
+from mlmem_ros.ros.node_process import build_node_arguments, find_profile_variable, use_profile
 from mlmem_ros.testing import assert_written, faults, frozen_clock, memory_node
 from mlmem_ros.testing.running import is_domain_used
 

@@ -15,12 +15,7 @@ from mlmem import MemoryElement, Settings, Write
 from mlmem.physics import CASE_II, find_walls
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.host.settings import PublishSettings
-from mlmem_ros.ros.views import (
-    COLOUR_TABLE,
-    ChainMarkers,
-    Contour,
-    find_colours,
-)
+from mlmem_ros.ros.views import COLOUR_TABLE, ChainMarkers, Contour, find_colours
 
 NOW = Time(sec=12, nanosec=34)
 LONG = dataclasses.replace(CASE_II, N=5000, gamma=-1e-5)

@@ -8,14 +8,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
-from mlmem import (
-    MemoryElement,
-    Settings,
-    Write,
-    factory_calibration,
-    load_element,
-    snapshot,
-)
+from mlmem import MemoryElement, Settings, Write, factory_calibration, load_element, snapshot
 from mlmem.physics import Design
 
 
