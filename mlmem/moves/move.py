@@ -156,16 +156,6 @@ def _all_moves(design: Design, settings: Settings, start: int, target: int) -> l
     return [move for family in move_families() for move in family(design, settings, start, target)]
 
 
-def find_reachable_levels(design: Design, settings: Settings) -> set[int]:
-    """Return the levels, and `BLANK`, to which moves lead from a blank element."""
-    found, places = {BLANK}, [BLANK]
-    while places:
-        targets = {move.target for move in find_moves(design, settings, places.pop())} - found
-        found |= targets
-        places += targets
-    return found
-
-
 def find_route(design: Design, settings: Settings, start: int, target: int) -> list[Move]:
     """Return the fastest moves from one content to another (Dijkstra); with `write.method` kick,
     those with the least strain.

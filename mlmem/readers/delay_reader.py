@@ -135,12 +135,10 @@ class DelayReader(Reader):
         echoes = yield from probe_ends(element, _find_detecting_ends(element))
         reading = _store_echoes(element, echoes)
         if any(echo.shaken for echo in echoes.values()):
-            reason = 'the base shakes: hold it still to locate a wall'
-            raise ProcedureFailed(reason)
+            raise ProcedureFailed('the base shakes: hold it still to locate a wall')
         for end, echo in echoes.items():
             if echo.delay is None or echo.threshold_factor > MAX_THRESHOLD_FACTOR:
-                reason = reading.reason or f'the echo at the {end} end is unclear'
-                raise ProcedureFailed(reason)
+                raise ProcedureFailed(reading.reason or f'the echo at the {end} end is unclear')
         if reading.level == BLANK:
             return Outcome(reading, found={'walls': 0})
         if phases[0] == 0 and (cell := (yield from _find_stuck_cell(element, echoes[End.RIGHT]))):

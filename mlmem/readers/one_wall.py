@@ -21,7 +21,7 @@ from functools import partial
 import numpy as np
 
 from ..errors import SettingsError
-from ..instrument.end import End
+from ..instrument.end import End, Shot
 from ..physics import Design, Specimen, StateError
 from ..physics.held_wall import hold_walls
 from ..physics.potential import Array
@@ -147,16 +147,15 @@ def scale_losses(made: Specimen, factor: float) -> Specimen:
     return replace(made, design=design, eta_factor=factor * made.eta_factor)
 
 
-def fit_loss_factor(
-    made: Specimen, settings: Settings, listener: Listener, end: End, part: Array
-) -> float:
+def fit_loss_factor(made: Specimen, settings: Settings, forecasts: Forecasts, shot: Shot) -> float:
     """Return the factor on damping and friction with which the blank element's forecast is nearest
-    to what the ends did.
+    to what the ends did after the pulse of some forecasts.
 
     Factors from 0.6 to 1.5 are compared; between them the square of the distance is taken for a
     parabola.
     """
     factors, squares = np.linspace(0.6, 1.5, 19), []
+    listener, end, part = forecasts.listener, forecasts.end, forecasts.listener.project_shot(shot)
     for factor in factors:
         other = scale_losses(made, float(factor))
         forecast = make_forecast(other, settings, listener, end)

@@ -148,33 +148,26 @@ class WaveformReader(Reader):
         return {'found': found}
 
     def _find_factors(self, element: Memory, writer: Writer) -> Procedure[dict[str, float]]:
-        """Find the factors on losses and on the speeds of kicks; return them by name."""
-        found = {}
-        if self.made is not None:
-            loss_factor = yield from self._find_loss_factor(self.made, element, writer)
-            element.calibration = replace(element.calibration, loss_factor=loss_factor)
-            found['loss_factor'] = loss_factor
-        return found | {'kick_factor': (yield from self._find_kick_factors(element, writer))}
+        """Find and set the factors on losses and on the speeds of kicks; return them by name.
 
-    def _find_loss_factor(
-        self, made: Specimen, element: Memory, writer: Writer
-    ) -> Procedure[float]:
-        """Find the factor on damping and friction by the answer of the blank element.
-
-        No reading tells that it is blank, because a reader needs this factor; the ends do.
+        That on damping and friction follows from the answer of the blank element. No reading tells
+        that it is blank, because a reader needs this factor; the ends do.
         """
-        attempt = 0
-        while True:
-            yield from catch_up(element)
-            if element.phases == (0, 0):
-                break
-            if attempt == element.settings.write.attempts:
-                raise ProcedureFailed(f'the element is not blank after {attempt} kicks')
-            attempt += 1
-            yield from writer.kick_out(element)
-        listener, end = self.forecasts.listener, self.forecasts.end
-        shot, _ = yield from record_waveforms(element, self.forecasts)
-        return fit_loss_factor(made, element.settings, listener, end, listener.project_shot(shot))
+        found, attempts = {}, element.settings.write.attempts
+        if self.made is not None:
+            for attempt in range(1 + attempts):
+                if attempt:
+                    yield from writer.kick_out(element)
+                yield from catch_up(element)
+                if element.phases == (0, 0):
+                    break
+            else:
+                raise ProcedureFailed(f'the element is not blank after {attempts} kicks')
+            shot, _ = yield from record_waveforms(element, self.forecasts)
+            factor = fit_loss_factor(self.made, element.settings, self.forecasts, shot)
+            element.calibration = replace(element.calibration, loss_factor=factor)
+            found['loss_factor'] = factor
+        return found | {'kick_factor': (yield from self._find_kick_factors(element, writer))}
 
     def _find_kick_factors(self, element: Memory, writer: Writer) -> Procedure[float]:
         """Find and set a factor on the speed of the kick to every level, the middle of those that

@@ -12,7 +12,7 @@ from mlmem.errors import ProcedureFailed
 from mlmem.instrument.echo import listening_time
 from mlmem.instrument.end import End
 from mlmem.instrument.motion import Cycle
-from mlmem.moves.move import find_reachable_levels, find_route
+from mlmem.moves.move import find_route
 from mlmem.moves.strain_cycle import EraseSettings, WriteSettings
 from mlmem.readers.reading import BLANK
 from mlmem.settings import RegisterSettings
@@ -91,8 +91,9 @@ def _judge_durations(subject: Subject) -> Finding:
     step = Cycle.plan_cycle(settings.write, peak, settings.actuator.max_rate).duration
     values = {'step': step, 'read': read}
     try:
-        for level in set(range(design.levels)) - find_reachable_levels(design, settings):
-            find_route(design, settings, BLANK, level)  # says why there is none
+        missing = set(range(design.levels))
+        while missing:  # it says why there is no route
+            missing -= {move.target for move in find_route(design, settings, BLANK, max(missing))}
         for name, start, target, heard in (
             ('write 0 to top', 0, top, read),
             ('erase from top', top, BLANK, look),
