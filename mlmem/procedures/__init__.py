@@ -11,12 +11,12 @@ the displacements of the two ends, and never the true wall position.
 from collections.abc import Callable, Mapping
 
 from ..commands import Outcome
-from ..instrument.blocks import Procedure, run
+from ..instrument.blocks import Procedure
 from ..procedure_table import BLANK
 from ..readers.listening import expected_wait
 from . import maintenance, surveying, writing
 
-__all__ = ['STEPS', 'Procedure', 'run']
+__all__ = ['STEPS', 'Procedure']
 
 STEPS: Mapping[str, tuple[Callable[..., Procedure[Outcome]], Callable[..., float]]] = {
     'write': (writing.write, writing.estimate_write),

@@ -12,12 +12,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..commands import Outcome
 from ..errors import ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
-from ..physics import Design, Specimen
+from ..physics import Design, Specimen, as_specimen
 from ..rejections import ErrorCode
 from ..settings import Settings
 from .listening import swinging_time, wait_until_pinned
@@ -26,8 +26,6 @@ from .reading import UNDECODABLE, Reading
 if TYPE_CHECKING:
     from ..memory import Memory
     from .bad_cells import BadCells
-
-T = TypeVar('T')
 
 
 class Writer(NamedTuple):
@@ -172,14 +170,9 @@ def choose_reader(
     from .register import forecast_words
     from .waveform_reader import RecordReader, WaveformReader, forecast_records
 
-    def forecast_contents(forecast: Callable[[Specimen, Settings], T]) -> T:
-        if twin is not None:
-            return forecast(twin, settings)
-        found: T = _forecast_ideal(forecast, design, settings)
-        return found
-
+    material = twin or design
     if settings.holds_words:
-        return WaveformReader(forecast_contents(forecast_words))
+        return WaveformReader(_forecast_contents(forecast_words, material, settings))
     if settings.element.bad_cells:
         if twin is not None:
             raise SettingsError(
@@ -188,12 +181,13 @@ def choose_reader(
             )  # fmt: skip
         return WaveformReader(bad_cells or forecast_bad_cells(design, settings))
     if settings.read.method == 'records':
-        return RecordReader(*forecast_contents(forecast_records))
-    return WaveformReader(forecast_contents(forecast_levels), twin or Specimen(design))
+        return RecordReader(*_forecast_contents(forecast_records, material, settings))
+    forecasts = _forecast_contents(forecast_levels, material, settings)
+    return WaveformReader(forecasts, as_specimen(material))
 
 
 @lru_cache(maxsize=8)
-def _forecast_ideal(
-    forecast: Callable[[Specimen, Settings], Any], design: Design, settings: Settings
+def _forecast_contents(
+    forecast: Callable[[Specimen, Settings], Any], material: Design | Specimen, settings: Settings
 ) -> Any:
-    return forecast(Specimen(design), settings)
+    return forecast(as_specimen(material), settings)

@@ -27,11 +27,6 @@ from ..physics.waves import Complex, Tones, combine_rows, linearize_cells, multi
 from ..settings import Settings
 from .listening import fire_pulse
 
-PERIOD_RATIO, DECAY_EXPONENT = 1.4, 6.0
-"""Period of the forecast, over the time of listening, and by which exponent it decays in that:
-what would come after it is added to what comes before, by less than a thousandth."""
-
-
 Delays = tuple[float, float]
 """By how much the signals of the driven end and of the other are late."""
 
@@ -112,7 +107,9 @@ class Ends:
         probe = settings.register.probe
         steps = steps_per_tick(made, settings.time)
         dt, n = settings.time.tick / steps, listener.ticks * steps
-        period = PERIOD_RATIO * n * dt
+        # What would come after the period of the forecast is added to what comes before, by less
+        # than a thousandth.
+        period, decay_exponent = 1.4 * n * dt, 6.0
         # 5 / sigma: a faded recording has a wider band than the one that is compared
         low, high = (
             (probe.omega_c + side * 5.0 / probe.sigma) * period / (2.0 * math.pi)
@@ -120,7 +117,7 @@ class Ends:
         )
         lines = np.arange(max(1, math.floor(low)), math.ceil(high) + 1)
         omega = np.asarray(
-            2.0 * math.pi / period * lines - 1j * DECAY_EXPONENT / period, dtype=np.complex128
+            2.0 * math.pi / period * lines - 1j * decay_exponent / period, dtype=np.complex128
         )
         self.tones = Tones.from_steps(made, omega, dt)
         pulse = Pulse(0.0, probe)
