@@ -124,31 +124,16 @@ class DelayTable:
         """
         if len(self.delays) == 1:
             return 1.0, level
-        known, times = self._find_common_crossings(crossings, probe)
-        far = np.abs(known - times).sum(axis=1)
+        times, earliest = np.array(crossings, dtype=float), earliest_delay(probe)
+        used = np.isfinite(self.crossings).all(axis=0) & np.isfinite(times)
+        known = np.maximum(self.crossings[:, used], earliest)
+        far = np.abs(known - np.maximum(times[used], earliest)).sum(axis=1)
         between = np.abs(known - known[level]).sum(axis=1)
         nearer = np.full(len(known), -1.0)
         np.divide(far - far[level], between, out=nearer, where=between > 0.0)
         nearer[level] = np.inf
         worst = int(nearer.argmin())
         return float(nearer[worst]), worst
-
-    def find_closest_levels(self, probe: ProbeSettings) -> tuple[float, int]:
-        """Return the least time between the crossings of a level and of the next one, on average
-        over the crossings, and which level; infinity if there is only one.
-        """
-        known, _ = self._find_common_crossings((0.0, 0.0, 0.0), probe)
-        between = np.abs(np.diff(known, axis=0)).mean(axis=1)
-        level = int(between.argmin()) if len(between) else 0
-        return float(between.min(initial=np.inf)), level
-
-    def _find_common_crossings(
-        self, crossings: Crossings | Array, probe: ProbeSettings
-    ) -> tuple[Array, Array]:
-        """Return the crossings that all levels and an echo have: of the levels, and its own."""
-        times, earliest = np.array(crossings, dtype=float), earliest_delay(probe)
-        used = np.isfinite(self.crossings).all(axis=0) & np.isfinite(times)
-        return np.maximum(self.crossings[:, used], earliest), np.maximum(times[used], earliest)
 
 
 # --- corrections of pulses ----------------------------------------------------------------------

@@ -19,7 +19,7 @@ import numpy as np
 from mlmem.errors import SettingsError
 from mlmem.factory import compute_calibration
 from mlmem.instrument.drivers import steps_per_tick
-from mlmem.instrument.echo import Echo, EchoDetector, listening_time
+from mlmem.instrument.echo import Echo, EchoDetector, earliest_delay, listening_time
 from mlmem.instrument.end import End, Pulse
 from mlmem.physics import Design, Specimen, StateError, as_specimen
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
@@ -157,8 +157,18 @@ def _find_least_spacing(probe: ProbeSettings, echoes: Mapping[int, Echo]) -> tup
         above = echoes.get(level + 1)
         if above and echo.delay is not None and above.delay is not None:
             pair = DelayTable((echo.delay, above.delay), shapes=(echo.shape, above.shape))
-            least = min(least, (pair.find_closest_levels(probe)[0], level))
+            least = min(least, (_find_closest_levels(pair, probe)[0], level))
     return least
+
+
+def _find_closest_levels(table: DelayTable, probe: ProbeSettings) -> tuple[float, int]:
+    """Return the least time between the crossings of a level and of the next one, on average over
+    the crossings that all levels have, and which level; infinity if there is only one.
+    """
+    known = table.crossings[:, np.isfinite(table.crossings).all(axis=0)]
+    between = np.abs(np.diff(np.maximum(known, earliest_delay(probe)), axis=0)).mean(axis=1)
+    level = int(between.argmin()) if len(between) else 0
+    return float(between.min(initial=np.inf)), level
 
 
 def _judge_separation(
@@ -171,7 +181,7 @@ def _judge_separation(
     if calibration is not None:
         wrong = find_exchanged_levels(subject.design, settings, calibration)
         apart = {
-            end: calibration.table(end).find_closest_levels(end.select_probe(settings))
+            end: _find_closest_levels(calibration.table(end), end.select_probe(settings))
             for end in End
         }
     values = {f'at the {end}': time for end, (time, _) in apart.items()}
