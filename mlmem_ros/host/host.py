@@ -142,6 +142,8 @@ class Host:
             built = build_device(given, self.log, self._disk, self._name, blank)
         finally:
             self.preparing = ''
+        if blank:
+            self._rescued = None
         if not is_cached:
             self.log.info(f'compiled in {time.monotonic() - begun:.1f} s, and cached')
         return built
@@ -156,11 +158,11 @@ class Host:
                 self.log.error(str(error))
                 self.log.log_cause(error)
 
-    def adopt_device(self, device: Built, blank: bool = False) -> MemoryElement:
-        """Put a device that was built into service, with what a failed one held unless `blank`."""
+    def adopt_device(self, device: Built) -> MemoryElement:
+        """Put a device that was built into service, with what a failed one held."""
         self.stopped, self._device = '', device
-        rescued, self._rescued = self._rescued, None
-        if rescued is not None and not blank:
+        if (rescued := self._rescued) is not None:
+            self._rescued = None
             self._restore_rescued(device.element, rescued)
         return device.element
 

@@ -69,7 +69,6 @@ class Action:
         self._kind = kind
         self._codes = kind.Result
         self._goals: dict[bytes, ActionGoal] = {}
-        self._open: set[ActionGoal] = set()  # goals whose procedure has not ended
         self._reported = 0.0
         self._lock = threads.Lock()
         own, impl = f'~/{name}/_action', kind.Impl
@@ -102,7 +101,6 @@ class Action:
             asked = self._start_goal(request.goal)
             goal = ActionGoal(GoalInfo(goal_id=request.goal_id, stamp=now), asked)
             self._goals[number] = goal
-            self._open.add(goal)
             self._publish_status()
         response.stamp = now
         asked.answer.add_done_callback(lambda done: self._on_goal_ended(goal, done))
@@ -112,7 +110,9 @@ class Action:
         """Stop the selected goals, and release the strain; nothing else is stopped."""
         with self._lock:
             meant = list(self._select_goals(request.goal_info))
-            stopped = [goal for goal in meant if goal in self._open and goal.abort is None]
+            stopped = [
+                goal for goal in meant if goal.abort is None and not goal.request.answer.done()
+            ]
             for goal in stopped:
                 goal.status = GoalStatus.STATUS_CANCELING
                 goal.abort = self._host.cancel(goal.request)
@@ -170,7 +170,6 @@ class Action:
             status = GoalStatus.STATUS_ABORTED
         with self._lock:
             abort = goal.abort
-            self._open.remove(goal)
         if abort is None or status == GoalStatus.STATUS_SUCCEEDED:
             self._conclude_goal(goal, result, status)
             return
@@ -224,9 +223,9 @@ class Action:
 
     def publish_feedback(self) -> None:
         """Publish feedback of the running goal every 0.05 s; called in the loop's thread."""
-        if not self._open or threads.monotonic() - self._reported < 0.05:
+        if not self._goals or threads.monotonic() - self._reported < 0.05:
             return
-        for goal in self._open.copy():
+        for goal in tuple(self._goals.values()):
             if (feedback := self._host.feedback(goal.request)) is not None:
                 self._reported = threads.monotonic()
                 message = self._kind.Impl.FeedbackMessage(goal_id=goal.info.goal_id)

@@ -166,11 +166,6 @@ class MemoryNode(LifecycleNode):
             waited = time.monotonic() - since
             self.host.log.warning(f'the element is back after {waited:.3g} s')
 
-    @property
-    def preparing(self) -> bool:
-        """Whether a device is being built by `prepare`."""
-        return self._building is not None and not self._building.done()
-
     def prepare(self) -> Future[None]:
         """Build the device in a thread of its own, for the next `on_configure` to take.
 
@@ -343,7 +338,7 @@ class MemoryNode(LifecycleNode):
         building, self._building = self._building, None
         given = self._given.values()
         built = self._build_device(given, self._blank) if building is None else building.result()
-        element = self.host.adopt_device(built, self._blank)
+        element = self.host.adopt_device(built)
         self._given.lock_parameters()
         self._published = Publishers(self, element, given.publish, self.host)
         words = f'{element.reader.content_count} words, ' if given.settings.holds_words else ''

@@ -66,7 +66,7 @@ def run_nodes(
     await_last_clients(nodes, executor, stop)
     ignore_signals()
     status = end_nodes(nodes, executor, lambda: exit_within(LEAVE_TIMEOUT_S))
-    if any(node.preparing for node in nodes):  # Python cannot end while LLVM compiles
+    if any(node.host.preparing for node in nodes):  # Python cannot end while LLVM compiles
         os._exit(status)
     return status
 
