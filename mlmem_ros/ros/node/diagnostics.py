@@ -11,7 +11,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
-from mlmem import UNDECODABLE, DriverError, End, Loop, MemoryElement
+from mlmem import DriverError, End, Loop, MemoryElement
 
 from ...contract.streams import describe_content
 from ...contract.topics import DIAGNOSTICS_TOPIC, ERROR, OK, WARN, Status
@@ -76,23 +76,14 @@ def report_memory(element: MemoryElement) -> Status:
     wear['mean_ticks'] = element.statistics.mean_ticks
     if element.settings.element.bad_cells:
         wear['bad_cells'] = element.reader.limits
+    severity, text, found = describe_content(element)
     if reading is None:
-        _, text, found = describe_content(element)
-        return Status(
-            WARN if element.unknown and not element.procedure else OK, text, {**found, **wear}
-        )
-    values = {
-        element.content_name: reading.content,
-        'end': reading.end,
-        'delay': 'none' if reading.delay is None else reading.delay,
-        'level_margin': reading.level_margin,
-        'threshold_margin': reading.threshold_margin,
-        'confidence': reading.confidence,
-        **wear,
-    }
-    if reading.level == UNDECODABLE:
-        return Status(WARN, reading.reason, values)
-    return Status(OK, element.describe_content(reading.content), values)
+        severity = WARN if element.unknown and not element.procedure else OK
+        return Status(severity, text, {**found, **wear})
+    shown = 'end', 'delay', 'level_margin', 'threshold_margin', 'confidence'
+    return Status(
+        severity, text, {**found, **{name: getattr(reading, name) for name in shown}, **wear}
+    )
 
 
 def report_faults(element: MemoryElement) -> Status:
