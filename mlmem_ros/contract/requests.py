@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
-from importlib import import_module
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, NamedTuple, get_type_hints
 
@@ -24,6 +23,8 @@ from mlmem import ErrorCode, Refused
 from mlmem.parsing import decode_value
 from mlmem.procedure_table import CONTENT_NAMES, PROCEDURES, UNSET_CONTENT, Procedure, Write
 from mlmem.schema import short_repr
+
+from .topics import load_installed
 
 if TYPE_CHECKING:
     from mlmem import Command
@@ -316,12 +317,5 @@ ACTION_TYPE_NAMES = {name: row.command.__name__ for name, row in PROCEDURES.item
 
 def load_action_types() -> dict[str, Any]:
     """Return the types of `ACTION_TYPE_NAMES` by request; none if the interfaces are not built."""
-    try:
-        module = import_module('mlmem_interfaces.action')
-    except ImportError:  # a checkout has their source, without types
-        return {}
-    return {
-        name: getattr(module, kind)
-        for name, kind in ACTION_TYPE_NAMES.items()
-        if hasattr(module, kind)
-    }
+    names = ACTION_TYPE_NAMES.items()
+    return load_installed({name: f'mlmem_interfaces/action/{kind}' for name, kind in names})

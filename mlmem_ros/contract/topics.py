@@ -9,6 +9,7 @@ The topics themselves stand in two tables: `streams.STREAMS` has those that a no
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache, cached_property
@@ -92,6 +93,15 @@ def load_interface(name: str) -> Any:
     """Return the class of a type of ROS, given as `std_msgs/msg/String`."""
     package, folder, kind = name.split('/')
     return getattr(import_module(f'{package}.{folder}'), kind)
+
+
+def load_installed(types: Mapping[str, str]) -> dict[str, Any]:
+    """Return the classes of types of ROS by name; only of those that are installed."""
+    found = {}
+    for name, type_name in types.items():
+        with suppress(ImportError, AttributeError):
+            found[name] = load_interface(type_name)
+    return found
 
 
 DIAGNOSTICS_TOPIC = Topic(

@@ -21,6 +21,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from mlmem import Array, Design, MemoryElement
 
+from ..contract.streams import describe_content
 from ..host.settings import COLUMN_PERIOD_TICKS, PublishSettings
 
 RED, WHITE, BLUE = (178, 24, 43), (247, 247, 247), (33, 102, 172)
@@ -177,19 +178,11 @@ class ChainMarkers:
                 place = (position + float(substrate[int(position) - 1])) * unit
                 bar.pose.position.x = label.pose.position.x = place
                 label.text = f'wall {position:.1f}'
-        self._title.text = self._describe_content()
+        reading = self._element.reading
+        code = f' ({reading.code})' if reading and reading.code else ''
+        self._title.text = self._element.procedure or describe_content(self._element).text + code
         self._title.pose.position.x = 0.5 * length
         return self._message
-
-    def _describe_content(self) -> str:
-        """Return what the device believes that it holds; it has not seen the wall."""
-        reading = self._element.reading
-        if self._element.procedure:
-            return self._element.procedure
-        if reading is None:
-            return str(self._element.unknown or 'not read')
-        code = f' ({reading.code})' if reading.code else ''
-        return self._element.describe_content(reading.content) + code
 
 
 def _create_marker(

@@ -14,6 +14,7 @@ import re
 import time
 import xml.etree.ElementTree as ET
 from fnmatch import fnmatchcase
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -32,7 +33,6 @@ from mlmem_ros.contract.requests import load_action_types
 from mlmem_ros.contract.streams import STREAMS
 from mlmem_ros.host.settings import PublishSettings
 from mlmem_ros.ros.client.client import standalone
-from mlmem_ros.ros.node import simulator
 from mlmem_ros.ros.views import ChainMarkers
 
 CONFIG = Path(__file__).parents[2] / 'config'
@@ -200,7 +200,7 @@ ACTION = {
 """The parts of an action by role and rule."""
 
 needs_interfaces = pytest.mark.skipif(
-    not load_action_types() or simulator.load_types() is None,
+    not load_action_types() or find_spec('simulation_interfaces') is None,
     reason='actions or simulation_interfaces are not built: make interfaces',
 )
 

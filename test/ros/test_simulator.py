@@ -4,10 +4,7 @@
 
 import pytest
 
-from mlmem_ros.ros.node import simulator
-
-if simulator.load_types() is None:
-    pytest.skip('simulation_interfaces is not built: make interfaces', allow_module_level=True)
+pytest.importorskip('simulation_interfaces', reason='it is not built: make interfaces')
 
 from robot import Robot
 from simulation_interfaces import srv

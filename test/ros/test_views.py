@@ -36,7 +36,7 @@ def idle_element(design, site):
     cells = with_wall(design, site)
     chain = SimpleNamespace(configuration=cells, v=cells, V_N=0.0)
     counts = {'ticks': 0, 'computed': 0}
-    idle = {'procedure': '', 'reading': None, 'unknown': None}
+    idle = {'procedure': '', 'reading': None, 'unknown': None, 'content_name': 'level'}
     return IdleElement(design=design, chain=chain, settings=Settings(), **counts, **idle)
 
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from importlib import import_module
 from threading import Condition
 from typing import Any
 
@@ -20,7 +19,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 
 from ...contract.requests import SIMULATOR_SERVICES
-from ...contract.topics import Qos
+from ...contract.topics import Qos, load_installed
 from ...host import REFUSALS, Host
 from .callback_guard import await_future
 
@@ -30,14 +29,6 @@ STOPPED, PLAYING, PAUSED, _, NO_WORLD = range(5)
 UNSUPPORTED, DONE, _, INCORRECT_STATE, FAILED = range(5)
 ALREADY, NOT_REACHED = 101, 102
 """Results of a request, as in `Result` and `SetSimulationState`."""
-
-
-def load_types() -> dict[str, Any] | None:
-    """Return the types of the services by name; None if they are not installed."""
-    try:
-        return vars(import_module('simulation_interfaces.srv'))
-    except ImportError:
-        return None
 
 
 class Simulator:
@@ -55,12 +46,10 @@ class Simulator:
         """
         self._node, self._host = node, host
         self._begin_anew, self._activate = begin_anew, activate
-        if (kinds := load_types()) is None:
-            return
-        for name, type_name, _ in SIMULATOR_SERVICES:
+        kinds = load_installed({service.name: service.type for service in SIMULATOR_SERVICES})
+        for name, kind in kinds.items():
             answer = getattr(self, f'_{name}')
-            if (kind := kinds.get(type_name.rpartition('/')[2])) is not None:
-                node.create_service(kind, f'~/{name}', answer, qos_profile=Qos.KEEP_ALL.profile)
+            node.create_service(kind, f'~/{name}', answer, qos_profile=Qos.KEEP_ALL.profile)
 
     @property
     def state(self) -> int:
