@@ -369,17 +369,12 @@ class ParameterSet:
 
     def configure_introspection(self) -> None:
         """Publish what our services are asked and answer, as far as the parameter says."""
-        states = {
-            'disabled': ServiceIntrospectionState.OFF,
-            'metadata': ServiceIntrospectionState.METADATA,
-            'contents': ServiceIntrospectionState.CONTENTS,
-        }
-        state = states[self._get_value('service_configure_introspection')]
-        own = {
-            service.name for service in NODE_SERVICES
-        }  # rcl's, of the life cycle, have no types
+        value = self._get_value('service_configure_introspection')
+        name = 'OFF' if value == 'disabled' else value.upper()
+        state = getattr(ServiceIntrospectionState, name)
+        own = [service.name for service in NODE_SERVICES]
         for service in self._node.services:
-            if service.srv_name.rpartition('/')[2] in own:
+            if service.srv_name.rpartition('/')[2] in own:  # rcl's have no types
                 service.configure_introspection(
                     self._node.get_clock(), qos_profile_system_default, state
                 )
