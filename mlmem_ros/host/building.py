@@ -13,19 +13,17 @@ from mlmem import (
     DriverError,
     ErrorCode,
     MemoryElement,
-    Refused,
     SettingsError,
-    StateError,
     calibration_key,
     compute_calibration,
     factory_calibration,
     open_driver,
 )
-from mlmem.element_file import Element, ElementFileError, read_matching_element
+from mlmem.element_file import Element, read_matching_element
 from mlmem.procedure_table import UNSET_CONTENT
 
 from .design_check import check_design
-from .settings import Parameters
+from .settings import Parameters, name_rejections
 from .store import Store, find_calibration
 from .worker import ThrottledLog, Worker
 
@@ -69,10 +67,8 @@ def build_device(
         element.loudest = loudest
         if twin is not None:
             attach_twin(element, twin, log)
-        try:
+        with name_rejections():
             element.specimen(given.faults)
-        except Refused as refusal:
-            raise SettingsError.of_error(refusal) from refusal
         if given.initial_content != UNSET_CONTENT:
             place_initial_content(element, given.initial_content)
         if not blank:
@@ -95,10 +91,8 @@ def place_initial_content(element: MemoryElement, content: int) -> None:
     if content >= (count := element.reader.content_count):
         expected = f'from 0 to {count - 1}'
         raise SettingsError.out_of_range('initial_content', content, expected)
-    try:
+    with name_rejections(f'initial_content {content}'):
         element.place_content(content)
-    except StateError as error:
-        raise SettingsError.of_error(error, place=f'initial_content {content}') from error
 
 
 def _load_twin(given: Parameters, disk: Worker) -> Element | None:
@@ -108,12 +102,9 @@ def _load_twin(given: Parameters, disk: Worker) -> Element | None:
     planned = given.settings if given.settings.holds_words else None
 
     def read_twin() -> Element:
-        try:
-            return read_matching_element(
-                given.files.confine_path(given.twin), given.design, planned
-            )
-        except (ElementFileError, SettingsError) as error:
-            raise SettingsError.of_error(error, place='twin') from error
+        with name_rejections('twin'):
+            path = given.files.confine_path(given.twin)
+            return read_matching_element(path, given.design, planned)
 
     return disk.do_and_wait(f'reading {given.twin}', read_twin)
 
@@ -127,10 +118,8 @@ def attach_twin(element: MemoryElement, twin: Element, log: ThrottledLog) -> Non
     """
     settings = element.settings
     if settings.compares_waveforms and not settings.element.bad_cells:
-        try:
+        with name_rejections('twin'):
             element.adopt_twin(twin.timed_specimen)
-        except SettingsError as error:
-            raise SettingsError.of_error(error, place='twin') from error
     else:
         element.forecast = _forecast_calibration(element, twin, log)
 

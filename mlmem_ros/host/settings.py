@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from mlmem import (
     Design,
     ErrorCode,
     Faults,
+    Rejected,
     Settings,
     SettingsError,
     Specimen,
@@ -35,6 +36,20 @@ from mlmem.schema import (
 )
 
 from ..contract.topics import Topic
+
+
+@contextmanager
+def name_rejections(place: str = '', owner: str = '') -> Iterator[None]:
+    """Say of any rejection in the body where it stands, and in which group of settings.
+
+    Raises:
+        SettingsError: Something was rejected.
+    """
+    try:
+        yield
+    except Rejected as error:
+        raise SettingsError.of_error(error, owner, place) from error
+
 
 _seconds = make_field_factory('s', 0.0, 3600.0)
 _ticks = make_field_factory('ticks', 1, 10**6)

@@ -37,7 +37,7 @@ from mlmem import (
     count_words,
     load_element,
 )
-from mlmem.element_file import ELEMENT_NAMES, Element, ElementFileError, text_of
+from mlmem.element_file import ELEMENT_NAMES, Element, text_of
 from mlmem.procedure_table import CONTENT_NAMES, PROCEDURES, UNSET_CONTENT
 from mlmem.schema import Description, describe_choices, find_descriptions, short_repr
 
@@ -50,6 +50,7 @@ from ...host.settings import (
     LIVE_PARAMETERS,
     Parameters,
     declare_parameters,
+    name_rejections,
 )
 
 QOS_OVERRIDES_PREFIX = 'qos_overrides.'
@@ -182,7 +183,8 @@ class ParameterSet:
             group, _, field = name.partition('.')
             groups.setdefault(group, {})[field] = value
         settings = element.settings
-        try:
+        named = ', '.join(f'{name} = {value}' for name, value in given.items() if value != '')
+        with name_rejections(f'parameters {named}'):
             return dataclasses.replace(
                 settings,
                 **{
@@ -190,9 +192,6 @@ class ParameterSet:
                     for group, values in groups.items()
                 },
             )
-        except SettingsError as error:
-            named = ', '.join(f'{name} = {value}' for name, value in given.items() if value != '')
-            raise SettingsError.of_error(error, place=f'parameters {named}') from error
 
     def _load_source(self, source: str) -> Element:
         """Return a shipped element, or that in a file.
@@ -200,14 +199,11 @@ class ParameterSet:
         Raises:
             SettingsError: There is none.
         """
-        try:
+        with name_rejections('element'):
+            is_shipped = source in ELEMENT_NAMES
             return load_element(
-                source
-                if source in ELEMENT_NAMES
-                else self._read_group('files').confine_path(source)
+                source if is_shipped else self._read_group('files').confine_path(source)
             )
-        except (ElementFileError, SettingsError) as error:
-            raise SettingsError.of_error(error, place='element') from error
 
     def lock_parameters(self) -> None:
         """Allow only live parameters from now on.
@@ -229,10 +225,8 @@ class ParameterSet:
             field.name: self._get_value(f'{prefix}.{field.name}')
             for field, _ in find_descriptions(defaults)
         }
-        try:
+        with name_rejections(owner=prefix):
             return type(defaults)(**values | changed)
-        except SettingsError as error:
-            raise SettingsError.of_error(error, prefix) from error
 
     def _check_targets(self) -> None:
         for name in TARGETS.values():
@@ -327,10 +321,8 @@ class ParameterSet:
         if name == 'time.speed':
             check_speed(value)
         if name in ('record.path', 'state.path', 'twin') and value:
-            try:
+            with name_rejections(name):
                 self._read_group('files').confine_path(value)
-            except SettingsError as error:
-                raise SettingsError.of_error(error, place=name) from error
         self._check_choice(name, value)
 
     def _check_choice(self, name: str, value: Any) -> None:
