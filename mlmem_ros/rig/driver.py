@@ -157,7 +157,7 @@ class Rig(Driver):
                     V_N[begin : begin + most], _slice_held_cell(held_cell, begin, most)
                 )
                 parts.append(self._take_samples(len(V_N[begin : begin + most]) // len(self.nodes)))
-        except (DriverError, OSError, EOFError) as error:
+        except (DriverError, OSError) as error:
             self._failure = f'{self._address}: {getattr(error, "strerror", None) or error}'
             self._transport.close()
             raise DriverError(self._failure) from None  # whose text it has
@@ -203,7 +203,7 @@ class Rig(Driver):
         if 0 < self._beats < self._patience / self.heartbeat_period:
             try:
                 self._link.show(1 + self._sent // self._said.samples)
-            except (OSError, EOFError):  # the next call finds out, and tells
+            except (OSError, DriverError):  # the next call finds out, and tells
                 return False
         self._beats += 1
         return True
@@ -270,10 +270,7 @@ class Rig(Driver):
         silent = 0.0
         while not self._received:
             begun = threads.monotonic()
-            try:
-                data = self._transport.receive(self._poke)
-            except EOFError as error:
-                raise DriverError(f'{error}') from error
+            data = self._transport.receive(self._poke)
             self._received.extend(self._link.feed(data))
             silent += min(threads.monotonic() - begun, self._poke)
             if not self._received and silent > self._patience + playing:

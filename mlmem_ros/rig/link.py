@@ -119,7 +119,7 @@ class FrameLink:
 
 class Line:
     """A line to a rig: a TCP connection, or a serial port in raw mode. Calls raise `OSError` if it
-    is broken, and `EOFError` if the other side has closed it.
+    is broken, and `DriverError` if the other side has closed it.
 
     Attributes:
         filler: Completes a frame that an earlier driver left unfinished, or the rig would take all
@@ -156,7 +156,7 @@ class Line:
     def _read_file(self) -> bytes:
         if data := os.read(self._file, 1 << 16):
             return data
-        raise EOFError('the other side has closed the line')
+        raise DriverError('the other side has closed the line')
 
     def close(self) -> None:
         """Close the line; closing again does nothing."""
