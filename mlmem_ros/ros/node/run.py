@@ -140,8 +140,7 @@ def spin_nodes(executor: GuardedExecutor, stop: Sequence[object]) -> None:
 def await_last_clients(
     nodes: Sequence[MemoryNode], executor: GuardedExecutor, stop: Sequence[int]
 ) -> None:
-    """After SIGINT, let nodes work until no client is left, SIGTERM comes, or for their
-    `await_last_clients`.
+    """After SIGINT, let nodes work until no client is left, SIGTERM comes, or for their `linger`.
 
     A terminal and launch stop a robot and its memory together, and the robot may want to write a
     last time.
