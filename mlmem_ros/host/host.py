@@ -77,7 +77,7 @@ class Host:
             write_line: Writes to the log.
             now: Returns the time of recorded messages in nanoseconds.
             name: Of the node, which owns its state file.
-            failed: Called in the loop's thread once the device has failed: `release_failed` is due.
+            failed: Called in the loop's thread if the device fails: `release_failed` is due.
         """
         self.log = ThrottledLog(write_line)
         self.loop: Loop | None = None
