@@ -176,11 +176,12 @@ def kick_word_out(start: int, element: Memory, how: Drive) -> Procedure[Reading]
     for _ in range(design.levels):
         # of what is not known, one wall
         walls = code.walls(content) if content != UNDECODABLE else (0,)
-        for left, level in zip(range(len(walls), 0, -1), walls, strict=True):
+        for number, level in enumerate(walls):
+            resting = len(walls) - number
             # Factors from 0.85 to 1 on the speed to the level below erased all words at 3 % of
             # scatter.
-            speeds = (kick.wall_speeds, kick.kink_speeds)[left % 2]
-            speed = 0.85 * speeds[max(0, level - 1)] if left > 1 else kick.erase_speed
+            speeds = (kick.wall_speeds, kick.kink_speeds)[resting % 2]
+            speed = 0.85 * speeds[max(0, level - 1)] if resting > 1 else kick.erase_speed
             yield from kick_to_other_phase(element, speed, kick.erase_settle)
         reading = yield from element.reader.read_after_move(element)
         if (content := reading.level) == 0:

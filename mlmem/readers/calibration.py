@@ -229,11 +229,12 @@ class Calibration:
 
         If given, the end that names the level must distinguish all levels.
         """
-        steps = np.diff(self.table(first).delays) if first is not None else np.zeros(0)
-        if first is not None and not ((steps > 0).all() or (steps < 0).all()):
-            delays = [round(delay, 2) for delay in self.table(first).delays]
-            expected = 'rising or falling from level to level, to tell levels apart'
-            raise SettingsError(ErrorCode.CONFLICT, 'delays', delays, expected)
+        if first is not None:
+            steps = np.diff(self.table(first).delays)
+            if not ((steps > 0).all() or (steps < 0).all()):
+                delays = [round(delay, 2) for delay in self.table(first).delays]
+                expected = 'rising or falling from level to level, to tell levels apart'
+                raise SettingsError(ErrorCode.CONFLICT, 'delays', delays, expected)
         for end in End:
             if (count := len(self.table(end).delays)) != levels:
                 expected = f'a calibration of {levels} levels, like the design'

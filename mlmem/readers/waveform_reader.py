@@ -180,7 +180,7 @@ class WaveformReader(Reader):
         # slow kicks need less than the factor on the losses, fast ones more
         factors = [element.calibration.loss_factor * 1.04**power for power in range(-9, 6)]
         last = levels - 1 if element.settings.has_one_transducer else levels
-        for level in filter(lambda level: level < last, self.single_walls):
+        for level in [level for level in self.single_walls if level < last]:
             good = []
             # They rise until the wall goes too far: one that runs against what is behind the last
             # level comes back, and what is read then means nothing.
