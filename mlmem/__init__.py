@@ -26,7 +26,16 @@ if TYPE_CHECKING:
     )
     from .element import MemoryElement
     from .element_file import ELEMENT_NAMES, Element, as_designed, load_element
-    from .errors import Checked, DriverError, DriverHangs, ProcedureFailed, Refused, SettingsError
+    from .errors import (
+        Checked,
+        DriverError,
+        DriverHangs,
+        ErrorCode,
+        ProcedureFailed,
+        Refused,
+        Rejected,
+        SettingsError,
+    )
     from .factory import compute_calibration, factory_calibration
     from .instrument.actuator import MAX_PROFILE_POINTS
     from .instrument.blocks import MAX_RUN_TICKS
@@ -79,7 +88,6 @@ if TYPE_CHECKING:
     from .readers.calibration import Calibration, DelayTable, calibration_key
     from .readers.reading import Reading, Unknown
     from .readers.words import count_words
-    from .rejections import ErrorCode, Rejected
     from .settings import Settings
     from .simulation import Trajectory, simulate, wall_at, walls_at
 
@@ -101,7 +109,7 @@ __all__ = [
 ]  # fmt: skip
 
 _MODULES = (
-    'rejections', 'errors', 'procedure_table', 'physics', 'physics.potential', 'instrument.end',
+    'errors', 'procedure_table', 'physics', 'physics.potential', 'instrument.end',
     'instrument.faults', 'instrument.blocks', 'settings', 'readers.reading', 'readers.calibration',
     'readers.words', 'commands', 'instrument.actuator', 'instrument.drivers', 'element_file',
     'factory', 'element', 'loop.timetable', 'loop.mailbox', 'loop.loop', 'simulation',

@@ -12,13 +12,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
-from .errors import Refused
+from .errors import OutcomeCode, Refused
 from .instrument.echo import Echo
 from .instrument.end import Shot
 from .instrument.faults import Faults
 from .procedure_table import JOINT_NAME, Procedures
 from .readers.reading import Reading, Unknown
-from .rejections import OutcomeCode
 
 if TYPE_CHECKING:
     from .instrument.instrument import Phase

@@ -11,7 +11,7 @@ from typing import Any
 from . import commands, factory, procedures
 from .commands import Command, Event, Feedback, Outcome
 from .element_file import Element
-from .errors import ProcedureFailed, Refused, SettingsError
+from .errors import ErrorCode, OutcomeCode, ProcedureFailed, Refused, SettingsError
 from .instrument.base import NO_SHAKES, Shakes
 from .instrument.blocks import MAX_RUN_TICKS
 from .instrument.drivers import Driver, Simulation
@@ -24,7 +24,6 @@ from .procedure_table import PROCEDURES, Abort, Procedures
 from .procedures import Procedure
 from .readers.calibration import Calibration
 from .readers.reading import find_failure_code
-from .rejections import ErrorCode, OutcomeCode
 from .schema import find_descriptions, find_problems
 from .settings import Settings
 

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from .atomic_files import write_atomically
+from .errors import ErrorCode, Rejected
 from .parsing import DecodeError, decode_value, encode_value, find_line, parse_yaml, read_file
 from .physics import Design, DesignError, Specimen
 from .physics.potential import Array
@@ -29,7 +30,6 @@ from .readers.calibration import (
     corrections_by_level,
     hash_schedule,
 )
-from .rejections import ErrorCode, Rejected
 from .schema import describe_field, find_descriptions
 from .settings import Settings
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from .errors import ProcedureFailed, SettingsError
+from .errors import ErrorCode, ProcedureFailed, SettingsError
 from .instrument.blocks import run, wait
 from .instrument.drivers import Simulation
 from .instrument.echo import Echo
@@ -24,7 +24,6 @@ from .procedures.writing import erase, write
 from .readers.calibration import Calibration, DelayTable
 from .readers.listening import probe_ends
 from .readers.reading import BLANK
-from .rejections import ErrorCode
 from .settings import ElementSettings, Settings
 
 if TYPE_CHECKING:

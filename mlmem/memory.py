@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .commands import EchoReceived, Event, Outcome
-from .errors import SettingsError
+from .errors import ErrorCode, SettingsError
 from .instrument.actuator import TransmissionState
 from .instrument.drivers import Driver
 from .instrument.echo import Echo
@@ -33,7 +33,6 @@ from .readers.calibration import Calibration, PulseCorrection, make_corrections
 from .readers.decoding import make_undecodable
 from .readers.reader import choose_reader
 from .readers.reading import BLANK, UNDECODABLE, Reading, Unknown
-from .rejections import ErrorCode
 from .schema import describe_field
 from .settings import Settings
 

@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import SettingsError
+from .errors import ErrorCode, SettingsError
 from .physics import Design, Material, Scatter, Specimen, as_design, draw_specimen
 from .progress import track_progress
-from .rejections import ErrorCode
 
 Measurement = Callable[[Specimen], 'float | Mapping[str, Any]']
 """What is measured of an element: a number, or several by name."""

@@ -26,7 +26,7 @@ from typing import Any, NoReturn, TypeVar
 import numpy as np
 
 from . import atomic_files
-from .rejections import ErrorCode, Rejected
+from .errors import ErrorCode, Rejected
 from .schema import Description, describe_expected, is_valid_value, make_printable
 
 ANY_VALUE = Description('')

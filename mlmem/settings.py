@@ -13,12 +13,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from .errors import Checked, SettingsError
+from .errors import Checked, ErrorCode, SettingsError
 from .instrument.end import End
 from .moves.clearing_pulse import ClearingPulseSettings
 from .moves.kick import KickSettings
 from .moves.strain_cycle import EraseSettings, WriteSettings
-from .rejections import ErrorCode
 from .schema import Problem, describe_field, describe_time, make_field_factory
 
 _rate = make_field_factory('1/time', 0.0, 1.0)

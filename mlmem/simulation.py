@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .errors import SettingsError
+from .errors import ErrorCode, SettingsError
 from .physics import (
     SUBSTEPS_PER_STEP,
     Chain,
@@ -45,7 +45,6 @@ from .physics.equilibrium import (
 )
 from .physics.potential import Array
 from .progress import track_progress
-from .rejections import ErrorCode
 
 TimeFunction = Callable[[Any], ArrayLike]
 """A quantity over time, given a time or an array of times."""

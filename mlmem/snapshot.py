@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from .element import MemoryElement
-from .errors import Refused
+from .errors import ErrorCode, Refused
 from .instrument.actuator import ActuatorState, TransmissionState
 from .instrument.base import BaseState
 from .instrument.drivers import ChainState
@@ -27,7 +27,6 @@ from .parsing import decode_value, encode_value
 from .physics import Design, StateError
 from .readers.calibration import Calibration, calibration_key
 from .readers.reading import UNDECODABLE, Reading, Unknown
-from .rejections import ErrorCode
 from .schema import Problem, describe_field
 
 _tick = partial(describe_field, low=0, high=2**62)

@@ -65,7 +65,7 @@ LAYERS = (
 )  # fmt: skip
 """Packages, from the bottom to the top."""
 
-BASE_MODULES = ('schema', 'rejections', 'rng', 'atomic_files', 'parsing', 'threads')
+BASE_MODULES = ('schema', 'errors', 'rng', 'atomic_files', 'parsing', 'threads')
 """Modules of mlmem that any package may use, physics too."""
 
 PARTS = ('mlmem.instrument', 'mlmem.readers', 'mlmem.moves', 'mlmem.procedures')

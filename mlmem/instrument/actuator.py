@@ -20,11 +20,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import Refused
+from ..errors import ErrorCode, Refused
 from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..procedure_table import JOINT_NAME
-from ..rejections import ErrorCode
 from ..rng import RandomStream, draw_event
 from ..schema import describe_field, is_number
 from ..settings import ActuatorSettings

@@ -19,7 +19,7 @@ from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from .. import threads
-from ..errors import DriverError, DriverHangs, SettingsError
+from ..errors import DriverError, DriverHangs, ErrorCode, SettingsError
 from ..physics import (
     Chain,
     Design,
@@ -35,7 +35,6 @@ from ..physics.energy import end_force
 from ..physics.equilibrium import make_blank
 from ..physics.pefrl import NODES
 from ..physics.potential import Array
-from ..rejections import ErrorCode
 from ..schema import describe_field, make_printable, short_repr
 from ..settings import Settings, TimeSettings
 

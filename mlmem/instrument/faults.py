@@ -16,11 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import Checked, SettingsError
+from ..errors import Checked, ErrorCode, SettingsError
 from ..physics import HeldCell, Scatter, Specimen, draw_specimen
 from ..physics.formulas import exponential
 from ..physics.potential import Array
-from ..rejections import ErrorCode
 from ..rng import RandomStream, draw_event, draw_normal
 from ..schema import (
     Description,

@@ -13,11 +13,10 @@ from typing import Literal
 
 import numpy as np
 
-from ..errors import Astray, DriverError, Refused, SettingsError
+from ..errors import Astray, DriverError, ErrorCode, Refused, SettingsError
 from ..physics import Chain, Design, DesignError, Specimen, StateError, substep_times
 from ..physics.jit import compile_kernel
 from ..physics.potential import Array
-from ..rejections import ErrorCode
 from ..settings import Settings
 from .actuator import Actuator, Transmission
 from .base import NO_SHAKES, Base, BaseState, Shakes

@@ -17,10 +17,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import Checked, SettingsError
+from ..errors import Checked, ErrorCode, SettingsError
 from ..physics.jit import compile_kernel
 from ..physics.potential import Array
-from ..rejections import ErrorCode
 from ..schema import describe_field, describe_time
 
 

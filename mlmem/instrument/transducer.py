@@ -13,12 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import SettingsError
+from ..errors import ErrorCode, SettingsError
 from ..physics import Design, HeldCell, substep_times
 from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..physics.waves import pass_band
-from ..rejections import ErrorCode
 from ..schema import describe_field
 from ..settings import ProbeSettings, Settings
 from .drivers import Driver

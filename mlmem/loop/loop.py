@@ -15,9 +15,8 @@ from typing import NamedTuple, TypeVar
 from .. import threads
 from ..commands import Command, Disturb, Event
 from ..element import MemoryElement
-from ..errors import Refused
+from ..errors import ErrorCode, Refused
 from ..procedure_table import Abort
-from ..rejections import ErrorCode
 from .mailbox import Asked, Cancel, Mailbox, OpenRequests, Request, Resolve, Stamped
 from .timetable import LoopStatistics, Pacer, SteadyPacer, Timetable, check_speed
 

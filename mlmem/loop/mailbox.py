@@ -19,9 +19,8 @@ from typing import Any, Generic, TypeVar
 from .. import threads
 from ..commands import Command, Disturb, Outcome
 from ..element import MemoryElement, ProcedureRun
-from ..errors import Refused
+from ..errors import ErrorCode, Refused
 from ..procedure_table import Abort, Procedures
-from ..rejections import ErrorCode
 
 T = TypeVar('T')
 

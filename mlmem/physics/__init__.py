@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The material: arrays in, arrays out. No device, no ROS, no files, no clock."""
 
+from ..errors import DesignError, StateError
 from .chain import Chain, find_cache_folder, is_kernel_cached
 from .design import CASE_I, CASE_II, Design, as_design
 from .jit import ARITHMETIC_VERSION
@@ -9,7 +10,6 @@ from .pefrl import SUBSTEPS_PER_STEP
 from .potential import Potential
 from .specimen import Material, Scatter, Specimen, as_specimen, draw_specimen
 from .stepping import HeldCell, default_step, stable_step, substep_times
-from .values import DesignError, StateError
 from .wall import Wall, find_level, find_walls, wall_energy
 
 __all__ = [

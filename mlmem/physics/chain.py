@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from ..rejections import ErrorCode
+from ..errors import DesignError, ErrorCode, StateError
 from .cells import (
     MAX_REST_SPEED,
     Cells,
@@ -32,9 +32,10 @@ from .stepping import (
     copy_contiguous,
     default_step,
     farthest_reach,
+    require_finite,
     stable_step,
 )
-from .values import Array, DesignError, StateError, require_finite
+from .values import Array
 
 
 class Chain:

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..rejections import ErrorCode
+from ..errors import DesignError, ErrorCode
 from ..schema import describe_field, find_problems
 from .formulas import SplineConstants
-from .values import Array, DesignError
+from .values import Array
 
 MIN_FORCES, MAX_FORCES = 8, 4096
 """Numbers of forces of a curve."""

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..rejections import ErrorCode
+from ..errors import DesignError, ErrorCode
 from ..schema import Problem, describe_field, find_problems, make_field_factory
 from .curve import Curve
 from .potential import Potential
-from .values import Array, DesignError
+from .values import Array
 
 if TYPE_CHECKING:
     from .specimen import Material

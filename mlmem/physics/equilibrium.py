@@ -14,11 +14,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..rejections import ErrorCode
+from ..errors import ErrorCode, StateError
 from .design import Design, as_design
 from .jit import compile_kernel
 from .specimen import Material, Specimen, as_specimen
-from .values import Array, StateError
+from .values import Array
 from .wall import find_walls
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..rejections import ErrorCode
+from ..errors import ErrorCode, StateError
 from .design import Design, as_design
 from .equilibrium import (
     compute_energies,
@@ -26,7 +26,7 @@ from .equilibrium import (
     wall_profile,
 )
 from .specimen import Material, as_specimen
-from .values import Array, StateError
+from .values import Array
 
 
 def make_uniform(material: Material) -> Design:

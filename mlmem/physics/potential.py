@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..rejections import ErrorCode
+from ..errors import DesignError as DesignError
+from ..errors import ErrorCode
+from ..errors import StateError as StateError
 from .curve import Curve
 from .values import Array as Array
-from .values import DesignError as DesignError
-from .values import StateError as StateError
 
 
 @dataclass(frozen=True)

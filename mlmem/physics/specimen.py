@@ -11,11 +11,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import DesignError
 from ..rng import RandomStream, make_generator
 from .curve import Curve
 from .design import EXPECTED_MATERIAL, Design, as_design, strain_shape
 from .potential import Potential
-from .values import Array, DesignError
+from .values import Array
 from .wall import barrier_height
 
 ARRAY_FIELDS = ('alpha_factor', 'k_r_factor', 's_factor', 'mass', 'offset', 'depth')

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from ..errors import StateError
 from .pefrl import MAX_ACCURATE_PHASE, MAX_ACCURATE_STEP, NODES, SUBSTEPS_PER_STEP, limit_step
 from .specimen import Material, Specimen, as_specimen
-from .values import Array, StateError, require_finite
+from .values import Array
 
 STABILITY_MARGIN = 0.95
 """Largest fraction of the stability limit to use."""
@@ -116,6 +117,14 @@ NO_HELD_CELL = HeldCell(1, np.empty((2, 0)))
 def copy_contiguous(array: Array) -> Array:
     """Return a contiguous, writeable copy: the one kind the kernels are compiled for."""
     return np.array(array, dtype=np.float64, order='C')
+
+
+def require_finite(field: str, values: ArrayLike, shape: tuple[int, ...]) -> None:
+    """Raise `StateError` unless these are finite numbers of a shape; () stands for one number."""
+    if np.shape(values) != shape:
+        raise StateError.out_of_range(field, np.shape(values), f'of shape {shape}')
+    if not np.isfinite(values).all():
+        raise StateError.out_of_range(field, 'NaN or infinity', 'finite')
 
 
 class Inputs(NamedTuple):

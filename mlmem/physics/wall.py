@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..errors import DesignError
 from .curve import Curve
 from .design import Design, as_design
 from .potential import Potential
-from .values import Array, DesignError
+from .values import Array
 
 if TYPE_CHECKING:
     from .specimen import Material

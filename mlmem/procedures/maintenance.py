@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..commands import Check, Outcome
-from ..errors import ProcedureFailed, Refused
+from ..errors import OutcomeCode, ProcedureFailed, Refused
 from ..instrument.blocks import Procedure, catch_up, ramp_strain, wait
 from ..instrument.echo import detection_threshold
 from ..instrument.end import End
@@ -27,7 +27,6 @@ from ..readers.decoding import MAX_THRESHOLD_FACTOR
 from ..readers.listening import noise_floor, wait_for_decay
 from ..readers.reader import Writer
 from ..readers.reading import BLANK, UNDECODABLE, Reading, find_failure_code
-from ..rejections import OutcomeCode
 from . import writing
 
 

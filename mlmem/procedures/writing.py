@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..commands import Outcome
-from ..errors import NotFollowed, ProcedureFailed, Refused
+from ..errors import ErrorCode, NotFollowed, ProcedureFailed, Refused
 from ..instrument.blocks import Procedure, catch_up, ramp_strain
 from ..memory import Memory
 from ..moves.kick import kick_duration, kick_to_other_phase, remove_missed_kicks
@@ -19,7 +19,6 @@ from ..moves.strain_cycle import return_to_zero
 from ..readers.calibration import PulseCorrection
 from ..readers.listening import expected_wait, try_wait_for_decay
 from ..readers.reading import BLANK, UNDECODABLE, Reading, correct_speed, describe_level
-from ..rejections import ErrorCode
 
 
 def write(element: Memory, level: int) -> Procedure[Outcome]:

@@ -19,12 +19,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..errors import SettingsError
+from ..errors import ErrorCode, SettingsError
 from ..instrument.echo import pulse_duration
 from ..instrument.end import End, Shot
 from ..physics import Design, Specimen
 from ..physics.waves import group_velocity, pass_band
-from ..rejections import ErrorCode
 from ..settings import Settings
 from .decoding import make_undecodable
 from .reading import BLANK, UNDECODABLE, Reading

@@ -16,12 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import Checked, SettingsError
+from ..errors import Checked, ErrorCode, SettingsError
 from ..instrument.echo import Crossings, Shape, earliest_delay
 from ..instrument.end import End
 from ..physics import Design
 from ..physics.potential import Array
-from ..rejections import ErrorCode
 from ..schema import describe_field
 
 if TYPE_CHECKING:

@@ -20,13 +20,12 @@ from functools import partial
 
 import numpy as np
 
-from ..errors import SettingsError
+from ..errors import ErrorCode, SettingsError
 from ..instrument.end import End, Shot
 from ..physics import Design, Specimen, StateError
 from ..physics.held_wall import hold_walls
 from ..physics.potential import Array
 from ..physics.waves import group_velocity, pass_band
-from ..rejections import ErrorCode
 from ..settings import Settings
 from .calibration import Calibration, DelayTable
 from .reading import UNDECODABLE, Unclear

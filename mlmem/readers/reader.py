@@ -15,10 +15,9 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..commands import Outcome
-from ..errors import ProcedureFailed, SettingsError
+from ..errors import ErrorCode, ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
 from ..physics import Design, Specimen, as_specimen
-from ..rejections import ErrorCode
 from ..settings import Settings
 from .listening import swinging_time, wait_until_pinned
 from .reading import UNDECODABLE, Reading

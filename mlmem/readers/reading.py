@@ -9,12 +9,12 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field
 from typing import TYPE_CHECKING
 
+from ..errors import OutcomeCode
 from ..instrument.echo import Shape
 from ..instrument.end import End
 from ..procedure_table import BLANK as BLANK
 from ..procedure_table import UNDECODABLE as UNDECODABLE
 from ..procedure_table import describe_level as describe_level
-from ..rejections import OutcomeCode
 from ..schema import describe_field
 
 if TYPE_CHECKING:

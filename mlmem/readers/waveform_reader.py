@@ -20,12 +20,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..commands import Outcome
-from ..errors import Astray, ProcedureFailed, SettingsError
+from ..errors import Astray, ErrorCode, ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure, catch_up
 from ..instrument.echo import EchoDetector
 from ..physics import Specimen
 from ..physics.potential import Array
-from ..rejections import ErrorCode
 from ..settings import Settings
 from .calibration import PulseCorrection, Records
 from .decoding import make_undecodable

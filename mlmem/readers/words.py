@@ -10,9 +10,8 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..errors import SettingsError
+from ..errors import ErrorCode, SettingsError
 from ..physics import Design
-from ..rejections import ErrorCode
 
 if TYPE_CHECKING:
     from ..settings import Settings

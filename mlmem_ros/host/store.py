@@ -28,9 +28,9 @@ from mlmem import (
     snapshot,
     threads,
 )
+from mlmem.errors import OutcomeCode
 from mlmem.parsing import DecodeError, decode_value, parse_json
 from mlmem.procedure_table import PROCEDURES
-from mlmem.rejections import OutcomeCode
 
 from .settings import FileSettings, StateSettings
 from .worker import ThrottledLog, Worker

@@ -25,11 +25,11 @@ from mlmem import (
     load_element,
 )
 from mlmem.element import MemoryElement
+from mlmem.errors import ErrorCode, Rejected
 from mlmem.law_file import LawFileError, read_law_file
 from mlmem.loop.timetable import check_speed
 from mlmem.parsing import DecodeError, decode_value, parse_json, parse_yaml, read_file
 from mlmem.physics import CASE_II, Specimen, StateError
-from mlmem.rejections import ErrorCode, Rejected
 from mlmem.schema import (
     describe_field,
     find_descriptions,

@@ -10,9 +10,9 @@ import pytest
 from rejection import expect_rejection
 
 from mlmem import DesignError, MemoryElement, Potential, SettingsError, load_element
+from mlmem.errors import Rejected
 from mlmem.physics import CASE_II, Scatter, Specimen, StateError, draw_specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall
-from mlmem.rejections import Rejected
 from mlmem.simulation import simulate, wall_at, walls_at
 
 

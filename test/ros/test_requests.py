@@ -13,8 +13,8 @@ from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from mlmem import Abort, Erase, FollowTrajectory, Kick, Read, Refused, Write
+from mlmem.errors import ErrorCode
 from mlmem.physics import CASE_II
-from mlmem.rejections import ErrorCode
 from mlmem.settings import ScaleSettings, Settings
 from mlmem_ros.contract.requests import Record, build_request, parse_request
 
