@@ -64,7 +64,8 @@ def test_wall_pinned_behind_the_last_level_is_not_read_as_it(seed):
     (wall,) = find_walls(design, element.chain.configuration)
     assert wall.position > design.defect_site(design.levels - 1) + 0.5 * design.J
     assert not outcome.success
-    assert element.perform(Read()).reading.content == UNDECODABLE
+    reading = element.perform(Read()).reading
+    assert (reading.content, reading.walls) == (UNDECODABLE, 1)
 
 
 @pytest.mark.parametrize('name', ROBUST_NAMES)
