@@ -17,7 +17,6 @@ from mlmem import (
     Faults,
     Kick,
     MemoryElement,
-    ProcedureFailed,
     Read,
     Refused,
     SelfTest,
@@ -353,10 +352,3 @@ def test_method_decides_how_content_is_reached(name, method, changes, start, tar
     design, settings = load_element(name).design_and_settings
     settings = rig.change(settings, write={'method': method}, **changes)
     assert find_names(design, settings, start, target) == names
-
-
-def test_level_of_strain_alone_needs_an_actuator():
-    without = element('case_2', kick=CASE_2_SPEEDS, actuator={'present': False})
-    assert find_names(without.design, without.settings, BLANK, 3) == ['kick']
-    with pytest.raises(ProcedureFailed, match='level 2 is reached only by strain'):
-        find_route(without.design, without.settings, BLANK, 2)

@@ -207,20 +207,6 @@ def test_damaged_snapshot_is_rejected_and_changes_nothing(written):
     assert element.actuator.is_moving
 
 
-def test_calibration_for_other_pulses_is_not_restored(written):
-    """A state file outlives a change of the probe, but then its delays are meaningless."""
-    values = rig.save_state(written(3))
-    changed = rig.device(probe_right={'v_th': 8e-4})
-    own = changed.calibration
-    values['calibration']['left']['delays'][0] += 1.0
-    snapshot.restore_snapshot(changed, values)
-    assert changed.calibration is own
-    assert rig.true_level(changed) == 3
-    same = rig.device()
-    snapshot.restore_snapshot(same, values)
-    assert same.calibration != own
-
-
 def with_number(values, path, number):
     """Return a snapshot in an array of which a number is replaced."""
     values = copy.deepcopy(values)
