@@ -49,16 +49,6 @@ def kept(file):
     return {'state': StateSettings(path=str(file), interval=0.0)}
 
 
-@pytest.fixture
-def hung(monkeypatch):
-    """Let waits for the disk end after a moment; set the event to let the disk go on."""
-    monkeypatch.setattr(worker_module, 'WORK_TIMEOUT_S', 0.2)
-    monkeypatch.setattr(worker_module.Worker.wait, '__defaults__', (0.2,))
-    event = threading.Event()
-    yield event
-    event.set()
-
-
 # --- what is acknowledged is safe -------------------------------------------------------------
 
 
@@ -91,11 +81,12 @@ def test_write_that_cannot_be_saved_fails(serve, kept, monkeypatch):
     assert host.submit(Read()).answer.result(TIMEOUT_S).success  # a read saves nothing
 
 
-def test_hanging_disk_delays_no_answer_and_is_a_loss_at_the_end(
-    serve, kept, monkeypatch, hung, log
-):
+def test_hanging_disk_delays_no_answer_and_is_a_loss_at_the_end(serve, kept, monkeypatch, log):
+    monkeypatch.setattr(worker_module, 'WORK_TIMEOUT_S', 0.2)
+    monkeypatch.setattr(worker_module.Worker.wait, '__defaults__', (0.2,))
+    disk = threading.Event()
     host = serve(**kept).activate()
-    monkeypatch.setattr(store, 'save_snapshot', lambda *_: hung.wait())
+    monkeypatch.setattr(store, 'save_snapshot', lambda *_: disk.wait())
     answer = host.submit(Write(0)).answer
     while not answer.done():
         host.on_timer()  # as its node calls it
@@ -105,6 +96,7 @@ def test_hanging_disk_delays_no_answer_and_is_a_loss_at_the_end(
     host.close()
     assert host.lost
     assert any('the disk does not answer' in text for text in log.of('ERROR'))
+    disk.set()
 
 
 def test_later_save_clears_an_earlier_failure(serve, file, kept, monkeypatch):
