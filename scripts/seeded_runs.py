@@ -6,6 +6,7 @@ Usage: .venv/bin/python scripts/seeded_runs.py SEED, or with --count N [--first 
 """
 
 import argparse
+import signal
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -14,7 +15,22 @@ from rich.progress import track
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'test'))
 
-from seeded_runs.world import describe_run, run_seed_with_timeout
+from seeded_runs.world import describe_run, run_seed
+
+RUN_TIMEOUT_S = 120
+"""Seconds after which a run that takes the computer's time, not its own, is given up."""
+
+
+def run_seed_with_timeout(seed: int) -> list[str]:
+    """Return what is wrong in a run; it is given up if it does not end."""
+    signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.alarm(RUN_TIMEOUT_S)
+    try:
+        return run_seed(seed)
+    except KeyboardInterrupt:
+        return [f'it does not come back within {RUN_TIMEOUT_S} s of the computer']
+    finally:
+        signal.alarm(0)
 
 
 def do_many_runs(first: int, count: int) -> int:

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A run: a script, carried out by a host on a disk, under a scheduler, watched by invariants."""
 
-import signal
 from contextlib import contextmanager
 from pathlib import Path
 from pprint import pformat
@@ -30,9 +29,6 @@ from .scheduler import Deadlock, Endless, Scheduler
 from .script import SESSION_PATH, STATE_PATH, Step, make_script
 
 DISK_ROOT = Path('/disk')
-
-RUN_TIMEOUT_S = 120
-"""Seconds after which a run that takes the computer's time, not its own, is given up."""
 
 
 @contextmanager
@@ -174,29 +170,9 @@ class SeededRun:
 # --- runs by their numbers ---------------------------------------------------------------
 
 
-class Stuck(BaseException):
-    """A run does not end."""
-
-
 def run_seed(seed):
     """Return what is wrong in the run with this number."""
     return SeededRun(make_script(seed)).run()
-
-
-def run_seed_with_timeout(seed):
-    """Return the same; the run is given up if it does not end."""
-    signal.signal(signal.SIGALRM, _raise_stuck)
-    signal.alarm(RUN_TIMEOUT_S)
-    try:
-        return run_seed(seed)
-    except Stuck:
-        return [f'it does not come back within {RUN_TIMEOUT_S} s of the computer']
-    finally:
-        signal.alarm(0)
-
-
-def _raise_stuck(*_):
-    raise Stuck
 
 
 def describe_run(seed):
