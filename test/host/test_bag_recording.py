@@ -82,31 +82,26 @@ def test_idle_recording_is_synced(make):
     assert recorder.state == 'recording'
 
 
-def test_overflow_is_counted_and_recorded(make, monkeypatch):
-    monkeypatch.setattr(BagRecording, 'max_messages', 10)
+@pytest.mark.parametrize(
+    ('limit', 'most', 'fitting'), [('max_messages', 10, 10), ('max_bytes', 100, 16)]
+)
+def test_overflow_is_counted_and_recorded(make, monkeypatch, limit, most, fitting):
+    """Each message has 6 bytes."""
+    monkeypatch.setattr(BagRecording, limit, most)
     recorder = make()
     released = hold(recorder, monkeypatch)
-    taken = [recorder.keep_message(('/level', level(i), i)) for i in range(1, 16)]
-    assert taken == [True] * 10 + [False] * 5
-    assert recorder.dropped == 5
-    assert recorder.queued == 10
+    taken = [recorder.keep_message(('/level', level(i), i)) for i in range(1, fitting + 6)]
+    assert taken == [True] * fitting + [False] * 5
+    assert (recorder.dropped, recorder.queued) == (5, fitting)
     released.set()
     recorder.close()
     assert recorder.dropped == 5
     reader = BagReader(recorder.path)
-    assert [m.cdr for m in reader.session_messages(['/level'])] == [level(i) for i in range(11)]
+    found = [m.cdr for m in reader.session_messages(['/level'])]
+    assert found == [level(i) for i in range(fitting + 1)]
     (count,) = reader.session_messages([TOPIC])
     assert reader.deserialize(count).data == 5
-    assert count.log_time == 15  # that of the last message that is missing
-
-
-def test_queue_is_bounded_in_bytes_too(make, monkeypatch):
-    monkeypatch.setattr(BagRecording, 'max_bytes', 100)
-    recorder = make()
-    released = hold(recorder, monkeypatch)
-    # 6 bytes each: sixteen fit into 100.
-    assert sum(recorder.keep_message(('/level', level(i), i)) for i in range(1, 31)) == 16
-    released.set()
+    assert count.log_time == fitting + 5  # that of the last message that is missing
 
 
 @pytest.mark.parametrize(
