@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The installed package under the `ros2` command line, as on a robot.
 
-All but what `setup.py` installs is skipped where there is no such command (the wheels have none) or
-the package is not installed beside it: build it with colcon and source its set-up first.
+All but the last test is skipped where there is no such command (the wheels have none) or the
+package is not installed beside it: build it with colcon and source its set-up first.
 """
 
 import contextlib
