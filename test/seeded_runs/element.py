@@ -4,7 +4,6 @@
 40 ticks; else shipped elements of up to 32 levels.
 """
 
-import math
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
@@ -57,19 +56,11 @@ def _load_shipped_kind(name):
     return ElementKind(design, replace(settings, scale=scale))
 
 
-QUICK_KIND = _make_quick_kind()
-
-ELEMENT_KINDS = {2: QUICK_KIND} | {
-    _load_shipped_kind(name).design.levels: _load_shipped_kind(name)
-    for name in ('bits_2', 'case_2', 'bits_4')
+ELEMENT_KINDS = {
+    kind.design.levels: kind
+    for kind in (_make_quick_kind(), *map(_load_shipped_kind, ('bits_2', 'case_2', 'bits_4')))
 }
 """The elements, by the number of their levels."""
-
-
-def is_finite(element):
-    """Return whether the state of the material is finite."""
-    chain = element.chain
-    return math.isfinite(float(chain.state().sum())) and math.isfinite(chain.V_N)
 
 
 @cache

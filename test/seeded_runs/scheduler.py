@@ -137,11 +137,6 @@ class Scheduler:
             self._choose_task().greenlet.switch()
             self.current = None
 
-    def settle(self, seconds):
-        """Run the tasks until none can, at most for a given time."""
-        end = self.spawn(lambda: self.sleep(seconds), 'end', outside=True)
-        self.run(end)
-
     def kill(self):
         """Kill all tasks of the process, wherever they stand, and forget what they held."""
         if self.current is None:

@@ -97,7 +97,7 @@ def write_until_crash(seed, crash_at):
         atomic_files.write_atomically(FILE, 'old')
         scheduler.crash_at = crash_at
         scheduler.spawn(lambda: atomic_files.write_atomically(FILE, LONGER), 'work')
-        scheduler.settle(3600.0)
+        scheduler.run(scheduler.spawn(lambda: scheduler.sleep(3600.0), 'end', outside=True))
         assert not scheduler.failures
         disk.cut_power()
         return atomic_files.read_text(FILE)
