@@ -193,7 +193,7 @@ def _check_crc(stream: BinaryIO, record: records.McapRecord, offset: int) -> Non
     if isinstance(record, records.DataEnd):
         begin, end, crc = 0, offset, record.data_section_crc
     elif isinstance(record, records.Footer):
-        begin = record.summary_start or offset
+        begin = min(record.summary_start or offset, offset)  # damaged, it may lie anywhere
         # the CRC covers opcode and length of the footer and its first 16 bytes
         end, crc = offset + 9 + 16, record.summary_crc
     else:

@@ -123,6 +123,10 @@ def cut_summary(content, block):
     del content[-20:]
 
 
+def move_summary(content, block):
+    content[-22] ^= 0x80  # to where no file has anything
+
+
 @pytest.mark.parametrize(
     ('damage', 'number', 'kept', 'reason'),
     [
@@ -130,6 +134,7 @@ def cut_summary(content, block):
         (damage_chunk, 0, [1, 2, 3, 4], 'the record is damaged'),  # definitions are in the summary
         (damage_length, 1, [0], 'truncated or damaged'),
         (cut_summary, 4, [0, 1, 2, 3, 4], 'all messages precede it'),
+        (move_summary, 4, [0, 1, 2, 3, 4], 'by its CRC; all messages precede it'),
     ],
 )
 def test_damage_costs_only_what_is_damaged(whole, damage, number, kept, reason):
@@ -142,7 +147,7 @@ def test_damage_costs_only_what_is_damaged(whole, damage, number, kept, reason):
     assert [channel.topic for channel in part.channels.values()] == ['/n']
     (loss,) = part.losses
     assert reason in loss.reason
-    if damage is not cut_summary:
+    if damage in (damage_chunk, damage_length):
         end = block.end if damage is damage_chunk else len(content)
         assert (loss.offset, loss.offset + loss.size) == (block.offset, end)
 
