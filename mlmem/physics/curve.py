@@ -21,9 +21,6 @@ from ..schema import describe_field, find_problems
 from .formulas import SplineConstants
 from .values import Array
 
-MIN_FORCES, MAX_FORCES = 8, 4096
-"""Numbers of forces of a curve."""
-
 
 @dataclass(frozen=True)
 class Curve:
@@ -51,9 +48,8 @@ class Curve:
             raise DesignError.out_of_range(*problem)
         if self.high <= self.low:
             raise DesignError.out_of_range('high', self.high, f'above low = {self.low:g}')
-        if not MIN_FORCES <= (count := len(self.force)) <= MAX_FORCES:
-            expected = f'{MIN_FORCES} to {MAX_FORCES} numbers'
-            raise DesignError.out_of_range('force', count, expected)
+        if not 8 <= (count := len(self.force)) <= 4096:
+            raise DesignError.out_of_range('force', count, '8 to 4096 numbers')
         if not np.isfinite(np.array(self.force, dtype=np.float64)).all():
             raise DesignError.out_of_range('force', self.force, 'finite numbers')
 

@@ -19,9 +19,6 @@ from .potential import Potential
 from .values import Array
 from .wall import barrier_height
 
-ARRAY_FIELDS = ('alpha_factor', 'k_r_factor', 's_factor', 'mass', 'offset', 'depth')
-"""The fields of a specimen that have a value for every cell or spring."""
-
 MAX_OFFSET = 0.5
 """Largest accepted shift of a cell's ground states, in lattice constants."""
 
@@ -72,7 +69,11 @@ class Specimen:
         if not isinstance(self.design, Design):
             raise DesignError.out_of_range('design', self.design, 'a Design')
         n = self.design.N
-        for name, size in zip(ARRAY_FIELDS, (n, n - 1, n - 1, n, n, n), strict=True):
+        sizes = {
+            'alpha_factor': n, 'k_r_factor': n - 1, 's_factor': n - 1, 'mass': n, 'offset': n,
+            'depth': n,
+        }  # fmt: skip
+        for name, size in sizes.items():
             given = np.array(getattr(self, name), dtype=np.float64)  # a private copy
             if given.shape not in ((), (size,)):
                 raise DesignError.out_of_range(name, given.shape, f'of shape ({size},)')
