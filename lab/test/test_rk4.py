@@ -9,14 +9,7 @@ import pytest
 
 from mlmem import Settings
 from mlmem.instrument.end import Pulse
-from mlmem.physics import (
-    CASE_II,
-    Chain,
-    HeldCell,
-    Scatter,
-    Specimen,
-    draw_specimen,
-)
+from mlmem.physics import CASE_II, Chain, HeldCell, Scatter, Specimen, draw_specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.stepping import substep_times
 from mlmem_lab.rk4 import Rk4Element

@@ -31,15 +31,7 @@ from mlmem.procedure_table import JOINT_NAME
 from mlmem.schema import short_repr
 
 from .answers import format_values, outcome_to_dict
-from .topics import (
-    ERROR,
-    OK,
-    WARN,
-    Qos,
-    Status,
-    Topic,
-    parse_status,
-)
+from .topics import ERROR, OK, WARN, Qos, Status, Topic, parse_status
 
 SHOT_HEAD_SIZE = 9
 """Numbers that describe a shot, before its samples."""

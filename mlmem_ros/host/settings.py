@@ -28,12 +28,7 @@ from mlmem import (
 )
 from mlmem.element_file import ELEMENT_NAMES
 from mlmem.procedure_table import UNSET_CONTENT
-from mlmem.schema import (
-    Description,
-    describe_field,
-    find_descriptions,
-    make_field_factory,
-)
+from mlmem.schema import Description, describe_field, find_descriptions, make_field_factory
 
 from ..contract.topics import Topic
 

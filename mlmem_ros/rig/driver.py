@@ -30,14 +30,7 @@ from mlmem import (
 )
 from mlmem.schema import make_printable
 
-from .frames import (
-    PROTOCOL_VERSION,
-    Frame,
-    FrameKind,
-    Hello,
-    decode_samples,
-    encode_set_points,
-)
+from .frames import PROTOCOL_VERSION, Frame, FrameKind, Hello, decode_samples, encode_set_points
 from .link import FrameLink, Line, open_line, read_option
 
 

@@ -13,14 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from mlmem.procedure_table import PROCEDURES, Procedure, describe_content
 
-from .command import (
-    JSON_OPTION,
-    NODE_OPTION,
-    Command,
-    Option,
-    declare_command,
-    declare_option,
-)
+from .command import JSON_OPTION, NODE_OPTION, Command, Option, declare_command, declare_option
 from .output import print_failure, print_json
 
 if TYPE_CHECKING:

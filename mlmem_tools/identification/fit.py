@@ -19,14 +19,7 @@ from mlmem.physics import Design
 from mlmem.physics.potential import Array
 
 from .descent import Schedule, Stage, minimise_misfit
-from .fitted import (
-    ADDED_TERMS,
-    Fit,
-    compute_posterior,
-    rescale_scatter,
-    widen_unknowns,
-    with_term,
-)
+from .fitted import ADDED_TERMS, Fit, compute_posterior, rescale_scatter, widen_unknowns, with_term
 from .forward import find_equilibria
 from .misfit import MAX_MISFIT_PER_DATUM, PRIOR_DEVIATIONS, WHOLE_WINDOW, Misfit, Slopes
 from .trusted import held_out, list_doubts, needs_term

@@ -18,14 +18,7 @@ import numpy as np
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import BoundaryMotion
 from mlmem.moves.kick import KickMotion, KickSettings
-from mlmem.physics import (
-    Chain,
-    HeldCell,
-    Specimen,
-    StateError,
-    find_level,
-    substep_times,
-)
+from mlmem.physics import Chain, HeldCell, Specimen, StateError, find_level, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.physics.wall import arrival_tolerance
 from mlmem.readers.reading import BLANK, UNDECODABLE

@@ -13,15 +13,7 @@ import numpy as np
 import pytest
 
 from mlmem.instrument.end import End
-from mlmem.physics import (
-    CASE_II,
-    Chain,
-    HeldCell,
-    Scatter,
-    Specimen,
-    draw_specimen,
-    substep_times,
-)
+from mlmem.physics import CASE_II, Chain, HeldCell, Scatter, Specimen, draw_specimen, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.held_wall import hold_walls
 from mlmem.physics.pefrl import squared_frequency

@@ -12,13 +12,7 @@ from hypothesis import strategies as st
 from rejection import expect_rejection
 from scipy.interpolate import CubicHermiteSpline
 
-from mlmem import (
-    FollowTrajectory,
-    Refused,
-    SetStrain,
-    Settings,
-    Write,
-)
+from mlmem import FollowTrajectory, Refused, SetStrain, Settings, Write
 from mlmem.instrument.actuator import MAX_PROFILE_POINTS, Actuator, plan_profile
 from mlmem.instrument.blocks import follow_ramps, run
 from mlmem.instrument.instrument import Instrument

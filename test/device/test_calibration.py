@@ -32,11 +32,7 @@ from mlmem.physics import CASE_II, Scatter, draw_specimen
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.procedures import writing
 from mlmem.readers import listening
-from mlmem.readers.calibration import (
-    PulseCorrection,
-    PulseCorrections,
-    hash_schedule,
-)
+from mlmem.readers.calibration import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.settings import ProbeSettings
 from mlmem_tools.checks.echoes import forecast_echo
 

@@ -25,11 +25,7 @@ from mlmem import (
     snapshot,
 )
 from mlmem.instrument.end import End
-from mlmem.instrument.faults import (
-    OfMaterial,
-    Sensors,
-    apply_faults,
-)
+from mlmem.instrument.faults import OfMaterial, Sensors, apply_faults
 from mlmem.physics import CASE_II, Specimen
 from mlmem.rng import RandomStream, draw_normal
 from mlmem.schema import find_descriptions

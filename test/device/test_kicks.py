@@ -30,13 +30,7 @@ from mlmem import (
 from mlmem.element_file import use_kicks
 from mlmem.instrument.blocks import run, wait
 from mlmem.instrument.drivers import Simulation
-from mlmem.moves.kick import (
-    KickMotion,
-    KickSettings,
-    kick_out,
-    kick_to,
-    remove_missed_kicks,
-)
+from mlmem.moves.kick import KickMotion, KickSettings, kick_out, kick_to, remove_missed_kicks
 from mlmem.moves.move import Move, blank_content, find_route, move_families
 from mlmem.physics import Scatter, draw_specimen, find_walls
 from mlmem.readers.delay_reader import search_speed

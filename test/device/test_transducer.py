@@ -13,12 +13,7 @@ from mlmem import Read, Settings, SettingsError
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.echo import compute_weights, filter_carrier
 from mlmem.instrument.end import End, EndMove, Pulse
-from mlmem.instrument.transducer import (
-    UNLIMITED_SAMPLES,
-    Returns,
-    Reverberation,
-    Transducer,
-)
+from mlmem.instrument.transducer import UNLIMITED_SAMPLES, Returns, Reverberation, Transducer
 from mlmem.physics import CASE_II, Chain
 from mlmem.physics.waves import pass_band
 from mlmem.settings import ProbeSettings

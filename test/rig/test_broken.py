@@ -17,14 +17,7 @@ import pytest
 
 from mlmem import DriverError, MemoryElement, Read, Settings
 from mlmem.physics import CASE_II
-from mlmem_ros.rig.frames import (
-    FrameKind,
-    Hello,
-    Layout,
-    Parser,
-    encode_frame,
-    encode_set_points,
-)
+from mlmem_ros.rig.frames import FrameKind, Hello, Layout, Parser, encode_frame, encode_set_points
 from mlmem_tools.rig.emulated import EmulatedRig
 
 from .lines import LocalDriver, TamperedLine, driven, emulated, encode, raising, serving

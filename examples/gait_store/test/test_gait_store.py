@@ -21,13 +21,7 @@ from std_msgs.msg import Float32MultiArray, UInt8
 
 from mlmem_ros.contract.topics import Qos
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.testing import (
-    assert_replays,
-    assert_written,
-    faults,
-    frozen_clock,
-    memory_node,
-)
+from mlmem_ros.testing import assert_replays, assert_written, faults, frozen_clock, memory_node
 
 PACKAGE = Path(__file__).parents[1]
 QUICK = {'time.speed': 10.0, 'publish.field_every': 0, 'publish.wall_every': 0}

@@ -25,12 +25,7 @@ from mlmem_tools.cli.output import (
     print_json,
     show_progress,
 )
-from mlmem_tools.identification.kick_search import (
-    after_erase,
-    build_chain,
-    build_kick,
-    drive_end,
-)
+from mlmem_tools.identification.kick_search import after_erase, build_chain, build_kick, drive_end
 
 from ..studies.proof import Proof, Tally, describe_proof, evaluate_run
 from ..study import count_cores, map_calls, provide_workers

@@ -15,11 +15,7 @@ from mlmem import UNDECODABLE, Settings, load_element
 from mlmem.physics import CASE_II
 from mlmem_lab.results import load_result
 from mlmem_lab.studies.tolerance import curve, element
-from mlmem_lab.studies.tolerance.curve import (
-    count_curve,
-    describe_rare_amount,
-    list_rates,
-)
+from mlmem_lab.studies.tolerance.curve import count_curve, describe_rare_amount, list_rates
 from mlmem_lab.studies.tolerance.element import evaluate_batch, try_element
 from mlmem_lab.studies.tolerance.estimate import (
     ENOUGH_FAILURES,

@@ -36,12 +36,7 @@ from ...contract.answers import (
     parse_answer,
     parse_self_test,
 )
-from ...contract.requests import (
-    build_parameter,
-    build_request,
-    check_content,
-    load_action_types,
-)
+from ...contract.requests import build_parameter, build_request, check_content, load_action_types
 from .connection import ClientThread, create_node_name
 from .reply import ActionCall, Reply, RequestReply, ServiceCall, check_timeout
 

@@ -18,14 +18,7 @@ import numpy as np
 from mlmem import Settings
 from mlmem.physics import Design
 
-from .element import (
-    WORD_TRIALS,
-    Row,
-    count_elements,
-    count_trials,
-    evaluate_batch,
-    split_kinds,
-)
+from .element import WORD_TRIALS, Row, count_elements, count_trials, evaluate_batch, split_kinds
 from .estimate import ENOUGH_FAILURES, RARE_RATE, Rate, pool_failures, rare_scatter
 
 
