@@ -33,7 +33,7 @@ from . import writing
 def calibrate(element: Memory) -> Procedure[Outcome]:
     """Calibrate the reader of an element, and restore the content in any case but an abort.
 
-    If it ends early, by a failure, an abort or a fault, the old calibration is kept.
+    If the reader ends early, by a failure, an abort or a fault, the old calibration is kept.
 
     Raises:
         ProcedureFailed: As `Reader.calibrate`, or the content could not be restored.

@@ -33,7 +33,7 @@ from .register import Content, Forecasts, pin_contents, pin_walls
 from .waveforms import Delays, Ends, Listener, simulate_answers
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class WallForecasts(Forecasts):
     """What the ends do after a pulse, for the blank element and for every level of one wall.
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..commands import Outcome
 from ..errors import ErrorCode, ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
-from ..physics import Design, Specimen, as_specimen
+from ..physics import Design, Specimen, StateError, as_specimen
 from ..settings import Settings
 from .listening import swinging_time, wait_until_pinned
 from .reading import UNDECODABLE, Reading
@@ -69,7 +69,14 @@ class Reader(ABC):
         }
 
     def list_walls(self, content: int) -> tuple[int, ...]:
-        """Return the levels at which the walls of a content rest, the lowest first."""
+        """Return the levels at which the walls of a content rest, the lowest first.
+
+        Raises:
+            StateError: There is no such content.
+        """
+        if content not in self._walls:
+            known = f'from {min(self._walls)} to {max(self._walls)}'
+            raise StateError.out_of_range('content', content, known)
         return self._walls[content]
 
     @abstractmethod
@@ -170,8 +177,10 @@ def choose_reader(
     from .waveform_reader import RecordReader, WaveformReader, forecast_records
 
     material = twin or design
+    # a twin lives no longer than what reads by it
+    forecast_contents = _forecast_contents if twin is None else _forecast_contents.__wrapped__
     if settings.holds_words:
-        return WaveformReader(_forecast_contents(forecast_words, material, settings))
+        return WaveformReader(forecast_contents(forecast_words, material, settings))
     if settings.element.bad_cells:
         if twin is not None:
             raise SettingsError(
@@ -180,8 +189,8 @@ def choose_reader(
             )  # fmt: skip
         return WaveformReader(bad_cells or forecast_bad_cells(design, settings))
     if settings.read.method == 'records':
-        return RecordReader(*_forecast_contents(forecast_records, material, settings))
-    forecasts = _forecast_contents(forecast_levels, material, settings)
+        return RecordReader(*forecast_contents(forecast_records, material, settings))
+    forecasts = forecast_contents(forecast_levels, material, settings)
     return WaveformReader(forecasts, as_specimen(material))
 
 

@@ -129,7 +129,7 @@ def pin_contents(
     return contents, states
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class Forecasts:
     """What both ends do after the pulse of a read, by content.
 
@@ -270,7 +270,7 @@ def check_readable(shot: Shot, noisy: bool, phases: Sequence[int | None]) -> Non
         raise Unclear('the ends move too much to hear every wall')
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class Register(Forecasts):
     """What both ends do by word.
 

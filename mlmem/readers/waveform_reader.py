@@ -50,8 +50,9 @@ class WaveformReader(Reader):
 
     def __init__(self, forecasts: Forecasts, made: Specimen | None = None) -> None:
         """Read by these forecasts, which are those of the element as made."""
-        walls_by_content = {number: walls for number, walls, _ in forecasts.contents}
-        super().__init__(walls_by_content, forecasts.lost, forecasts.limits)
+        walls = {each.number: each.walls for each in forecasts.contents}
+        walls.pop(UNDECODABLE, None)  # several walls are none of its contents
+        super().__init__(walls, forecasts.lost, forecasts.limits)
         self.forecasts, self.made = forecasts, made
         self._loss_factor = 1.0
 

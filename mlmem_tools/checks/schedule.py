@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 
 from mlmem.errors import ProcedureFailed
@@ -91,9 +92,11 @@ def _judge_durations(subject: Subject) -> Finding:
     step = Cycle.plan_cycle(settings.write, peak, settings.actuator.max_rate).duration
     values = {'step': step, 'read': read}
     try:
-        missing = set(range(design.levels))
-        while missing:  # it says why there is no route
-            missing -= {move.target for move in find_route(design, settings, BLANK, max(missing))}
+        reached = set[int]()
+        with suppress(ProcedureFailed):
+            reached = {move.target for move in find_route(design, settings, BLANK, top)}
+        for level in sorted(set(range(design.levels)) - reached):
+            find_route(design, settings, BLANK, level)  # it says why there is none
         for name, start, target, heard in (
             ('write 0 to top', 0, top, read),
             ('erase from top', top, BLANK, look),

@@ -228,6 +228,16 @@ def test_actuator_rate_stretches_the_durations(case_ii):
     assert stretched == pytest.approx(2 * 1.5 * 0.048 / 1e-5 + 600.0 + 1500.0)
 
 
+def test_lowest_level_out_of_reach_is_named():
+    """Without an actuator only kicks reach levels."""
+    design, settings = load_element('kick_2').design_and_settings
+    kick = replace(settings.kick, speeds=' '.join(settings.kick.speeds.split()[:2]) + ' 0 0')
+    actuator = replace(settings.actuator, present=False)
+    known = part((schedule,), design, replace(settings, kick=kick, actuator=actuator))
+    assert known['durations'].verdict is Verdict.FAIL
+    assert known['durations'].text.startswith('level 2 ')
+
+
 def test_forecast_margin_is_that_of_the_device():
     element, wall = MemoryElement(CASE_II), find_pinned_wall(CASE_II, 7)
     element.chain.place(wall)

@@ -67,6 +67,11 @@ REJECTED = {
         (lambda wrong=wrong: MemoryElement(wrong), ErrorCode.OUT_OF_RANGE, 'material')
         for wrong in ('kick_2', None, Settings())
     ],
+    StateError: [
+        (lambda name=name, wrong=wrong: MemoryElement(load_element(name)).place_content(wrong),
+         ErrorCode.OUT_OF_RANGE, 'content')
+        for name in ('bits_1', 'robust_2') for wrong in (99, -2)
+    ],
     Refused: [
         *(
             (lambda faults=faults: MemoryElement(load_element('bits_1')).apply(SetFaults(faults)),

@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a device does with the file of a fitted element: simulate it, and know it beforehand."""
 
+import gc
 import json
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -107,6 +109,16 @@ def test_twin_that_cannot_hold_every_word_is_rejected():
     with expect_rejection(SettingsError, 'unsupported', 'word'):
         element.adopt_twin(Specimen(BYTE.design, stuck=(104,)))
     assert (element.twin, element.reader.forecasts) == (None, known)
+
+
+def test_twin_lives_no_longer_than_its_element():
+    """So that a robot that adopts one after each fit does not keep them all."""
+    twin = draw_specimen(load_element('robust_2'), Scatter(alpha=0.01), 1)
+    element, known = MemoryElement(load_element('robust_2')), weakref.ref(twin)
+    element.adopt_twin(twin)
+    del element, twin
+    gc.collect()
+    assert known() is None
 
 
 def header_of(element):
