@@ -31,7 +31,7 @@ from mlmem import (
 from mlmem.schema import make_printable
 
 from .frames import PROTOCOL_VERSION, Frame, FrameKind, Hello, decode_samples, encode_set_points
-from .link import FrameLink, Line, open_line, read_option
+from .link import FrameLink, Transport, open_line, read_option
 
 
 class Rig(Driver):
@@ -52,7 +52,7 @@ class Rig(Driver):
     own_clock = True
 
     def __init__(
-        self, design: Design, settings: Settings, address: str, transport: Line | None = None
+        self, design: Design, settings: Settings, address: str, transport: Transport | None = None
     ) -> None:
         """Connect to a rig and receive the first samples of its element at rest.
 
@@ -150,7 +150,7 @@ class Rig(Driver):
                     V_N[begin : begin + most], _slice_held_cell(held_cell, begin, most)
                 )
                 parts.append(self._take_samples(len(V_N[begin : begin + most]) // len(self.nodes)))
-        except (DriverError, OSError) as error:
+        except (DriverError, OSError, EOFError) as error:
             self._failure = f'{self._address}: {getattr(error, "strerror", None) or error}'
             self._transport.close()
             raise DriverError(self._failure) from None  # whose text it has
@@ -196,7 +196,7 @@ class Rig(Driver):
         if 0 < self._beats < self._patience / self.heartbeat_period:
             try:
                 self._link.show(1 + self._sent // self._said.samples)
-            except (OSError, DriverError):  # the next call finds out, and tells
+            except (OSError, EOFError):  # the next call finds out, and tells
                 return False
         self._beats += 1
         return True
@@ -263,7 +263,10 @@ class Rig(Driver):
         silent = 0.0
         while not self._received:
             begun = threads.monotonic()
-            data = self._transport.receive(self._poke)
+            try:
+                data = self._transport.receive(self._poke)
+            except EOFError as error:
+                raise DriverError(f'{error}') from error
             self._received.extend(self._link.feed(data))
             silent += min(threads.monotonic() - begun, self._poke)
             if not self._received and silent > self._patience + playing:

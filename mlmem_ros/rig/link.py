@@ -117,71 +117,107 @@ class FrameLink:
         return False
 
 
-class Line:
-    """A line to a rig: a TCP connection, or a serial port in raw mode. Calls raise `OSError` if it
-    is broken, and `DriverError` if the other side has closed it.
+class Tcp:
+    """A TCP connection. Calls raise `OSError` if it is broken.
 
     Attributes:
-        filler: Completes a frame that an earlier driver left unfinished, or the rig would take all
-            that follows for its rest. A TCP connection needs none, since it is new.
+        filler: Completes what an earlier driver left of a frame: nothing, it has gone with its
+            connection.
     """
 
-    def __init__(self, file: int, patience: float, filler: bytes = b'') -> None:
-        """Use a file descriptor, which belongs to the line from now on; it may accept no data for
-        `patience` seconds.
+    filler = b''
+
+    def __init__(self, connection: socket.socket) -> None:
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._connection = connection
+
+    def send(self, data: bytes) -> None:
+        """Send bytes."""
+        self._connection.sendall(data)
+
+    def receive(self, seconds: float) -> bytes:
+        """Return the bytes that have arrived; none if the time is up.
+
+        Raises:
+            EOFError: The other side has closed it.
         """
-        os.set_blocking(file, False)
-        self.filler = filler
-        self._file, self._patience = file, patience
+        if not select.select([self._connection], [], [], max(0.0, seconds))[0]:
+            return b''
+        if data := self._connection.recv(1 << 16):
+            return data
+        raise EOFError('the rig has closed the connection')
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._connection.close()
+
+
+class Serial:
+    """A serial port in raw mode, used as a `Tcp`.
+
+    Attributes:
+        filler: Zeros, sent in place of the rest of a frame that an earlier driver left unfinished:
+            the rig would take all that follows for it.
+    """
+
+    filler = bytes(1 << 13)
+
+    def __init__(self, path: str, baud: int, patience: float) -> None:
+        """Open a port by its device file, at so many bits per second; it may accept no data for
+        `patience` seconds.
+
+        Raises:
+            OSError: There is no such port, or no permission.
+        """
+        self._patience = patience
         self._come = b''
+        self._port = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        try:
+            tty.setraw(self._port)
+            settings = termios.tcgetattr(self._port)
+            settings[2] |= termios.CLOCAL | termios.CREAD
+            settings[4] = settings[5] = getattr(termios, f'B{baud}')
+            termios.tcsetattr(self._port, termios.TCSANOW, settings)
+            termios.tcflush(self._port, termios.TCIOFLUSH)  # left by an earlier user
+        except BaseException:
+            os.close(self._port)
+            raise
 
     def send(self, data: bytes) -> None:
         """Send bytes, and receive meanwhile: the other side may block until we do."""
         while data:
-            come, free, _ = select.select([self._file], [self._file], [], self._patience)
+            come, free, _ = select.select([self._port], [self._port], [], self._patience)
             if not (come or free):
-                raise TimeoutError(f'the line accepted no data for {self._patience:g} s')
+                raise TimeoutError(f'the port accepted no data for {self._patience:g} s')
             if come:
-                self._come += self._read_file()
+                self._come += self._read_port()
             if free:
-                data = data[os.write(self._file, data) :]
+                data = data[os.write(self._port, data) :]
 
     def receive(self, seconds: float) -> bytes:
-        """Return the bytes that have arrived; none if the time is up."""
-        if not self._come and select.select([self._file], [], [], max(0.0, seconds))[0]:
-            self._come = self._read_file()
+        """Return the bytes that have arrived."""
+        if not self._come and select.select([self._port], [], [], max(0.0, seconds))[0]:
+            self._come = self._read_port()
         come, self._come = self._come, b''
         return come
 
-    def _read_file(self) -> bytes:
-        if data := os.read(self._file, 1 << 16):
+    def _read_port(self) -> bytes:
+        if data := os.read(self._port, 1 << 16):
             return data
-        raise DriverError('the other side has closed the line')
+        raise EOFError('the port has gone')
 
     def close(self) -> None:
-        """Close the line; closing again does nothing."""
-        file, self._file = self._file, -1
-        if file >= 0:
-            os.close(file)
+        """Close the port; closing again does nothing."""
+        port, self._port = self._port, -1
+        if port >= 0:
+            os.close(port)
 
 
-def _open_serial(path: str, baud: int) -> int:
-    """Return the descriptor of a serial port in raw mode, at so many bits per second."""
-    port = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
-    try:
-        tty.setraw(port)
-        settings = termios.tcgetattr(port)
-        settings[2] |= termios.CLOCAL | termios.CREAD
-        settings[4] = settings[5] = getattr(termios, f'B{baud}')
-        termios.tcsetattr(port, termios.TCSANOW, settings)
-        termios.tcflush(port, termios.TCIOFLUSH)  # left by an earlier user
-    except BaseException:
-        os.close(port)
-        raise
-    return port
+Transport = Tcp | Serial
+"""A line to a rig."""
 
 
-def open_line(address: str, patience: float) -> Line:
+def open_line(address: str, patience: float) -> Transport:
     """Open the line to an address, `tcp://HOST:PORT` or `serial:///dev/PORT?baud=BAUD`, perhaps
     with other options; connect within `patience` seconds.
 
@@ -196,13 +232,10 @@ def open_line(address: str, patience: float) -> Line:
             if not hasattr(termios, f'B{baud:.0f}'):
                 expected = 'one whose baud is a rate that the system supports'
                 raise SettingsError.out_of_range('device.address', address, expected)
-            zeros = bytes(1 << 13)
-            return Line(_open_serial(parts.path, int(baud)), patience, zeros)
+            return Serial(parts.path, int(baud), patience)
         assert parts.hostname is not None
         assert parts.port is not None
-        connection = socket.create_connection((parts.hostname, parts.port), timeout=patience)
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        return Line(connection.detach(), patience)
+        return Tcp(socket.create_connection((parts.hostname, parts.port), timeout=patience))
     except OSError as error:
         raise DriverError(f'no rig at {address}: {error.strerror or error}') from error
 

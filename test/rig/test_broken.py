@@ -82,7 +82,7 @@ BROKEN = MALFORMED | {
         lambda frame: encode_frame(FrameKind.PLAY, frame.number, frame.payload), 'sent PLAY'
     ),
     'begun_anew': (lambda frame: encode_frame(FrameKind.AGAIN, 0), 'it has restarted'),
-    'hung_up': (raising(DriverError('the line is closed')), 'the line is closed'),
+    'hung_up': (raising(EOFError('the line is closed')), 'the line is closed'),
     'line_broken': (raising(OSError(5, 'Input/output error')), 'Input/output error'),
 }  # fmt: skip
 
