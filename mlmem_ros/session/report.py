@@ -51,7 +51,7 @@ class Comparison:
         compared: Those for which the replay has computed one.
         equal: Those that are the same to the bit.
         difference: Greatest difference of a number, infinite if there are more or fewer numbers.
-        first_difference: The tick of the first that is not equal, or None.
+        first_difference: The ticks done when the first that is not equal was compared, or None.
     """
 
     recorded: int = 0

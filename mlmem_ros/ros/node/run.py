@@ -205,7 +205,7 @@ class GuardedExecutor:
             self._events.spin_until_future_complete(self._interrupted, seconds)
         except Exception as error:  # the executor forgets requests that came with it
             for node, log in self._logs.items():
-                _log_refusal(log, error)
+                log.warning(f'a message of a node in this process cannot be decoded: {error}')
                 _serve_waiting_requests(node, log)
         if self._interrupted.done():
             self._interrupted = Future()
@@ -219,10 +219,6 @@ class GuardedExecutor:
         self._events.shutdown()
 
 
-def _log_refusal(log: ThrottledLog, error: Exception) -> None:
-    log.refused('a message', f'it cannot be decoded: {error}')
-
-
 def _serve_waiting_requests(node: Node, log: ThrottledLog) -> None:
     """Serve the requests that wait. Topics need no catching up: we take their bytes."""
     for service in node.services:
@@ -230,7 +226,7 @@ def _serve_waiting_requests(node: Node, log: ThrottledLog) -> None:
             try:
                 request, header = service.handle.service_take_request(service.srv_type.Request)
             except Exception as error:
-                _log_refusal(log, error)
+                log.refused('a message', f'it cannot be decoded: {error}')
             else:
                 if request is None:
                     break
