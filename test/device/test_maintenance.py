@@ -31,6 +31,7 @@ from mlmem import (
 from mlmem.instrument.end import End
 from mlmem.instrument.faults import NO_FAULTS
 from mlmem.physics import CASE_II, find_walls
+from mlmem.procedures import writing
 from mlmem_ros.contract.answers import outcome_to_dict
 from test.rig.lines import LocalDriver
 
@@ -128,6 +129,15 @@ def test_level_that_is_not_reached_is_named_others_are_tested(written):
     assert 'level 2 was not reached in 1 attempts' in outcome.checks[6].message
     assert outcome.checks[-1].passed
     assert rig.true_level(element) == 1
+
+
+def test_level_that_is_read_as_another_fails(written, monkeypatch):
+    """Although its write has succeeded."""
+    write = writing.write
+    monkeypatch.setattr(writing, 'write', lambda element, level: write(element, min(level, 2)))
+    outcome = written(1).perform(SelfTest())
+    assert rig.failed_checks(outcome) == ['level 3']
+    assert outcome.checks[-2].message == 'level 2'
 
 
 @pytest.mark.parametrize(
