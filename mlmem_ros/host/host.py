@@ -359,12 +359,21 @@ class Host:
     def set_faults(self, faults: Faults) -> None:
         """Hand in faults if time runs; otherwise they take effect at the next activation."""
         if self.loop is not None:
-            self.submit(SetFaults(faults))
+            self._hand_in(SetFaults(faults))
 
     def set_method(self, method: str) -> None:
         """Write by another method if time runs; otherwise from the next activation on."""
         if self.loop is not None:
-            self.submit(SetMethod(method))
+            self._hand_in(SetMethod(method))
+
+    def _hand_in(self, command: Command) -> None:
+        """Hand in the command of a parameter, for which nobody waits; log why it is refused."""
+
+        def log_refusal(done: Future[Any]) -> None:
+            if not done.cancelled() and (why := done.exception()) is not None:
+                self.log.refused(type(command).__name__, why)
+
+        self.submit(command).answer.add_done_callback(log_refusal)
 
     def set_speed(self, speed: float) -> None:
         """Run at another multiple of real time; 0: as fast as possible."""

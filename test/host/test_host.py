@@ -27,6 +27,7 @@ from mlmem import (
     SettingsError,
     Write,
 )
+from mlmem.loop.mailbox import MAX_PENDING_REQUESTS
 from mlmem.loop.timetable import SteadyPacer
 from mlmem.physics import StateError
 from mlmem_ros.bag.errors import BagError
@@ -343,3 +344,14 @@ def test_initial_content_of_a_simulated_element_is_read(serve):
     service.activate()
     assert service.host.element.reading is None
     assert service.host.submit(Read()).answer.result(TIMEOUT_S).reading.level == 5
+
+
+def test_parameter_whose_command_is_refused_is_counted(serve):
+    """Nobody waits for its answer: a queue that is full is all that can refuse it."""
+    host = serve().activate()
+    host.pause(True).result(TIMEOUT_S)
+    for _ in range(MAX_PENDING_REQUESTS):
+        host.submit(SetStrain(0.0))
+    host.set_faults(Faults(sensor_noise=1e-6))
+    host.set_method('strain')
+    assert host.log.refusals == 2
