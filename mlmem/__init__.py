@@ -69,7 +69,7 @@ if TYPE_CHECKING:
         find_cache_folder,
         is_kernel_cached,
     )
-    from .physics.potential import Array
+    from .physics.values import Array
     from .procedure_table import (
         BLANK,
         UNDECODABLE,
@@ -109,7 +109,7 @@ __all__ = [
 ]  # fmt: skip
 
 _MODULES = (
-    'errors', 'procedure_table', 'physics', 'physics.potential', 'instrument.end',
+    'errors', 'procedure_table', 'physics', 'physics.values', 'instrument.end',
     'instrument.faults', 'instrument.blocks', 'settings', 'readers.reading', 'readers.calibration',
     'readers.words', 'commands', 'instrument.actuator', 'instrument.drivers', 'element_file',
     'factory', 'element', 'loop.timetable', 'loop.mailbox', 'loop.loop', 'simulation',

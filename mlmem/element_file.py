@@ -23,7 +23,7 @@ from .atomic_files import write_atomically
 from .errors import ErrorCode, Rejected
 from .parsing import DecodeError, decode_value, encode_value, find_line, parse_yaml, read_file
 from .physics import Design, DesignError, Specimen
-from .physics.potential import Array
+from .physics.values import Array
 from .readers.calibration import (
     PulseCorrection,
     PulseCorrections,

@@ -19,7 +19,7 @@ from .instrument.instrument import Instrument
 from .memory import Memory
 from .physics import Design, Specimen, StateError
 from .physics.equilibrium import find_pinned_wall, make_blank
-from .physics.potential import Array
+from .physics.values import Array
 from .procedures.writing import erase, write
 from .readers.calibration import Calibration, DelayTable
 from .readers.listening import probe_ends

@@ -27,7 +27,7 @@ from .instrument.transducer import UNLIMITED_SAMPLES
 from .physics import Design, Specimen, find_walls, stable_step
 from .physics.energy import energy
 from .physics.equilibrium import make_blank
-from .physics.potential import Array
+from .physics.values import Array
 from .procedure_table import CONTENT_NAMES, describe_content
 from .readers.calibration import Calibration, PulseCorrection, make_corrections
 from .readers.decoding import make_undecodable

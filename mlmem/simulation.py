@@ -43,7 +43,7 @@ from .physics.equilibrium import (
     make_blank,
     wall_profile,
 )
-from .physics.potential import Array
+from .physics.values import Array
 from .progress import track_progress
 
 TimeFunction = Callable[[Any], ArrayLike]

@@ -21,7 +21,7 @@ from mlmem.physics.cells import Cells
 from mlmem.physics.equilibrium import relax_to_equilibrium
 from mlmem.physics.formulas import on_site_factors
 from mlmem.physics.jit import compile_kernel, inline_function
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 
 class Rk4Element(Driver):

@@ -24,7 +24,7 @@ from mlmem.instrument.end import BoundaryMotion, End, EndMove, Pulse
 from mlmem.instrument.motion import Motion, Profile, Ramp
 from mlmem.moves.kick import KickMotion
 from mlmem.physics import Chain
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 from mlmem.readers.reading import BLANK
 from mlmem.settings import ProbeSettings, Settings
 from mlmem_tools.view.about import About

@@ -22,7 +22,7 @@ import numpy as np
 
 from ..errors import ErrorCode, Refused
 from ..physics.formulas import exponential
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..procedure_table import JOINT_NAME
 from ..rng import RandomStream, draw_event
 from ..schema import describe_field, is_number

@@ -12,7 +12,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ..errors import Refused
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..schema import is_number
 from ..settings import DisturbanceSettings
 

@@ -34,7 +34,7 @@ from ..physics import (
 from ..physics.energy import end_force
 from ..physics.equilibrium import make_blank
 from ..physics.pefrl import NODES
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..schema import describe_field, make_printable, short_repr
 from ..settings import Settings, TimeSettings
 

@@ -22,7 +22,7 @@ import numpy as np
 from ..physics import Design
 from ..physics.formulas import cosine, exponential
 from ..physics.jit import compile_kernel
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..physics.waves import group_velocity
 from .end import End, PulseShape, Shot
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..physics import Design
 from ..physics.formulas import cosine, exponential, sine
-from ..physics.potential import Array
+from ..physics.values import Array
 
 if TYPE_CHECKING:
     from ..settings import ProbeSettings, Settings

@@ -19,7 +19,7 @@ import numpy as np
 from ..errors import Checked, ErrorCode, SettingsError
 from ..physics import HeldCell, Scatter, Specimen, draw_specimen
 from ..physics.formulas import exponential
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..rng import RandomStream, draw_event, draw_normal
 from ..schema import (
     Description,

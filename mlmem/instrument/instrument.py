@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import Astray, DriverError, ErrorCode, Refused, SettingsError
 from ..physics import Chain, Design, DesignError, Specimen, StateError, substep_times
 from ..physics.jit import compile_kernel
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..settings import Settings
 from .actuator import Actuator, Transmission
 from .base import NO_SHAKES, Base, BaseState, Shakes

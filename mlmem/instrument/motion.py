@@ -19,7 +19,7 @@ import numpy as np
 
 from ..errors import Checked, ErrorCode, SettingsError
 from ..physics.jit import compile_kernel
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..schema import describe_field, describe_time
 
 

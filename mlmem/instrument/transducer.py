@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import ErrorCode, SettingsError
 from ..physics import Design, HeldCell, substep_times
 from ..physics.formulas import exponential
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..physics.waves import pass_band
 from ..schema import describe_field
 from ..settings import ProbeSettings, Settings

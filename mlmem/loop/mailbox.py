@@ -62,7 +62,8 @@ class Request(Generic[T]):
         self.answer.set_result(outcome)
 
     def refuse(self, reason: BaseException) -> Request[T]:
-        """Answer it with an exception; return it."""
+        """Answer it with an exception; return it. It waits no longer."""
+        self.place = 0
         self.answer.set_exception(reason)
         return self
 

@@ -20,7 +20,7 @@ from ..errors import Checked, ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, move_end, wait
 from ..instrument.end import End
 from ..physics import Design
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..readers.calibration import PulseCorrection
 from ..readers.reading import BLANK, UNDECODABLE, Reading
 from ..readers.words import Code

@@ -14,11 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import DesignError as DesignError
-from ..errors import ErrorCode
-from ..errors import StateError as StateError
+from ..errors import DesignError, ErrorCode
 from .curve import Curve
-from .values import Array as Array
+from .values import Array
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from ..errors import Checked, ErrorCode, SettingsError
 from ..instrument.echo import Crossings, Shape, earliest_delay
 from ..instrument.end import End
 from ..physics import Design
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..schema import describe_field
 
 if TYPE_CHECKING:

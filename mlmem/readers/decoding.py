@@ -20,7 +20,7 @@ import numpy as np
 from ..instrument.echo import ECHO_TAIL_TIME, Crossings, Echo, earliest_delay
 from ..instrument.end import End
 from ..physics import Design
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..physics.waves import fastest_speed
 from ..procedure_table import BLANK, UNDECODABLE, describe_level
 from ..settings import ProbeSettings, ReadSettings, Settings

@@ -24,7 +24,7 @@ from ..errors import ErrorCode, SettingsError
 from ..instrument.end import End, Shot
 from ..physics import Design, Specimen, StateError
 from ..physics.held_wall import hold_walls
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..physics.waves import group_velocity, pass_band
 from ..settings import Settings
 from .calibration import Calibration, DelayTable

@@ -24,7 +24,7 @@ from ..errors import ErrorCode, SettingsError
 from ..instrument.end import End, Shot
 from ..physics import Design, Specimen, StateError, find_walls
 from ..physics.equilibrium import DEFECT_OFFSET_CELLS, find_pinned_walls
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..physics.waves import Complex, combine_rows, linearize_cells, multiply_matrices
 from ..settings import Settings
 from .decoding import explain_no_phase

@@ -24,7 +24,7 @@ from ..errors import Astray, ErrorCode, ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure, catch_up
 from ..instrument.echo import EchoDetector
 from ..physics import Specimen
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..settings import Settings
 from .calibration import PulseCorrection, Records
 from .decoding import make_undecodable

@@ -22,7 +22,7 @@ from ..instrument.echo import pulse_duration
 from ..instrument.end import End, Pulse, Shot
 from ..instrument.instrument import Instrument
 from ..physics import Specimen
-from ..physics.potential import Array
+from ..physics.values import Array
 from ..physics.waves import Complex, Tones, combine_rows, linearize_cells, multiply_matrices
 from ..settings import Settings
 from .listening import fire_pulse

@@ -370,7 +370,7 @@ class Host:
         """Hand in the command of a parameter, for which nobody waits; log why it is refused."""
 
         def log_refusal(done: Future[Any]) -> None:
-            if not done.cancelled() and (why := done.exception()) is not None:
+            if (why := done.exception()) is not None:
                 self.log.refused(type(command).__name__, why)
 
         self.submit(command).answer.add_done_callback(log_refusal)

@@ -356,7 +356,7 @@ class BagRecording(Recording):
         with self._changed:
             self._accepting = False
             self._queue = []
-        with suppress(BagError):
+        with suppress(Exception):  # a bug may raise again, and is told already
             # Finish the bag after a bad message; this does nothing if the storage failed.
             self._writer.close()
         self._log.error(f'recording stopped: {error}')

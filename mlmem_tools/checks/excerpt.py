@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mlmem.physics import Design, DesignError, Material, Specimen, StateError, as_specimen
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 
 @dataclass(frozen=True)

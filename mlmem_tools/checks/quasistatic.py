@@ -9,11 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mlmem.errors import StateError
 from mlmem.physics.design import Design, stiffness_profile
 from mlmem.physics.equilibrium import relax_to_equilibrium, wall_profile
 from mlmem.physics.held_wall import hold_walls, make_uniform
-from mlmem.physics.potential import Array, StateError
 from mlmem.physics.specimen import Specimen, as_specimen
+from mlmem.physics.values import Array
 from mlmem.physics.wall import find_walls
 
 from .excerpt import cut_excerpt

@@ -15,7 +15,7 @@ import numpy as np
 from mlmem.moves.kick import KickMotion
 from mlmem.physics import SUBSTEPS_PER_STEP, Chain, HeldCell, StateError, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank, metamaterial_force
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from .concern import Finding, Subject, Verdict
 from .disturb import build_bare_chain

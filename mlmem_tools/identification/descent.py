@@ -9,7 +9,7 @@ from enum import Enum
 
 import numpy as np
 
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, Misfit, Normal, Slopes, free_basis
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from mlmem.instrument.end import Shot
 from mlmem.physics import Design
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from .descent import Schedule, Stage, minimise_misfit
 from .fitted import ADDED_TERMS, Fit, compute_posterior, rescale_scatter, widen_unknowns, with_term

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mlmem.physics import Specimen
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from .misfit import (
     MAX_MISFIT_PER_DATUM,

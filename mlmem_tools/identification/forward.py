@@ -24,7 +24,7 @@ from mlmem.physics import (
 )
 from mlmem.physics.equilibrium import relax_to_equilibrium, wall_profile
 from mlmem.physics.jit import compile_kernel
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from . import tangent
 from .unknowns import SHARED_UNKNOWNS, Unknowns, skew_law

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from mlmem.instrument.end import Shot
 from mlmem.physics import Design, DesignError, StateError
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from .forward import Clock, Forward
 from .noise import estimate_noise, remove_lines, whiten_waveforms

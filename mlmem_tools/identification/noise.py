@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from mlmem.instrument.end import Shot
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from .tangent import Single
 

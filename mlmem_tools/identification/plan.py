@@ -18,7 +18,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.memory import Memory
 from mlmem.physics import Chain, DesignError, Specimen, StateError, default_step, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank, relax_to_equilibrium
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 from mlmem.procedures.writing import go_to_level
 from mlmem.readers.calibration import (
     Calibration,

@@ -20,7 +20,7 @@ from mlmem.physics.equilibrium import solve_tridiagonal
 from mlmem.physics.formulas import INVERSE_TURN, sine_of_turns
 from mlmem.physics.jit import compile_kernel, inline_function
 from mlmem.physics.pefrl import DRIFT_FRACTIONS, KICK_FRACTIONS
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from .unknowns import lay_out_cells
 

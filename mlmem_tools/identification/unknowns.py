@@ -20,7 +20,7 @@ import numpy as np
 from mlmem.instrument.end import End
 from mlmem.physics import Design, Specimen
 from mlmem.physics.curve import Curve
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 SHARED_UNKNOWNS = (
     'D_s1', 'D_s2', 'c', 'eta', 'time_unit', 'substrate_ratio', 'j_0',

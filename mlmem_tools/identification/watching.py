@@ -22,7 +22,7 @@ import numpy as np
 from mlmem.element_file import Element
 from mlmem.instrument.end import End, Shot
 from mlmem.physics import Design, DesignError, StateError
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 from mlmem.procedure_table import PROCEDURES
 from mlmem.readers.reading import UNDECODABLE
 from mlmem_ros.contract.streams import ReadShot

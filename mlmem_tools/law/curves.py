@@ -24,7 +24,7 @@ from mlmem import ErrorCode
 from mlmem.parsing import DecodeError
 from mlmem.physics import DesignError
 from mlmem.physics.curve import Curve
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 from mlmem.physics.wall import next_wall_costs
 
 from ..csv_rows import parse_number, read_rows

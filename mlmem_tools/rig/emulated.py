@@ -22,7 +22,7 @@ from mlmem import Driver, DriverError, Settings, SettingsError, threads
 from mlmem.instrument.drivers import Simulation
 from mlmem.parsing import DecodeError, decode_value, parse_json
 from mlmem.physics import Chain, Design, HeldCell, StateError
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 from mlmem.schema import Description
 from mlmem_ros.rig.frames import PROTOCOL_VERSION, FrameKind, Hello, Layout, Parser, encode_frame
 from mlmem_ros.rig.link import FrameLink

@@ -104,6 +104,16 @@ def test_overflow_is_counted_and_recorded(make, monkeypatch, limit, most, fittin
     assert count.log_time == fitting + 5  # that of the last message that is missing
 
 
+def test_defect_that_occurs_again_at_the_end_is_reported(make, monkeypatch, log):
+    recorder = make()
+    monkeypatch.setattr(BagWriter, 'write', lambda *_: 1 / 0)
+    monkeypatch.setattr(BagWriter, 'close', lambda *_: 1 / 0)
+    recorder.keep_message(('/level', level(1), 1))
+    wait_for(lambda: recorder.state == 'failed')
+    recorder.close()
+    assert log.of('ERROR') == [f'recording stopped: {recorder.error}']
+
+
 @pytest.mark.parametrize(
     ('item', 'reason'),
     [

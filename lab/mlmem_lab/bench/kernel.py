@@ -25,7 +25,7 @@ import numpy as np
 from mlmem.physics import CASE_II, Chain
 from mlmem.physics.equilibrium import wall_profile
 from mlmem.physics.pefrl import KICK_FRACTIONS, compute_constants
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from .measure import Contender, ResultTable, compare_costs, measure_contenders
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 
 def describe_processor() -> str:

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from mlmem import Settings
     from mlmem.element_file import Element
     from mlmem.physics import Design
-    from mlmem.physics.potential import Array
+    from mlmem.physics.values import Array
 
 
 def find(arguments: argparse.Namespace) -> int:

@@ -25,7 +25,7 @@ from mlmem import Settings
 from mlmem.moves.kick import KickSettings
 from mlmem.moves.strain_cycle import WriteSettings
 from mlmem.physics import Design, DesignError
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 from mlmem.settings import ActuatorSettings, ReadSettings, RegisterSettings, TransducerSettings
 from mlmem_tools.checks.budget import most_levels_with_friction, width_for_scatter
 

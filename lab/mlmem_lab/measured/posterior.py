@@ -21,7 +21,7 @@ from functools import partial
 
 import numpy as np
 
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from .runs import ALL_CASES, SILENT_CASES, Case, load_runs
 from .shells import TESTS_BY_RAIL, Chains, launch_waves, load_force_table

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 DATA_FOLDER = Path(__file__).parent / 'data'
 

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from mlmem.physics.jit import compile_kernel
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from .runs import DATA_FOLDER
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from ..study import Study
 from .posterior import Model

@@ -12,7 +12,7 @@ import numpy as np
 from mlmem.instrument.echo import Echo, EchoDetector
 from mlmem.instrument.end import BoundaryMotion, End, Pulse
 from mlmem.physics import Chain, Design, HeldCell, substep_times
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 from mlmem.settings import ProbeSettings
 
 PAPER_PROBE = ProbeSettings(omega_c=2.0, v_th=7.5e-5, gain_decay=0.0)

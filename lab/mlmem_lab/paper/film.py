@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from mlmem.physics import Design
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from ..studies import style
 from .figure import Data

@@ -19,10 +19,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mlmem.errors import StateError
 from mlmem.physics.design import Design
 from mlmem.physics.equilibrium import relax_to_equilibrium
 from mlmem.physics.held_wall import hold_walls, make_uniform
-from mlmem.physics.potential import Array, StateError
+from mlmem.physics.values import Array
 
 MAX_FIT_ERROR = 1.35e-4
 """The paper's bound of the root-mean-square error of every fit (page 3)."""

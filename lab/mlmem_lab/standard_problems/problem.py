@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 Answers = dict[str, float]
 """Quantities by name."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from mlmem.instrument.echo import detection_threshold
 from mlmem.instrument.end import End
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.contract import answers

@@ -13,7 +13,7 @@ import numpy as np
 from mlmem import Command, EchoReceived, MemoryElement, Outcome
 from mlmem.instrument.echo import Echo
 from mlmem.physics import Design, find_walls
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 
 @dataclass

@@ -24,7 +24,7 @@ from mlmem.element_file import Element
 from mlmem.factory import compute_calibration, factory_calibration
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import HeldCell, Specimen
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 from mlmem.procedure_table import Procedures
 from mlmem_tools.identification.plan import plan_pulses
 from mlmem_tools.rig.emulated import RigSensors

@@ -226,8 +226,6 @@ class Action:
         if not self._goals or threads.monotonic() - self._reported < 0.05:
             return
         for goal in tuple(self._goals.values()):
-            if goal.request.answer.done():
-                continue
             if (feedback := self._host.feedback(goal.request)) is not None:
                 self._reported = threads.monotonic()
                 message = self._kind.Impl.FeedbackMessage(goal_id=goal.info.goal_id)

@@ -11,7 +11,7 @@ import numpy as np
 from mlmem import simulate
 from mlmem.physics import CASE_I, Design
 from mlmem.physics.held_wall import hold_walls, make_uniform
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from ...studies.trace import wall_path
 from ..figure import Data, Figure, Judged, Quality, judge_numbers

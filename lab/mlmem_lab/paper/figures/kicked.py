@@ -9,7 +9,7 @@ from typing import Any
 from mlmem import Command, Erase, MemoryElement, Write, load_element
 from mlmem.element_file import use_kicks
 from mlmem.physics import CASE_II
-from mlmem.physics.potential import Array
+from mlmem.physics.values import Array
 
 from ...studies import style
 from ...studies.trace import record_procedures
