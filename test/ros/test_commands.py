@@ -207,8 +207,9 @@ def test_demo_writes_its_levels_and_records(monkeypatch, tmp_path, capfd, levels
     monkeypatch.setattr(node_process, 'run_node_process', run_fast)
     status = main(['demo', '--output', str(tmp_path)])
     printed, complaints = capfd.readouterr()
-    # On a busy machine the client waits for its node.
-    complaints = [line for line in complaints.splitlines() if 'waits for /mlmem' not in line]
+    # What a busy machine says: a start that takes long, and time that was lost.
+    known = r'ticks of time were skipped|waits for /mlmem'
+    complaints = [line for line in complaints.splitlines() if not re.search(known, line)]
     assert (status, complaints) == (0, []), printed
     rows = re.findall(r'^ *(\d) +(\d) +([01]{3}) ', printed, re.MULTILINE)
     asked = [int(asked) for asked, _, _ in rows]
