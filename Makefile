@@ -14,7 +14,7 @@ SEED = 1
 MINUTES ?= 60
 SEEDS ?= 100000
 
-.PHONY: bench clean coverage demo dist docs figures figures-check figures-stale interfaces lint mutation seeded-runs setup setup-kilted setup-test soak test test-kilted test-slow uncovered
+.PHONY: bench clean coverage demo dist docs figures figures-check figures-stale interfaces lint mutation seeded-runs setup setup-docs setup-kilted setup-test soak test test-kilted test-slow uncovered
 
 demo: setup
 	$(VENV)/mlmem demo
@@ -33,12 +33,14 @@ figures-stale: setup-test
 bench: setup-test
 	$(VENV)/mlmem bench
 
+# All but the code of the pages, which "make docs" runs.
 test: lint interfaces
-	$(VENV)/python -m $(PYTEST)
+	$(VENV)/python -m $(PYTEST) --ignore=test/docs
 
-# The site: docs/_build/index.html. Warnings are errors, links within it are checked; so are contrast
-# and names, where Chromium and axe-core are installed.
-docs: setup-test
+# The pages do what they print, then the site: docs/_build/index.html. Warnings are errors, links within
+# it are checked; so are contrast and names, where Chromium and axe-core are installed.
+docs: setup-docs interfaces
+	$(VENV)/python -m pytest test/docs
 	$(VENV)/python scripts/reference.py
 	$(VENV)/sphinx-build --quiet --fail-on-warning --keep-going docs docs/_build
 	$(VENV)/python scripts/check_site.py
@@ -57,7 +59,7 @@ dist: setup
 coverage: lint interfaces
 	$(VENV)/coverage erase
 	$(VENV)/coverage run -m $(PYTEST) $(MEASURED)
-	$(VENV)/python -m $(PYTEST) $(MEASURED:%=--ignore=%)
+	$(VENV)/python -m $(PYTEST) --ignore=test/docs $(MEASURED:%=--ignore=%)
 	$(VENV)/coverage combine --quiet
 	@status=0; for floor in $(FLOORS); do \
 	  package=$${floor%=*}; printf '%-20s branch coverage in %%: ' $$package; \
@@ -100,8 +102,9 @@ lint: setup-test
 
 setup: STAGE = demo
 setup-test: STAGE = test
+setup-docs: STAGE = docs
 setup-kilted: STAGE = test-kilted
-setup setup-test setup-kilted:
+setup setup-test setup-docs setup-kilted:
 	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) is missing: install Python 3.10 to 3.14 (sudo apt install python3 python3-venv), or name one: make PYTHON=/path/to/python demo" >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { echo "$(PYTHON) is too old for the ROS 2 wheels, which need Python 3.10 to 3.14; name another one: make PYTHON=python3.12 demo. On a robot use ROS 2 Jazzy from apt and colcon instead: see README.md." >&2; exit 1; }
 	@$(PYTHON) scripts/bootstrap.py $(STAGE)
