@@ -19,7 +19,8 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End, Pulse
 from mlmem.physics import Chain, Design, Specimen, StateError, as_specimen
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
-from mlmem.procedure_table import BLANK, UNDECODABLE
+from mlmem.physics.values import Array
+from mlmem.procedure_table import BLANK
 from mlmem.settings import ProbeSettings, TimeSettings
 
 from ..identification.kick_search import drive_end
@@ -64,17 +65,26 @@ def find_safe_limit(
     """Return the largest amplitude up to which pulses of an end leave the wall of both levels
     nearest to it where it is, and from the right a blank element blank.
 
-    If the probe's own amplitude moves something, fainter ones are tried.
+    If the probe's own amplitude moves something, fainter ones are tried; 0 if a level pins no
+    wall.
     """
     chain = build_bare_chain(as_specimen(made), time)
     levels = range(chain.design.levels)
     least = 0.5  # cells; no read may be set to more
     factors = [1.25**k for k in range(24)]  # on the amplitude of the pulse: up to 170
     for level in levels[:2] if end is End.LEFT else (*levels[:-3:-1], BLANK):
+        try:
+            rest = (
+                make_blank(chain.specimen)
+                if level == BLANK
+                else find_pinned_wall(chain.specimen, level)
+            )
+        except StateError:  # the level pins no wall
+            return 0.0
 
-        def leaves_wall(amplitude: float, level: int = level) -> bool:
-            pulse = dataclasses.replace(probe, A=amplitude)
-            return find_level_after(chain, level, end, pulse) == level
+        def leaves_wall(amplitude: float, level: int = level, rest: Array = rest) -> bool:
+            chain.place(rest)
+            return find_level_after(chain, end, dataclasses.replace(probe, A=amplitude)) == level
 
         louder = (factor * probe.A for factor in factors)
         most = max(least, probe.A)
@@ -84,15 +94,9 @@ def find_safe_limit(
     return least
 
 
-def find_level_after(chain: Chain, level: int, end: End, probe: ProbeSettings) -> int:
-    """Return where a pulse leaves the wall of a level, or none: a level, `BLANK`, or `UNDECODABLE`
-    for anything else.
-    """
+def find_level_after(chain: Chain, end: End, probe: ProbeSettings) -> int:
+    """Return where a pulse leaves the wall of a chain, or none; as `drive_end`."""
     made, site = chain.specimen, end.site(chain.design)
-    try:
-        chain.place(make_blank(made) if level == BLANK else find_pinned_wall(made, level))
-    except StateError:  # the level pins no wall
-        return UNDECODABLE
     near = 1.0 if made.is_ideal else 0.5 * made.design.J
     settling_time = 2500.0  # ten damping times: the wall no longer swings about its defect
     return drive_end(chain, Pulse(chain.end(site), probe), settling_time, site, near)

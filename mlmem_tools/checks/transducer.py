@@ -80,12 +80,12 @@ def simulate_kick(chain: Chain, kick: KickMotion) -> dict[str, Array]:
     place, speed = kick.evaluate_motion(at)
     short = 1e-4 * chain.dt
     acceleration = (speed - kick.evaluate_motion(np.maximum(at - short, 0.0))[1]) / short
-    force = np.zeros(steps + 1)
-    for k in range(steps + 1):
-        pull = metamaterial_force(made, chain.v, chain.V)[0]
-        force[k] = made.masses[0] * acceleration[k] + made.eta * speed[k] - pull
-        force[k] += made.design.friction * np.sign(speed[k])
-        if k < steps:
-            times = substep_times(1, chain.dt, k)
-            chain.advance(still, HeldCell(1, kick.evaluate_motion(times)))
+    times = substep_times(steps, chain.dt).reshape(steps, SUBSTEPS_PER_STEP)
+    states = [chain.v.copy()]
+    for step_times in times:
+        chain.advance(still, HeldCell(1, kick.evaluate_motion(step_times)))
+        states.append(chain.v.copy())
+    pull = metamaterial_force(made, np.array(states), chain.V)[:, 0]
+    force = made.masses[0] * acceleration + made.eta * speed - pull
+    force += made.design.friction * np.sign(speed)
     return {'stroke': place - place[0], 'speed': speed, 'force': force, 'power': force * speed}

@@ -20,8 +20,6 @@ from mlmem.physics import Design, Scatter, Specimen, draw_specimen
 from mlmem.physics.equilibrium import make_blank
 from mlmem_tools.identification.kick_search import build_chain, build_kick, drive_end
 
-from ..studies import style
-from ..studies.tolerance.estimate import pool_failures
 from ..study import Study
 
 
@@ -86,6 +84,10 @@ def measure_preset(name: str, seed: int) -> dict[str, Any]:
 
 def draw_shares(result: Mapping[str, Any]) -> Any:
     """Draw the share of kicks astray over the scatter, with intervals; open where none did."""
+    # the search of a design counts, and neither draws nor pools
+    from ..studies import style
+    from ..studies.tolerance.estimate import pool_failures
+
     figure = style.new_figure(3.4)
     axes = style.axes_grid(figure)[0, 0]
     colours = style.Colour.INACTIVE, style.Colour.MARK, style.Colour.TENSION, style.Colour.ACTIVE
