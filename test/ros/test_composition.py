@@ -52,6 +52,7 @@ def test_element_and_robot_share_an_executor(context, robot, kind, tmp_path):
 
 
 PROGRAM = f"""
+import time
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from mlmem_ros import MemoryClient, MemoryNode
@@ -72,18 +73,34 @@ with MemoryNode(parameters=QUICK) as memory:
 task.result()
 assert task.done()
 executor.shutdown()
-rclpy.shutdown()
+
+reply = MemoryClient(robot, '/nobody').ready(60.0)
+node = reply.link.thread.node
+destroy = node.destroy_node
+
+def destroy_late():
+    time.sleep(0.5)
+    destroy()
+    print('left')
+
+node.destroy_node = destroy_late
+rclpy.try_shutdown()
+while not reply.done():
+    time.sleep(0.001)
 """
 
 
-def test_messages_within_one_process_arrive():
-    """By default Fast DDS hands them over; our other tests have it send them."""
+def test_program_of_robot_and_element_ends_as_its_client_left():
+    """By default Fast DDS hands over messages within one process; our other tests have it send
+    them. A client's thread that Python's end stopped in C++ would end the process by SIGABRT.
+    """
     by_default = {
         name: value for name, value in os.environ.items() if name not in PROFILE_VARIABLES
     }
-    done = program('-c', PROGRAM, env=by_default, stderr=subprocess.PIPE, text=True)
-    _, said = done.communicate(timeout=TIMEOUT_S)
-    assert done.returncode == 0, said
+    pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE}
+    done = program('-c', PROGRAM, env=by_default, text=True, **pipes)
+    output, errors = done.communicate(timeout=TIMEOUT_S)
+    assert (output, done.returncode) == ('left\n', 0), errors
 
 
 def test_node_that_cannot_start_leaves_nothing_behind(context, robot):

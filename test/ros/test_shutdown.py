@@ -81,32 +81,6 @@ def test_robot_stopped_with_its_memory_writes_once_more(lasting, tmp_path):
     assert store.load_snapshot(state)['reading']['level'] == 0
 
 
-def test_end_of_python_waits_for_a_client_that_leaves_the_graph():
-    """Or its thread would be stopped in C++, which ends the process by SIGABRT."""
-    script = """
-import time
-import rclpy
-from mlmem_ros import MemoryClient
-
-rclpy.init()
-reply = MemoryClient(rclpy.create_node('behaviour'), '/nobody').ready(60.0)
-node = reply.link.thread.node
-destroy = node.destroy_node
-
-def destroy_late():
-    time.sleep(0.5)
-    destroy()
-    print('left')
-
-node.destroy_node = destroy_late
-rclpy.try_shutdown()
-while not reply.done():
-    time.sleep(0.001)
-"""
-    done = program('-c', script, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert (*done.communicate(timeout=TIMEOUT_S), done.returncode) == ('left\n', '', 0)
-
-
 @pytest.mark.parametrize('longest', [0.8, 600.0])
 def test_linger_ends_with_its_time_or_sigterm(longest):
     assert longest > CLIENT_ABSENCE_S  # or it would end for want of clients
@@ -172,7 +146,7 @@ sys.exit(main.main())
 
 def test_middleware_that_hangs_at_the_end_is_cut_off():
     """With a traceback, and another status than one of a node that did not save: all is saved."""
-    with started('ready', '-c', HANGS) as process:
+    with started('preparing the device', '-c', HANGS) as process:
         process.send_signal(signal.SIGTERM)
         output = process.stderr.read()
         assert process.wait(TIMEOUT_S) == 1  # it hangs for longer
