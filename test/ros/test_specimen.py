@@ -21,7 +21,7 @@ from mlmem_ros.session.replay import run_replay
 from mlmem_tools.identification import monitor_node
 
 CHOSEN = load_element('bits_1')
-BYTE, BYTE_SET = load_element('byte').design_and_settings
+WORDS, WORDS_SET = load_element('robust_words').design_and_settings
 PLAN = PulseCorrections(
     (PulseCorrection(), PulseCorrection(peak=1.5, times=1.3)), hash_schedule(CHOSEN.settings)
 )
@@ -90,10 +90,10 @@ def test_monitor_names_the_cell_that_became_weaker(start_robot, start_monitor, t
 
 
 def test_twin_that_cannot_be_used_ends_the_start(refused, tmp_path):
-    made = draw_specimen(BYTE, Scatter(alpha=0.1), 3)
-    file = write_element(tmp_path / 'element.yaml', made, BYTE_SET)
-    given = {'element': 'byte', 'design.check': 'skip'}
-    word = 'word must be one whose walls rest at its levels; got 89'
+    made = draw_specimen(WORDS, Scatter(alpha=0.5), 3)
+    file = write_element(tmp_path / 'element.yaml', made, WORDS_SET)
+    given = {'element': 'robust_words', 'design.check': 'skip'}
+    word = 'word must be one whose walls rest at its levels; got '
     assert word in refused(given | {'twin': str(file)})
 
 
@@ -109,38 +109,37 @@ def test_stuck_cell_of_the_file_is_reported(start_robot, tmp_path):
     assert 'level 3 cannot be reached' in values(status)['bad_cells']
 
 
-def test_monitor_of_a_register_ends_with_the_reason(start, byte, start_monitor, capfd):
-    start({'element': str(byte)})
-    assert start_monitor(byte).result(TIMEOUT_S) == 1
+@pytest.fixture(scope='module')
+def register(tmp_path_factory):
+    """The file of a register whose kicks are too slow but for its plan, and which the design's
+    forecasts read in hardly any word.
+    """
+    shipped, levels = WORDS_SET.kick, WORDS.levels
+    slow = replace(WORDS_SET, kick=shipped.scale_speeds(levels * [0.8], levels * [0.8]))
+    steps = levels * (PulseCorrection(speed=1.25),)
+    plan = PulseCorrections(steps, hash_schedule(slow), kinks=levels * (1.25,))
+    made = draw_specimen(WORDS, Scatter(alpha=0.06), 3)
+    return write_element(tmp_path_factory.mktemp('elements') / 'words.yaml', made, slow, plan=plan)
+
+
+def test_monitor_of_a_register_ends_with_the_reason(start, register, start_monitor, capfd):
+    start({'element': str(register)})
+    assert start_monitor(register).result(TIMEOUT_S) == 1
     assert 'element must be one that holds one wall' in capfd.readouterr().err
 
 
-@pytest.fixture(scope='module')
-def byte(tmp_path_factory):
-    """A byte with what `mlmem plan` finds; the design's forecasts tell hardly a word, and the
-    shipped kick sends no wall to level 6.
-    """
-    speeds = (1.101, 1.0, 1.058, 1.045, 1.221, 1.0, 1.171, 1.15)
-    plan = PulseCorrections(
-        tuple(PulseCorrection(speed=speed) for speed in speeds),
-        hash_schedule(BYTE_SET),
-        kinks=(1.146, 1.0, 1.054, 1.044, 1.214, 1.27, 1.222, 1.0),
-    )
-    made = draw_specimen(BYTE, Scatter(alpha=0.01), 3)
-    path = tmp_path_factory.mktemp('elements') / 'byte.yaml'
-    return write_element(path, made, BYTE_SET, plan=plan)
-
-
-def test_register_with_a_twin_writes_and_replays(start_robot, byte, tmp_path):
+def test_register_with_a_twin_writes_and_replays(start_robot, register, tmp_path):
     bag = tmp_path / 'bag'
     robot = start_robot({
-        'element': str(byte), 'twin': str(byte), 'record.path': str(bag), 'time.speed': 0.0,
+        'element': str(register), 'twin': str(register), 'record.path': str(bag),
+        'time.speed': 0.0,
     })  # fmt: skip
-    robot.set(target_word=64)
-    assert robot.trigger('write')['attempts'] == 1
-    assert robot.trigger('read')['word'] == 64
+    for word in (17, 26):  # the first for the speeds of walls, the second for those of kinks
+        robot.set(target_word=word)
+        assert robot.trigger('write')['attempts'] == 1
+    assert robot.trigger('read')['word'] == 26
     end_node(robot.memory)
     report = run_replay(load_session(bag))
     assert report.exact
-    assert report.recorded_endings == ['write 64', 'read 64']
-    assert [each.reading.level for each in report.outcomes] == [64, 64]
+    assert report.recorded_endings == ['write 17', 'write 26', 'read 26']
+    assert [each.reading.level for each in report.outcomes] == [17, 26, 26]
