@@ -12,6 +12,7 @@ from mlmem import (
     BLANK,
     MemoryElement,
     Settings,
+    as_designed,
     factory_calibration,
     load_element,
     physics,
@@ -69,6 +70,17 @@ def shipped(name, made=None, **settings):
     given = change(given, **settings)
     driver = None if made is None else Simulation.build_blank(made, given.time)
     return MemoryElement(design, given, driver=driver)
+
+
+def first_levels(name, n):
+    """Return a shipped element with its first levels alone: what a procedure does costs less."""
+    design, settings = load_element(name).design_and_settings
+    kick = settings.kick
+    speeds, kinks = (' '.join(each.split()[:n]) for each in (kick.speeds, kick.kinks))
+    return as_designed(
+        dataclasses.replace(design, N=design.N - design.J * (design.levels - n)),
+        change(settings, kick={'speeds': speeds, 'kinks': kinks}),
+    )
 
 
 def failed_checks(outcome):

@@ -26,7 +26,6 @@ from mlmem import (
     SettingsError,
     Survey,
     Write,
-    as_designed,
     load_element,
     snapshot,
 )
@@ -45,17 +44,7 @@ from . import rig
 BYTE = load_element('byte')
 
 
-def first_levels(n):
-    """Return the first levels of a byte: what a procedure does costs a third with four."""
-    kick = BYTE.settings.kick
-    speeds, kinks = (' '.join(each.split()[:n]) for each in (kick.speeds, kick.kinks))
-    return as_designed(
-        replace(BYTE.design, N=BYTE.design.J * (n + 1)),
-        replace(BYTE.settings, kick=replace(kick, speeds=speeds, kinks=kinks)),
-    )
-
-
-NIBBLE = first_levels(4)
+NIBBLE = rig.first_levels('byte', 4)
 
 
 def levels(element):

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 from rejection import expect_rejection
+from sampled import sampled
 
 from mlmem import (
     BLANK,
@@ -24,6 +25,7 @@ from mlmem import (
     Write,
     load_element,
 )
+from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.physics import Scatter, draw_specimen, find_walls
 from mlmem.physics.wall import arrival_tolerance
@@ -43,7 +45,7 @@ def make_scattered(name, seed, scatter=SCATTER):
 
 
 @pytest.mark.parametrize('name', ROBUST_NAMES)
-@pytest.mark.parametrize('seed', range(4))
+@pytest.mark.parametrize('seed', range(2))
 def test_scattered_robust_element_acknowledges_no_wrong_level(name, seed):
     """The wall must rest within a quarter of a level, at most 1.5 cells, where it is reported."""
     element, random = make_scattered(name, seed), np.random.default_rng(1000 + seed)
@@ -68,7 +70,9 @@ def test_wall_pinned_behind_the_last_level_is_not_read_as_it(seed):
     assert (reading.content, reading.walls) == (UNDECODABLE, 1)
 
 
-@pytest.mark.parametrize('name', ROBUST_NAMES)
+@pytest.mark.parametrize(
+    'name', sampled(ROBUST_NAMES, lambda name: name in {'robust_2', 'robust_3_friction'})
+)
 def test_robust_element_passes_design_check(name):
     """A node refuses an element whose check fails, and logs what warns at every start."""
     shipped = load_element(name)
@@ -89,25 +93,30 @@ def test_waveform_read_of_two_walls_is_undecodable(name):
 def lossy(name, **losses):
     """Return an element whose damping or friction are so many times those of its design."""
     design = load_element(name).design
-    changes = {name: factor * getattr(design, name) for name, factor in losses.items()}
+    changes = {loss: factor * getattr(design, loss) for loss, factor in losses.items()}
     return rig.shipped(name, dataclasses.replace(design, **changes))
 
 
-@pytest.mark.parametrize(('name', 'damping'), [('robust_2', 0.8), ('robust_3', 1.2)])
-def test_calibration_finds_factors_on_losses_and_kicks(name, damping):
-    """A wall that is damped a fifth less or more needs slower or faster kicks, and answers
-    otherwise. With less damping every kick to the last level sends the wall out.
+@pytest.mark.parametrize(('name', 'losses'), [('robust_2', 0.8), ('robust_2_friction', 1.3)])
+def test_calibration_finds_factors_on_losses_and_kicks(name, losses):
+    """A wall that loses less or more needs slower or faster kicks, and answers otherwise, so that
+    it is also read better. With less damping every kick to the last level sends the wall out.
     """
-    element = lossy(name, eta=damping)
+    element = lossy(name, eta=losses, friction=losses)
     missed = element.perform(Write(element.design.levels - 1))
     assert not missed.success
-    assert ('calibrate the element' in missed.error) == (damping < 1.0)
+    assert ('calibrate the element' in missed.error) == (losses < 1.0)
+    before = rig.pin(element, 1).perform(Read()).reading.threshold_margin
     outcome = rig.succeed(element, Calibrate())
     assert (outcome.end_tick - outcome.start_tick) * element.settings.tick_seconds < 60.0
-    assert outcome.found['loss_factor'] == pytest.approx(damping, abs=0.05)
-    assert (outcome.found['kick_factor'] > 1.0) == (damping > 1.0)
-    for level in range(element.design.levels):
-        assert element.perform(Write(level)).success
+    assert outcome.found['loss_factor'] == pytest.approx(losses, abs=0.05)
+    assert (outcome.found['kick_factor'] > 1.0) == (losses > 1.0)
+    for level in (*range(element.design.levels), 1):
+        assert rig.succeed(element, Write(level)).attempts == 1
+    restored = lossy(name, eta=losses, friction=losses)
+    restore_snapshot(restored, rig.save_state(element))
+    for each in (element, restored):
+        assert each.perform(Read()).reading.threshold_margin > 2.0 * before
 
 
 def run_out(element):
@@ -137,19 +146,6 @@ def test_calibration_without_a_blank_element_keeps_the_old_factors():
     assert not outcome.success
     assert 'the element is not blank after 3 kicks' in outcome.error
     assert element.calibration == known
-
-
-def test_calibration_makes_an_element_with_less_friction_read_better():
-    """Forecasts with the friction of the design are far from what it answers."""
-    element = rig.pin(lossy('robust_2_friction', friction=0.8), 1)
-    before = element.perform(Read())
-    assert element.perform(Calibrate()).found['loss_factor'] == pytest.approx(0.8, abs=0.05)
-    after = element.perform(Write(1))
-    left = [each.reading.threshold_margin for each in (before, after)]
-    assert left[1] > 2.0 * left[0]
-    again = lossy('robust_2_friction', friction=0.8)
-    restore_snapshot(again, rig.save_state(element))
-    assert again.perform(Read()).reading.threshold_margin == pytest.approx(left[1], rel=0.1)
 
 
 def waveform_reader(name):
@@ -198,17 +194,19 @@ def test_late_end_changes_no_content_read_by_waveforms(name):
 
 @pytest.fixture(scope='module')
 def calibrated():
-    """Return the state of a scattered element after its calibration; nothing changes it."""
-    element = make_scattered('robust_3_one_end', 1)
+    """Return a scattered element with four levels, calibrated."""
+    given = rig.first_levels('robust_3_one_end', 4)
+    made = draw_specimen(given.design, SCATTER, 1)
+    element = MemoryElement(given, driver=Simulation.build_blank(made, given.settings.time))
     assert element.perform(Calibrate()).success
-    return rig.save_state(element)
+    return element, rig.save_state(element)
 
 
 @pytest.fixture
 def element(calibrated):
-    """Return a calibrated element, restored from that state."""
-    element = make_scattered('robust_3_one_end', 1)
-    restore_snapshot(element, calibrated)
+    """Return that element as it was after its calibration."""
+    element, state = calibrated
+    restore_snapshot(element, state)
     return element
 
 
@@ -231,10 +229,10 @@ def test_left_end_writes_reads_and_erases_every_level(element):
         element.apply(Survey())
 
 
-@pytest.mark.parametrize('site', [9, 20, 33, 46, 61])
+@pytest.mark.parametrize('site', [9, 20, 30])
 @pytest.mark.parametrize('weak', [False, True], ids=['stuck', 'weak'])
 def test_cell_that_breaks_later_makes_no_read_wrong(element, site, weak):
-    for level in (1, 3, 6):
+    for level in (0, 1, 3):
         element.place_content(level)
         element.apply(SetFaults(
             Faults(weak_cell=site, weak_factor=0.3) if weak else Faults(stuck_cell=site)
