@@ -53,27 +53,25 @@ def judge_seed(seed, *, drawn):
 
 
 def test_legal_designs_are_judged():
-    verdicts = {judge_seed(seed, drawn=seed % 2) for seed in (2, 4, 5)}
-    assert {Verdict.FAIL} <= verdicts <= {Verdict.FAIL, None}
+    verdicts = {judge_seed(seed, drawn=seed % 2) for seed in (2, 4, 5, 10, 12)}
+    assert verdicts == {Verdict.FAIL, None}
 
 
 def test_legal_designs_are_judged_by_closed_forms(monkeypatch):
     """Without the simulations and landscapes, which take ten times as long."""
     monkeypatch.setattr(checks, 'CHECK_MODULES', QUICK)
-    verdicts = {judge_seed(seed, drawn=False) for seed in (121, *range(124, 133), 142)}
-    assert verdicts >= {Verdict.FAIL, Verdict.WARN, None}
+    verdicts = {judge_seed(seed, drawn=False) for seed in (*range(103, 111), 116, 117, 120)}
+    assert verdicts == {*Verdict, None}
 
 
 @pytest.mark.parametrize(
     'changes', [{'eta': 0.0}, {'beta': 0.0, 'gamma': 0.0}, {'eta': 0.0, 'beta': 0.0, 'gamma': 0.0}]
 )
 def test_no_damping_and_no_defects_are_judged(changes, monkeypatch):
-    """Without read disturb, half of the time: it has tests of its own."""
-    monkeypatch.setattr(
-        checks,
-        'CHECK_MODULES',
-        [each for each in checks.CHECK_MODULES if each is not checks.disturb],
-    )
+    """Without the checks that take nine tenths of the time: they have tests of their own."""
+    dear = (checks.disturb, checks.transducer)
+    quick = [each for each in checks.CHECK_MODULES if each not in dear]
+    monkeypatch.setattr(checks, 'CHECK_MODULES', quick)
     design, settings = load_element('bits_1').design_and_settings
     assert judge(dataclasses.replace(design, **changes), settings) is Verdict.FAIL
 
