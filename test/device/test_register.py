@@ -75,22 +75,23 @@ def test_words_are_sets_of_levels_far_enough_apart(spacing):
     assert Code(16, 2).words == 2584  # Fibonacci's 18th number
 
 
-SOME = (0, 0x10, 0xA7, 0xFF)
-
-
-@pytest.mark.parametrize('words', sampled([SOME, range(256)], lambda words: words is SOME))
+@pytest.mark.parametrize(
+    ('kind', 'words'),
+    sampled([(NIBBLE, (0, 0x2, 0xB, 0xF)), (BYTE, range(256))], lambda each: each[0] is NIBBLE),
+    ids=['4', '8'],
+)
 @pytest.mark.parametrize(('amplitude', 'error'), [(0.01, 0.004), (0.001, 8e-4)])
-def test_forecasts_agree_with_simulated_waveforms(words, amplitude, error):
+def test_forecasts_agree_with_simulated_waveforms(kind, words, amplitude, error):
     """Small waves, beside the simulated ends of an element with scattered cells: within 0.4 % of
     the pulse, and 0.08 % with a tenth of its amplitude, where walls are linear.
     """
-    register = replace(BYTE.settings.register, A=amplitude)
-    settings = replace(BYTE.settings, register=register)
+    register = replace(kind.settings.register, A=amplitude)
+    settings = replace(kind.settings, register=register)
     scatter = Scatter(alpha=1e-3, k_r=1e-3, mass=1e-3, offset=1e-3)
-    made = draw_specimen(BYTE.design, scatter, 3)
+    made = draw_specimen(kind.design, scatter, 3)
     found = forecast_words(made, settings)
     for word in words:
-        twin = Instrument(BYTE.design, settings, Simulation.build_blank(made, settings.time))
+        twin = Instrument(kind.design, settings, Simulation.build_blank(made, settings.time))
         rig.pin(twin, *found.code.walls(word))
         recorder = twin.transducer.record_pulse(End.LEFT, register.probe)
         twin.pass_ticks(found.listener.ticks)
