@@ -6,18 +6,18 @@ import json
 import pickle
 import re
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from small_register import first_levels
 
-from mlmem import element_file, load_element
+from mlmem import element_file, load_element, memory
 from mlmem.element_file import Element
 from mlmem.physics import Scatter, draw_specimen
 from mlmem.readers.calibration import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem_lab.studies.proof import Proof, Tally, evaluate_run
 from mlmem_lab.windows.astray import count_astray
-from mlmem_tools.checks import Verdict, check
 from mlmem_tools.cli.main import main
 from mlmem_tools.identification.plan import plan_pulses
 
@@ -62,15 +62,10 @@ def test_wall_decides_whether_a_read_is_right():
 
 
 def test_design_that_does_not_work_fails_its_proof():
-    """Too little tension leaves the wall at level 1, and the kink never reaches it."""
+    """Too little tension leaves the wall at level 1."""
     design, settings = load_element('bits_2').design_and_settings
-    weak = replace(
-        settings,
-        write=replace(settings.write, tension=0.012),
-        erase=replace(settings.erase, tension=0.005),
-    )
-    assert check(design, weak).verdict is Verdict.FAIL
-    tally = Tally.of(prove(Proof(design, weak, sample=1)))
+    weak = replace(settings, write=replace(settings.write, tension=0.012))
+    tally = Tally.of(prove(Proof(design, weak, sample=1), 0))
     assert tally.upward == (2, 4)
     assert 'upward from -1 to 3: level 2' in tally.errors[0]
 
@@ -145,7 +140,9 @@ def test_proof_has_the_element_with_its_delays_and_pulses(element):
     assert pulses == list(element.plan.steps)  # factors on whatever is set
 
 
-def test_proof_reads_and_kicks_a_register_as_known():
+def test_proof_reads_and_kicks_a_register_as_known(monkeypatch):
+    """Nothing is read here, so the forecasts, which take long, are left out."""
+    monkeypatch.setattr(memory, 'choose_reader', lambda *_, **__: Mock(content_count=8))
     chosen = first_levels(3)
     made = draw_specimen(chosen.design, Scatter(alpha=0.003), 1)
     factors = tuple(1.0 + 0.01 * level for level in range(3))
