@@ -4,7 +4,6 @@
 generated pages.
 """
 
-import ast
 import re
 import xml.etree.ElementTree as ET
 from functools import cache
@@ -74,21 +73,22 @@ PUBLIC_MODULES = (*BASE_MODULES, 'element_file', 'procedure_table', 'snapshot')
 """Modules of mlmem whose names `mlmem_ros` uses besides those that mlmem exports."""
 
 
+IMPORT = re.compile(r'^ *(?:from (\.*)([\w.]*) )?import (?:\(([^)]*)\)|(.+))$', re.MULTILINE)
+
+
 @cache
 def list_imports():
     """Return pairs of a module of the packages and a dotted name it imports, perhaps late."""
-    found = []
+    found = set()
     for package in ('mlmem', 'mlmem_ros', 'mlmem_tools'):
-        for file in sorted((ROOT / package).rglob('*.py')):
+        for file in (ROOT / package).rglob('*.py'):
             module = '.'.join(file.relative_to(ROOT).with_suffix('').parts)
-            for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
-                if isinstance(node, ast.ImportFrom):
-                    parts = module.split('.')[: -node.level] if node.level else []
-                    origin = '.'.join((*parts, *filter(None, (node.module or '').split('.'))))
-                    found += ((module, f'{origin}.{alias.name}') for alias in node.names)
-                elif isinstance(node, ast.Import):
-                    found += ((module, alias.name) for alias in node.names)
-    return found
+            text = re.sub('#.*', '', file.read_text(encoding='utf-8'))
+            for dots, origin, *names in IMPORT.findall(text):
+                parts = module.split('.')[: -len(dots)] if dots else []
+                for name in filter(None, re.sub(r' as \w+|\s', '', ''.join(names)).split(',')):
+                    found.add((module, '.'.join(filter(None, (*parts, origin, name)))))
+    return sorted(found)
 
 
 def is_within(name, package):
