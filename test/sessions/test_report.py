@@ -120,9 +120,9 @@ def split(tmp_path_factory):
                         element.apply(command)
                     element.advance()
                 if not element.procedure:
+                    writer.sync()  # so that it knows how full the file is
                     writer.write(HEADER, build_header(element, '/mlmem', {}), message.log_time)
             writer.write(message.topic, message.cdr, message.log_time)
-            writer.sync()
     assert len(list(path.glob('*.mcap'))) > 3
     return path
 
