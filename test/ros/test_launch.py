@@ -15,7 +15,6 @@ import subprocess
 from pathlib import Path
 
 import pytest
-import setuptools
 from closed_bag import check_closed
 from nodes import element_file
 from robot import Robot
@@ -130,6 +129,8 @@ def test_launch_bank_starts_two_elements(ros2, tmp_path):
 
 def test_setup_installs_every_file(monkeypatch):
     """As colcon does, which runs `setup.py`."""
+    import setuptools  # which takes half a second, in every process that collects this file
+
     given = {}
     monkeypatch.setattr(setuptools, 'setup', given.update)
     monkeypatch.chdir(CHECKOUT)
