@@ -31,11 +31,12 @@ from mlmem.rng import RandomStream, draw_normal
 from mlmem.schema import find_descriptions
 
 from . import rig
-from .test_register import NIBBLE
 
 HEALTHY = SetFaults(Faults())
 
 BIT = load_element('bits_1')
+
+BITS = rig.first_levels('byte', 2)
 
 
 def with_faults(element, **faults):
@@ -104,8 +105,8 @@ def test_random_numbers_of_seed_and_tick_never_change():
 
 @pytest.mark.parametrize(
     ('kind', 'end', 'gain'),
-    [(BIT, 'left', 0.75), (BIT, 'right', 3.0), (BIT, 'both', 0.0), (NIBBLE, 'left', 3.0)],
-    ids=['left', 'right', 'both', 'nibble'],
+    [(BIT, 'left', 0.75), (BIT, 'right', 3.0), (BIT, 'both', 0.0), (BITS, 'left', 3.0)],
+    ids=['left', 'right', 'both', 'register'],
 )
 def test_read_drives_no_end_that_rests_in_neither_phase(kind, end, gain):
     """It is driven about its rest: elsewhere the pulse began with a jump, and the wall left."""
@@ -119,10 +120,14 @@ def test_read_drives_no_end_that_rests_in_neither_phase(kind, end, gain):
     assert rig.true_level(element) == 0
 
 
-@pytest.mark.parametrize('kind', [load_element('kick_2'), NIBBLE], ids=['kick_2', 'nibble'])
-def test_erase_drives_no_end_that_rests_in_neither_phase(kind):
+@pytest.mark.parametrize(
+    ('kind', 'end'),
+    [(load_element('kick_2'), 'right'), (BITS, 'left')],
+    ids=['kick_2', 'register'],
+)
+def test_erase_drives_no_end_that_rests_in_neither_phase(kind, end):
     """It began with a jump of nine cells, which broke the element."""
-    element = with_faults(MemoryElement(kind), sensor_gain=10.0, sensor_end='right')
+    element = with_faults(MemoryElement(kind), sensor_gain=10.0, sensor_end=end)
     outcome = element.perform(Erase())
     assert not outcome.success
     assert np.abs(element.chain.v).max() < 5.0

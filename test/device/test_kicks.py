@@ -150,6 +150,7 @@ def test_element_without_actuator_does_everything_but_strain():
         small = element('kick_2', actuator={'present': False})
         outcome = rig.succeed(small, command)
         assert 'actuator' not in [check.name for check in outcome.checks]
+        assert outcome.reading.level == rig.true_level(small, CELL) == BLANK
         assert small.actuator.motion.duration == 0.0  # it never strained
 
 
