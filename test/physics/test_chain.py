@@ -44,7 +44,7 @@ def case_ii(substrate='rigid', **changes):
 
 # --- against SciPy ----------------------------------------------------------------------------
 
-RAMP, RELEASE, END = 30.0, 20.0, 40.0
+RAMP, RELEASE, END = 18.0, 12.0, 20.0
 
 
 def ramp(t):
@@ -54,7 +54,7 @@ def ramp(t):
 
 def pulse(t):
     """Return v_1(t), a short burst about s2; it leaves some motion at the release."""
-    return CASE_II.D_s2 + 0.05 * np.exp(-0.5 * ((t - 12.0) / 5.0) ** 2) * np.sin(2.1 * t)
+    return CASE_II.D_s2 + 0.05 * np.exp(-0.5 * ((t - 8.0) / 4.0) ** 2) * np.sin(2.1 * t)
 
 
 def pulse_rate(t):

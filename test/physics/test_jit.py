@@ -103,8 +103,7 @@ def test_loop_is_recompiled_when_file_it_inlines_changes(load):
     assert changed(1.0) == 3.25
 
 
-@pytest.mark.parametrize('kind', ['nbi', 'nbc'])
-@pytest.mark.parametrize('share', [0.0, 0.5])
+@pytest.mark.parametrize(('kind', 'share'), [('nbi', 0.0), ('nbc', 0.5)])
 def test_torn_cache_is_compiled_anew_and_reported_once(load, kind, share, caplog):
     """A power cut leaves an empty or a half file, be it of the index or of the data; numba alone
     fails at every start.

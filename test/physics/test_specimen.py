@@ -147,7 +147,7 @@ def by_dop853(name, end):
     ],
 )
 def test_specimen_moves_as_dop853_says(name, dt, error):
-    made, end = MADE[name], 20.0
+    made, end = MADE[name], 12.0
     t = substep_times(round(end / dt), dt)
     chain = Chain(made, dt)
     chain.place(start(made.design))
