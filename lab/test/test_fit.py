@@ -200,7 +200,7 @@ def test_fit_of_an_element_with_its_own_law_succeeds():
 
 def test_fit_of_an_element_that_rubs_is_refused():
     """By the blank element already."""
-    rubbed = measured(hidden(2, friction=1e-6), (*SHOTS[:2], SHOTS[6]))
+    rubbed = measured(hidden(2, friction=3e-6), (*SHOTS[:2], SHOTS[6]))
     with pytest.raises(Misfitting, match=r'does not describe this element.*dry friction'):
         fit_element(SMALL, rubbed)
 
