@@ -30,15 +30,6 @@ DESIGN = dataclasses.replace(CASE_II, N=125)
 """Four of the eight levels of the paper's second element, of its cells and at its distances: what
 a procedure does costs a third here."""
 
-LONGEST = 40_000
-"""Ticks after which a procedure counts as endless; a calibration takes some 6000."""
-
-
-class Restless(MemoryElement):
-    """The slow twin of a device: it passes every tick as if something moved."""
-
-    at_rest = False
-
 
 def change(settings, **groups):
     """Return settings with other values of some groups, as in `write={'attempts': 1}`."""
@@ -107,23 +98,25 @@ def save_state(element):
     return json.loads(json.dumps(snapshot.take_snapshot(element), allow_nan=False))
 
 
-def ticks(element, n):
-    """Advance by n ticks, in runs, and return the events."""
-    seen, end = [], element.ticks + n
-    while element.ticks < end:
-        seen += element.advance(end - element.ticks)
+def ticks(element, *steps):
+    """Apply commands and advance by numbers of ticks, in turn and in runs; return the events."""
+    seen = []
+    for step in steps:
+        if isinstance(step, int):
+            end = element.ticks + step
+            while element.ticks < end:
+                seen += element.advance(end - element.ticks)
+        else:
+            element.apply(step)
     return seen
 
 
 def events(element, command):
     """Apply a command and return the events until its procedure has ended, in runs of ticks."""
-    element.apply(command)
-    seen, end = [], element.ticks + LONGEST
-    while element.ticks < end:
-        seen += element.advance(LONGEST)
-        if not element.procedure:
-            return seen
-    raise AssertionError(f'{command} does not end')
+    seen, run = [], element.apply(command)
+    while run.outcome is None:
+        seen += element.advance(1000)
+    return seen
 
 
 def plain(told):

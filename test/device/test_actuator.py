@@ -127,14 +127,11 @@ def test_set_points_and_profiles_strain_the_material():
     assert len(speeds) == 8  # 1.5 x 0.01 / 1e-4 is 7.5 ticks of 20
     element.advance()
     assert element.substrate_speed == 0.0
-    element.apply(FollowTrajectory((0.0, 0.1), (0.01, 0.03)))  # which begins at this strain
-    rig.ticks(element, 25)
+    rig.ticks(element, FollowTrajectory((0.0, 0.1), (0.01, 0.03)), 25)  # it begins at this strain
     assert element.actuator.strain == pytest.approx(0.02, abs=1e-16)  # half-way
-    element.apply(FollowTrajectory((0.1,), (0.0,)))  # which takes the place of the first
-    rig.ticks(element, 25)
+    rig.ticks(element, FollowTrajectory((0.1,), (0.0,)), 25)  # it takes the place of the first
     assert element.actuator.strain == pytest.approx(0.01, abs=1e-16)
-    element.apply(SetStrain(0.02))  # as a set-point does
-    rig.ticks(element, 8)
+    rig.ticks(element, SetStrain(0.02), 8)  # as a set-point does
     assert element.actuator.strain == 0.02
     assert not element.actuator.is_moving
 

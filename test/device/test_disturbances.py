@@ -68,8 +68,8 @@ def test_acceleration_that_makes_all_cells_slide_is_rejected():
     assert hold < Settings().disturbance.max_acceleration < CASE_II.holding_force
     with expect_rejection(Refused, 'out_of_range', 'acceleration'):
         element.apply(Disturb(1.01 * hold))
-    element.apply(Disturb(0.5 * hold))  # met within a tick: the cells swing about where they rest
-    rig.ticks(element, 100)
+    # met within a tick: the cells swing about where they rest
+    rig.ticks(element, Disturb(0.5 * hold), 100)
     assert rig.true_level(element) == BLANK
 
 
@@ -84,19 +84,13 @@ def noisy(level, deviation, seed=1):
 def test_noise_after_echo_raises_threshold_of_reading():
     """The echo of level 7 comes after 46 ticks: its foot would be lost in noise that began."""
     element = rig.device(7, design=CASE_II)
-    element.apply(Read())
-    rig.ticks(element, 15)
-    element.apply(SetFaults(Faults(sensor_noise=1e-4, seed=3)))
-    told = rig.ticks(element, 200)
-    left = next(
-        event.echo
-        for event in told
-        if isinstance(event, EchoReceived) and event.echo.end == 'left'
-    )
+    noise = SetFaults(Faults(sensor_noise=1e-4, seed=3))
+    *echoes, outcome = rig.ticks(element, Read(), 15, noise, 200)
+    left = next(event.echo for event in echoes if event.echo.end == 'left')
     mean_size = math.sqrt(2.0 / math.pi) * 1e-4  # of normally distributed noise
     assert left.floor == pytest.approx(1.5 * 0.307 * mean_size, rel=0.3)
     assert left.threshold_factor > 1.4
-    assert told[-1].error.startswith('the noise at the left end hides when the echo began')
+    assert outcome.error.startswith('the noise at the left end hides when the echo began')
 
 
 DEVIATIONS = [1e-5, 4e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 5e-4]
@@ -192,8 +186,7 @@ def test_base_that_begins_to_shake_gives_no_wrong_level(moment):
     end has heard then is spoiled, and the next pulses are fired when it is still again.
     """
     element, course = rig.device(3), imu(20.0 * G, moment)
-    element.apply(Read())
-    events = rig.ticks(element, moment)
+    events = rig.ticks(element, Read(), moment)
     for _ in range(20):
         element.apply(Disturb(next(course)))
         events += element.advance()

@@ -75,8 +75,7 @@ BAD = {
 @pytest.mark.parametrize('field', BAD)
 def test_bad_command_is_rejected_and_changes_nothing(written, field):
     element = written(2)
-    element.apply(SetStrain(0.01))
-    rig.ticks(element, 2)
+    rig.ticks(element, SetStrain(0.01), 2)
     before = rig.bits(element)
     for command in BAD[field]:
         with expect_rejection(Refused, 'out_of_range', field):
@@ -90,10 +89,8 @@ def test_busy_device_refuses_commands_and_goes_on_unchanged(written, running):
     disturbed, alone, idle = written(2), written(2), snapshot.take_snapshot(written(1))
     for element in (disturbed, alone):
         if running == Abort():  # one that has something to do
-            element.apply(SetStrain(0.01))
-            rig.ticks(element, 10)
-        element.apply(running)
-        rig.ticks(element, 7)
+            rig.ticks(element, SetStrain(0.01), 10)
+        rig.ticks(element, running, 7)
     before = rig.bits(disturbed)
     trajectory = FollowTrajectory((0.1,), (0.01,))
     for command in (SetStrain(0.0), trajectory, Write(1), Read(), Erase(), Calibrate()):
@@ -129,8 +126,8 @@ def test_command_that_may_move_wall_makes_unknown(written):
     """And what cannot move it is not: a fault of a sensor, a shake that is weak, an idle abort."""
     harmless = written(3)
     for command in (SetFaults(Faults(sensor_noise=1e-6)), Disturb(1e-6), Abort()):
-        harmless.apply(command)
-        assert not any(isinstance(event, Unknown) for event in rig.ticks(harmless, 5))
+        events = rig.ticks(harmless, command, 5)
+        assert not any(isinstance(event, Unknown) for event in events)
         assert harmless.reading.level == 3
     for command, reason in (
         (SetFaults(Faults(weak_cell=3)), 'faults were set'),
@@ -140,8 +137,7 @@ def test_command_that_may_move_wall_makes_unknown(written):
         element.apply(command)
         assert element.advance(9) == [Unknown(reason, element.unknown.since)]
     held = written(3)
-    held.apply(SetStrain(0.001))
-    rig.ticks(held, 300)
+    rig.ticks(held, SetStrain(0.001), 300)
     assert rig.succeed(held, Read()).reading.level == 3
     held.apply(Abort())
     assert held.unknown.reason == 'aborted'
@@ -244,9 +240,7 @@ def test_history_of_element_is_counted():
         element.perform(command)
     element.apply(SetFaults(Faults(sensor_noise=0.01)))  # as loud as the pulse
     assert element.perform(Read()).code == 'undecodable'
-    element.apply(SetFaults(Faults()))
-    element.apply(Write(3))
-    rig.ticks(element, 10)
+    rig.ticks(element, SetFaults(Faults()), Write(3), 10)
     element.perform(Abort())
     counted = element.statistics
     assert (counted.writes, counted.first_try, counted.retries, counted.failures) == (3, 2, 1, 0)

@@ -69,8 +69,7 @@ def test_after_abort_at_any_tick_next_write_succeeds(command, content, moment, l
     """400 random aborts were tried once; none failed."""
     element = rig.device(content)
     longest = {Write: 700, Erase: 900, Calibrate: 2000}[type(command)]
-    element.apply(command)
-    rig.ticks(element, 1 + round(moment * longest))
+    rig.ticks(element, command, 1 + round(moment * longest))
     abort(element)
     assert rig.succeed(element, Write(level)).reading.level == level
     assert rig.true_level(element) == level
@@ -84,8 +83,7 @@ def test_echo_of_aborted_read_does_not_reach_next(level, moment):
     The abort itself waits for nothing.
     """
     element = rig.device(level)
-    element.apply(Read())
-    rig.ticks(element, moment)
+    rig.ticks(element, Read(), moment)
     for _ in range(2):
         begun = element.ticks
         abort(element)
@@ -172,8 +170,7 @@ def test_stuck_actuator_is_named_and_left_with_no_set_point(written, level):
     assert element.actuator.motion.target == 0.0
     rig.ticks(element, 100)
     assert element.is_released
-    element.apply(SetFaults(NO_FAULTS))
-    rig.ticks(element, 10)
+    rig.ticks(element, SetFaults(NO_FAULTS), 10)
     assert element.chain.V_N == 0.0
     assert rig.true_level(element) == level
 
@@ -196,8 +193,7 @@ def test_reset_element_is_as_new():
     lost = rig.device(3)
     design = lost.design
     rig.settle(lost, np.full(design.N, 2.0 * design.D_s2 - design.D_s1))
-    lost.apply(SetStrain(0.001))
-    rig.ticks(lost, 20)
+    rig.ticks(lost, SetStrain(0.001), 20)
     lost.statistics.cycles = 17
     outcome = rig.succeed(lost, Reset())
     assert outcome.reading.level == BLANK
@@ -220,14 +216,10 @@ def test_reset_gives_the_new_element_its_content(content):
 def reset_and_read(seed, begun):
     """Return all samples of a reset and a read of a noisy element after so many ticks."""
     element = rig.device(2)
-    element.apply(SetFaults(Faults(sensor_noise=1e-5, sensor_delay=3.0, seed=1)))
-    element.advance(begun)
-    element.advance(begun)
-    events = []
+    noise = SetFaults(Faults(sensor_noise=1e-5, sensor_delay=3.0, seed=1))
+    events = rig.ticks(element, noise, begun)
     for command in (Reset(content=2, seed=seed), Read()):
-        run = element.apply(command)
-        while run.outcome is None:
-            events += element.advance()
+        events += rig.events(element, command)
     return [event.echo.v_m for event in events if isinstance(event, EchoReceived)]
 
 

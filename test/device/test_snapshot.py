@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """A device from plain values, bit by bit; and values of no such device, which are refused."""
 
-import base64
 import copy
 import dataclasses
 import functools
+import itertools
 import math
 
 import numpy as np
@@ -25,8 +25,8 @@ from mlmem import (
     snapshot,
 )
 from mlmem.instrument.end import End
+from mlmem.parsing import encode_value
 from mlmem.physics import CASE_II, StateError
-from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.listening import has_decayed
 
 from . import rig
@@ -37,10 +37,8 @@ def elastic():
     rigid = dataclasses.replace(CASE_II, N=75)
     known = factory_calibration(rigid, Settings())
     soft = dataclasses.replace(rigid, substrate='elastic', s_min=100.0, s_max=300.0)
-    element = rig.device(design=soft, calibration=known)
-    rig.settle(element, find_pinned_wall(element.design, 1))
-    element.apply(SetStrain(-0.03))
-    rig.ticks(element, 7)
+    element = rig.device(1, design=soft, calibration=known)
+    rig.ticks(element, SetStrain(-0.03), 7)
     return element
 
 
@@ -48,8 +46,7 @@ def written_and_moving():
     """Return a device that was written and read, and is being strained by hand."""
     element = rig.device()
     rig.succeed(element, Write(3))
-    element.apply(SetStrain(0.03))
-    rig.ticks(element, 7)
+    rig.ticks(element, SetStrain(0.03), 7)
     assert element.actuator.is_moving
     return element
 
@@ -64,39 +61,31 @@ def all_active():
 
 def on_a_trajectory():
     element = rig.device(1)
-    element.apply(FollowTrajectory((0.1, 0.2, 0.4), (0.05, -0.01, 0.0), (0.0, -0.5, 0.0)))
-    rig.ticks(element, 60)
+    through = FollowTrajectory((0.1, 0.2, 0.4), (0.05, -0.01, 0.0), (0.0, -0.5, 0.0))
+    rig.ticks(element, through, 60)
     return element
 
 
 def shaken():
     """Return a device between two accelerations; its time-out comes within 100 ticks."""
     element = rig.device(1)
-    element.apply(Disturb(1e-4))
-    rig.ticks(element, 1)
-    element.apply(Disturb(-2e-4))
-    rig.ticks(element, 3)
+    rig.ticks(element, Disturb(1e-4), 1, Disturb(-2e-4), 3)
     return element
 
 
 def pulsed():
     """Return a device in which the pulses of an aborted read are still under way."""
     element = rig.device(2)
-    element.apply(Read())
-    rig.ticks(element, 15)
-    element.apply(Abort())
-    rig.ticks(element, 1)
+    rig.ticks(element, Read(), 15, Abort(), 1)
     assert not has_decayed(element)
     return element
 
 
 def faulty():
     element = rig.device(1)
-    element.apply(SetFaults(ILL))
-    rig.ticks(element, 3)
+    rig.ticks(element, SetFaults(ILL), 3)
     element.restart_random_numbers(12)
-    element.apply(SetStrain(0.03))
-    rig.ticks(element, 9)
+    rig.ticks(element, SetStrain(0.03), 9)
     return element
 
 
@@ -125,10 +114,9 @@ def test_restored_device_has_snapshot_and_goes_on_to_bit(make):
     for name in ('reading', 'calibration', 'faults', 'statistics'):
         assert getattr(second, name) == getattr(first, name)
     for element in (first, second):
-        element.told = [rig.plain(told) for told in rig.ticks(element, 100)]
-        element.apply(SetStrain(0.0))
-        element.told += [rig.plain(told) for told in rig.ticks(element, 60)]
-        element.told += [rig.plain(told) for told in rig.events(element, Read('both'))]
+        told = rig.ticks(element, 100, SetStrain(0.0), 60)
+        element.told = [rig.plain(event) for event in told]
+        element.told += [rig.plain(event) for event in rig.events(element, Read('both'))]
     assert first.told == second.told
     assert rig.bits(second) == rig.bits(first)
     assert values == kept, 'a device writes into its snapshot'
@@ -176,9 +164,7 @@ BAD_MOTIONS = [
 def damaged(values, path, value):
     values = copy.deepcopy(values)
     *above, last = path.split('.')
-    place = values
-    for name in above:
-        place = place[name]
+    place = functools.reduce(dict.get, above, values)
     if value is ...:
         del place[last]
     else:
@@ -188,16 +174,16 @@ def damaged(values, path, value):
 
 def test_damaged_snapshot_is_rejected_and_changes_nothing(written):
     element = written_and_moving()
-    whole, before = snapshot.take_snapshot(written(2)), rig.bits(element)
+    other, before = written(2), rig.bits(element)
+    whole = snapshot.take_snapshot(other)
     nested = functools.reduce(lambda inner, _: [inner], range(900), [])
     wrong = [damaged(whole, path, value) for path, value in DAMAGE]
     wrong += [None, [], 'snapshot', 7, {}, damaged(whole, 'statistics.level_writes', nested)]
-    wrong += [
-        with_number(whole, path, number)
-        for path in ('chain.values', 'transducer.recent')
-        for number in (NAN, INF)
-    ]
-    wrong.append(with_number(whole, 'chain.values', 1e13))  # far beyond any real displacement
+    arrays = {'chain.values': other.chain.state(), 'transducer.recent': other.transducer.recent}
+    for path, number in [*itertools.product(arrays, (NAN, INF)), ('chain.values', 1e13)]:
+        numbers = arrays[path].copy()
+        numbers[0, 100] = number  # 1e13 is far beyond any real displacement
+        wrong.append(damaged(whole, path, encode_value(numbers)))
     moving = snapshot.take_snapshot(on_a_trajectory())
     wrong += [damaged(moving, f'actuator.motion.{name}', value) for name, value in BAD_MOTIONS]
     for values in wrong:
@@ -205,13 +191,3 @@ def test_damaged_snapshot_is_rejected_and_changes_nothing(written):
             snapshot.restore_snapshot(element, values)
         assert rig.bits(element) == before
     assert element.actuator.is_moving
-
-
-def with_number(values, path, number):
-    """Return a snapshot in an array of which a number is replaced."""
-    values = copy.deepcopy(values)
-    array = functools.reduce(dict.get, path.split('.'), values)
-    numbers = np.frombuffer(bytearray(base64.b64decode(array['f8'])), '<f8')
-    numbers[100] = number
-    array['f8'] = base64.b64encode(numbers.tobytes()).decode()
-    return values
