@@ -211,50 +211,33 @@ def test_calibration_learns_speeds_by_bisection(wrong):
         assert rig.true_level(learning, CELL) == target
 
 
-SCRIPTS = {
-    'faster': ((1.30, 1.35), lambda speed: -1, [0, 1, 2, 3]),
-    'between': ((0.70, 0.74), lambda speed: 1 if speed > 0.72 else -1, [0, -1, -2, -3, -4, -3.5]),
-    'not heard': ((0.80, 0.84), lambda speed: 0, [0, -1, -2]),
-    'slower than all that fall short': (
-        (0.80, 0.84), lambda speed: -1, [*range(7), -1, -2]
-    ),
-    'faster than all that go too far': (
-        (1.30, 1.35), lambda speed: 1, [*range(0, -7, -1), 1, 2, 3]
-    ),
-}  # fmt: skip
-"""Range of the speeds that take a wall to its level; to which side others take it; and the speeds
-to be tried, as powers of 1.1.
-"""
+@pytest.mark.parametrize(
+    ('sides', 'powers'),
+    [
+        ((-1, -1, -1), [0, 1, 2, 3]),  # the speed is faster, or slower and then between two
+        ((1, 1, 1, 1, -1), [0, -1, -2, -3, -4, -3.5]),
+        # A kick that was not heard may have had the right speed: only the next one tells.
+        ((0, 0), [0, -1, -2]),
+        ((0, -1), [0, -1, 0]),
+        ((0, 1), [0, -1, -2]),
+        # All faster kicks have fallen short, or all slower ones have gone too far.
+        ((-1,) * 8, [*range(7), -1, -2]),
+        ((-1,) * 7 + (1,), [*range(7), -1, 0]),
+        ((1,) * 9, [*range(0, -7, -1), 1, 2, 3]),
+        ((1,) * 7 + (-1, -1), [*range(0, -7, -1), 1, 0, -1]),
+    ],
+)
+def test_kick_search_brackets_the_speed_on_either_side(sides, powers):
+    """The sides to which the wall goes, and the speeds that are tried, as powers of 1.1.
 
-
-@pytest.mark.parametrize('script', SCRIPTS)
-def test_kick_search_brackets_the_speed_on_either_side(script):
-    """It steps by a tenth up to a factor of 1.8, then on the other side, and halves a bracket."""
-    (low, high), find_side, powers = SCRIPTS[script]
+    It steps by a tenth up to a factor of 1.8, then on the other side, and halves a bracket.
+    """
     search = search_speed(1.0, tries=20)
-    tried = [next(search)]
-    while not low < tried[-1] < high:
-        tried.append(search.send((0.0, find_side(tried[-1]))))
+    tried = [next(search), *(search.send((0.0, side)) for side in sides)]
     assert tried == pytest.approx(np.power(1.1, powers))
     with pytest.raises(StopIteration) as stop:
         search.send((1.0, 0))
     assert stop.value.value is True
-
-
-@pytest.mark.parametrize(
-    ('sides', 'powers'),
-    [
-        # The speed of a kick that was not heard may have been right: only the next one tells.
-        ((0, -1), (-1, 0)), ((0, 1), (-1, -2)),
-        # Where all faster kicks have fallen short, a slower one may go too far.
-        ((-1,) * 7 + (1,), (*range(1, 7), -1, 0)),
-    ],
-)  # fmt: skip
-def test_kick_search_keeps_only_bounds_that_hold(sides, powers):
-    search = search_speed(1.0, tries=20)
-    next(search)
-    for kick, (side, power) in enumerate(zip(sides, powers, strict=True)):
-        assert search.send((0.01 * kick, side)) == pytest.approx(1.1**power)
 
 
 @pytest.mark.parametrize(('margin', 'arrived'), [(0.45, True), (0.35, False)])
