@@ -61,24 +61,11 @@ def pulse_rate(t):
     return np.imag(pulse(t + 1e-30j)) / 1e-30
 
 
-def jerked(p):
-    """Return a wall that is not in balance: it starts with a jerk."""
-    return wall_profile(p, 27.3)
-
-
-def by_dop853(p):
+def by_chain(p, start, dt):
     """Return v, v', and V, V' of an elastic substrate, at END; v_1 is driven until RELEASE."""
-    rows = oracle.solve(p, oracle.place(jerked(p)), (0.0, RELEASE), ramp, pulse)
-    rows[1, 0] = pulse_rate(RELEASE)
-    rows = oracle.solve(p, rows, (RELEASE, END), ramp)
-    return rows[: 4 if p.substrate == 'elastic' else 2]
-
-
-def by_chain(p, dt):
-    """Return the same by the package."""
     steps, driven = round(END / dt), SUBSTEPS_PER_STEP * round(RELEASE / dt)
     chain = Chain(p, dt)
-    chain.place(jerked(p))
+    chain.place(start)
     t = substep_times(steps, dt)
     chain.advance(ramp(t), HeldCell(1, np.array([pulse(t[:driven]), pulse_rate(t[:driven])])))
     rows = [chain.v, chain.velocity, chain.V, chain.substrate_velocity]
@@ -98,8 +85,11 @@ def by_chain(p, dt):
 def test_element_under_strain_and_pulse_follows_dop853(substrate, N, dt, errors):
     """The wall at level 0 is loose, and strong damping shows where it acts."""
     p = case_ii(substrate, N=N, eta=0.05, s_min=25.0, s_max=75.0)
-    exact = by_dop853(p)
-    coarse, fine, finest = (by_chain(p, dt / k) for k in (1, 2, 4))
+    start = wall_profile(p, 27.3)  # not in balance: it starts with a jerk
+    rows = oracle.solve(p, oracle.place(start), (0.0, RELEASE), ramp, pulse)
+    rows[1, 0] = pulse_rate(RELEASE)
+    exact = oracle.solve(p, rows, (RELEASE, END), ramp)[: 4 if substrate == 'elastic' else 2]
+    coarse, fine, finest = (by_chain(p, start, dt / k) for k in (1, 2, 4))
     for row, error in enumerate(errors):
         assert np.abs(coarse - exact)[row].max() < error
     ratio = np.abs(fine - exact)[:2].max() / np.abs(finest - exact)[:2].max()
@@ -211,19 +201,6 @@ def test_cell_that_leaves_its_range_and_returns_is_detected(substrate):
         assert other.state().tobytes() == Chain(design).state().tobytes()
 
 
-WRONG_INPUTS = [
-    ('V_N', np.zeros(7), None), ('V_N', np.zeros((2, 5)), None),
-    ('V_N', np.full(5, math.nan), None), ('V_N', np.full(5, math.inf), None),
-    ('site', np.zeros(10), HeldCell(0, np.zeros((2, 10)))),
-    ('site', np.zeros(10), HeldCell(30, np.zeros((2, 10)))),
-    ('motion', np.zeros(10), HeldCell(1, np.zeros(10))),
-    ('motion', np.zeros(10), HeldCell(1, np.zeros((3, 10)))),
-    ('motion', np.zeros(10), HeldCell(1, np.zeros((2, 11)))),
-    ('motion', np.zeros(10), HeldCell(1, np.full((2, 10), math.nan))),
-]  # fmt: skip
-"""What is wrong, and inputs."""
-
-
 @SUBSTRATES
 def test_wrong_states_and_inputs_are_rejected_and_change_nothing(substrate):
     chain, _ = moved(substrate)
@@ -247,7 +224,16 @@ def test_wrong_states_and_inputs_are_rejected_and_change_nothing(substrate):
         with pytest.raises(StateError):
             action()
         assert (chain.state().tobytes(), chain.V_N, chain.steps_done) == before
-    for field, V_N, held_cell in WRONG_INPUTS:
+    for field, V_N, held_cell in (
+        ('V_N', np.zeros(7), None), ('V_N', np.zeros((2, 5)), None),
+        ('V_N', np.full(5, math.nan), None), ('V_N', np.full(5, math.inf), None),
+        ('site', np.zeros(10), HeldCell(0, np.zeros((2, 10)))),
+        ('site', np.zeros(10), HeldCell(30, np.zeros((2, 10)))),
+        ('motion', np.zeros(10), HeldCell(1, np.zeros(10))),
+        ('motion', np.zeros(10), HeldCell(1, np.zeros((3, 10)))),
+        ('motion', np.zeros(10), HeldCell(1, np.zeros((2, 11)))),
+        ('motion', np.zeros(10), HeldCell(1, np.full((2, 10), math.nan))),
+    ):  # fmt: skip
         with expect_rejection(StateError, 'out_of_range', field):
             chain.advance(V_N, held_cell)
         assert (chain.state().tobytes(), chain.V_N, chain.steps_done) == before
