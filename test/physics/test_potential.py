@@ -112,13 +112,18 @@ def test_vanishing_cubic_term_changes_nothing(b):
 
 
 def test_phase_that_turns_back_has_finitely_many_states():
-    # theta = y - b y^3 tops out at 2/3 y_turn with y_turn = sqrt(1 / 3b): b = 1e-3 gives 12.17.
-    turning = Potential(a=1.0, b=-1e-3, c=0.0, d=1.0)
-    assert turning.ground_state(1) < turning.barrier(1) < math.sqrt(1e3 / 3.0)
+    """Its outermost wells end where it turns."""
+    # theta = y - b y^3 tops out at 2/3 y_turn with y_turn = sqrt(1 / 3b): b = 1e-3 gives 12.17,
+    # short of 4 pi.
+    turning, turn = Potential(a=1.0, b=-1e-3, c=2.0, d=1.0), math.sqrt(1e3 / 3.0)
+    assert turning.ground_state(1) < turning.barrier(1) < turn - 2.0
     with pytest.raises(DesignError, match=r'no ground state 2: .* 12\.17.* 12\.57.*; got -0\.001'):
         turning.ground_state(2)
     with pytest.raises(DesignError, match='no barrier above ground state 2'):
         turning.barrier(2)
+    assert turning.wells(1, 1) == (turning.barrier(0), turning.barrier(1))
+    assert turning.wells(1, 2)[1] == pytest.approx(turn - 2.0)
+    assert turning.wells(-2, 1)[0] == pytest.approx(-turn - 2.0)
 
 
 @given(a=st.floats(1e-2, 10.0), b=st.floats(-1.0, 10.0), c=st.floats(-50.0, 50.0))
@@ -131,49 +136,29 @@ def test_no_configuration_within_reach_is_stiffer_than_bound(a, b, c):
         assert largest <= potential.max_stiffness(reach) * (1.0 + 1e-9)
 
 
-def test_well_ends_where_phase_turns():
-    turning = Potential(a=1.0, b=-1e-3, c=2.0, d=1.0)  # it tops out at 12.17, short of 5 pi
-    low, high = turning.wells(1, 1)
-    assert low == turning.barrier(0)
-    assert high == turning.barrier(1)
-    assert turning.wells(1, 2)[1] == pytest.approx(math.sqrt(1e3 / 3.0) - 2.0)
-    assert turning.wells(-2, 1)[0] == pytest.approx(-math.sqrt(1e3 / 3.0) - 2.0)
-
-
 # --- the scalar formulas of the loops ------------------------------------------------------------
 
 
-def exact(turns):
-    """Return sin(2 pi turns) of exactly this double."""
-    with mpmath.workdps(40):
-        return float(mpmath.sinpi(2 * mpmath.mpf(turns)))
+FOLDS = 0.25 * np.arange(-10, 11)
+"""Zeros and crests of the sine, where the reduction changes its turn or its branch."""
 
 
 @pytest.mark.parametrize(
-    ('reach', 'tolerance'),
+    ('angles', 'tolerance'),
     [
-        (0.25, 1e-15),  # the polynomial alone: its roundings
-        (3.2, 3e-15),  # the angles of ground states 1 to 3
-        (102.0, 1e-13),  # ground state 100, the largest that a design may use
+        (np.linspace(-0.25, 0.25, 1_001), 1e-15),  # the polynomial alone: its roundings
+        (np.linspace(-3.2, 3.2, 1_001), 3e-15),  # ground states 1 to 3
+        (np.linspace(-102.0, 102.0, 1_001), 1e-13),  # state 100, the largest of a design
+        (np.nextafter(FOLDS, [[-100.0], [100.0]]).ravel(), 3e-15),
+        (FOLDS, 3e-15),
     ],
 )
-def test_sine_of_turns_is_exact_within_its_tolerance(reach, tolerance):
-    angles = np.linspace(-reach, reach, 1_001)
-    error = [sine_of_turns(float(turns)) - exact(float(turns)) for turns in angles]
-    assert np.abs(error).max() < tolerance
-
-
-@pytest.mark.parametrize('quarters', range(-10, 11))
-def test_sine_is_exact_on_both_sides_of_every_fold(quarters):
-    """At every zero and crest, where the reduction changes its turn or its branch."""
-    turns = 0.25 * quarters
-    for nearby in (math.nextafter(turns, -100), turns, math.nextafter(turns, 100)):
-        assert sine_of_turns(nearby) == pytest.approx(exact(nearby), abs=3e-15)
-
-
-def test_sine_keeps_nan():
-    assert math.isnan(sine_of_turns(math.nan))
-    assert math.isnan(sine_of_turns(math.inf))
+def test_sine_of_turns_is_exact_within_its_tolerance(angles, tolerance):
+    for turns in angles.tolist():
+        with mpmath.workdps(40):  # of exactly this double
+            exact = float(mpmath.sinpi(2 * mpmath.mpf(turns)))
+        assert sine_of_turns(turns) == pytest.approx(exact, abs=tolerance)
+    assert np.isnan([sine_of_turns(math.nan), sine_of_turns(math.inf)]).all()
 
 
 def test_on_site_force_is_that_of_the_paper():
@@ -187,12 +172,10 @@ def test_on_site_force_is_that_of_the_paper():
     np.testing.assert_allclose(force, exact, rtol=0, atol=1e-13 * np.abs(exact).max())
 
 
-def test_decay_ends_at_zero_however_far_out():
+def test_exponential_agrees_within_range_of_numbers():
+    """Its decay ends at zero, however far out."""
+    x = np.linspace(-700.0, 700.0, 2001)
+    np.testing.assert_allclose(exponential(x), np.exp(x), rtol=3e-13)
     with np.errstate(all='raise', under='ignore'):
         far = exponential(-np.array([746.0, 1e4, 1e19, 1e60, 1e300, np.inf]))
     assert (far == 0.0).all()
-
-
-def test_exponential_agrees_within_range_of_numbers():
-    x = np.linspace(-700.0, 700.0, 2001)
-    np.testing.assert_allclose(exponential(x), np.exp(x), rtol=3e-13)
