@@ -34,27 +34,14 @@ def environment():
     return result
 
 
-def run(*command):
-    return subprocess.run(
-        command, env=environment(), capture_output=True, text=True, timeout=TIMEOUT_S, check=False
-    )
-
-
 @pytest.fixture(scope='module')
 def ros2():
-    """Run a ros2 command to its end; return what it printed."""
+    """Skip a test where the ros2 command line or our package is missing."""
     if shutil.which('ros2') is None:
         pytest.skip('the ros2 command line is not installed')
-    if run('ros2', 'pkg', 'prefix', 'mlmem_ros').returncode != 0:
+    find = ['ros2', 'pkg', 'prefix', 'mlmem_ros']
+    if subprocess.run(find, env=environment(), timeout=TIMEOUT_S, check=False).returncode != 0:
         pytest.skip('mlmem_ros is not installed where the ros2 command line looks')
-
-    def ros2(*arguments):
-        done = run('ros2', *arguments)
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout + done.stderr
-
-    yield ros2
-    run('ros2', 'daemon', 'stop')
 
 
 @contextlib.contextmanager
