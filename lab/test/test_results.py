@@ -139,14 +139,19 @@ def test_ratios_are_taken_within_a_round():
     assert second == {'contender': 'b', 's': '4 ± 1', 'over a': '2 ± 0'}
 
 
-def test_tables_are_kept_beside_others(tmp_path, monkeypatch):
+@pytest.fixture
+def modules_of_one_hash(monkeypatch):
+    """Hash no modules: it takes a second, and the results are not kept."""
+    monkeypatch.setattr(results, 'hash_modules', lambda modules: 'a hash')
+
+
+def test_tables_are_kept_beside_others(modules_of_one_hash, tmp_path, monkeypatch):
     """Every benchmark is found by its name; that of others is refused."""
     for name in BENCHMARK_TITLES:
         assert callable(importlib.import_module(f'mlmem_lab.bench.{name}').run)
     assert main(['bench', 'x']) == 2
     found = ResultTable('K', 'all equal', [{'contender': 'a', 's': '1'}, {'contender': 'b'}])
     ours = SimpleNamespace(run=lambda repeats: found)
-    monkeypatch.setattr(results, 'hash_modules', lambda modules: 'a hash')  # takes a second
     loader = SimpleNamespace(import_module=lambda name, package: ours)
     monkeypatch.setattr(command, 'importlib', loader)  # others import modules meanwhile
     file = tmp_path / 'bench.json'
@@ -156,7 +161,7 @@ def test_tables_are_kept_beside_others(tmp_path, monkeypatch):
     assert tables == {'recorder': found.rows, 'kernel': found.rows}
 
 
-def test_result_of_a_node_has_a_column_for_every_processor(tmp_path):
+def test_result_of_a_node_has_a_column_for_every_processor(modules_of_one_hash, tmp_path):
     rows = [
         build_row('share of a core', 'at most 1', [0.2, 0.4, 0.3], 0.8),
         build_row('memory', '', [9], 0.1),
