@@ -6,44 +6,56 @@ Tests with a robot use one node. Each ends with a read that the node has to answ
 ends it.
 """
 
+import re
 import signal
+import subprocess
 import time
+from contextlib import ExitStack
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from closed_bag import check_closed
 from lifecycle_msgs.msg import Transition
-from nodes import check_node
+from nodes import program
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.serialization import serialize_message
+from robot import Robot
 from std_srvs.srv import Trigger
 from timeouts import TIMEOUT_S
 from trajectory_msgs.msg import JointTrajectory
 
-from mlmem_ros.host import ThrottledLog
+from mlmem_ros import MemoryClient, NoAnswer, standalone
+from mlmem_ros.host import ThrottledLog, store
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.node import callback_guard
 from mlmem_ros.ros.node.callback_guard import CallbackGuard
 from mlmem_ros.ros.node.run import ENDED, GuardedExecutor
 
+ROOT = Path(__file__).parents[2]
+
 
 @pytest.fixture(scope='module')
-def memory(start_shared):
-    """A node in a process of its own, whose output shows every traceback."""
-    return start_shared({'actions': True}, apart=True, name='lent', namespace='/arm')
+def state(tmp_path_factory):
+    """The state file of the node."""
+    return tmp_path_factory.mktemp('lasting') / 'state.json'
 
 
-def test_memory_node_apart_has_name_parameters_log_and_clock(memory):
-    check_node(memory, '/arm/lent')
+@pytest.fixture(scope='module')
+def memory(start_shared, state):
+    """A node in a process of its own, whose output shows every traceback, and which serves its
+    clients longer than itself.
+    """
+    return start_shared({'linger': 600.0, 'state.path': str(state)}, apart=True)
 
 
 @pytest.fixture
-def answering(robot, memory):
+def answering(memory):
     """A robot; after each test the node still answers it."""
-    yield robot
-    assert memory.running
-    assert robot.trigger('read')['procedure'] == 'read'
+    with Robot(memory.element) as robot:
+        yield robot
+        assert memory.running
+        assert robot.trigger('read')['procedure'] == 'read'
 
 
 @pytest.mark.parametrize(
@@ -135,29 +147,52 @@ def test_undecodable_messages_are_rejected(answering, memory):
     answering.wait(lambda: rejected in memory.output, 'a rejection')
 
 
-def test_ctrl_c_answers_all_requests_and_closes_the_session(robot, memory, tmp_path):
-    """In the middle of a write, and after all that the tests above have sent."""
-    bag, before = tmp_path / 'session', len(memory.output)
-    robot.set(write__method='strain', time__speed=0.025, record__path=str(bag))
-    assert robot.trigger('record', data=True).success
-    waiting = [robot.begin_strained_write(1)]
-    robot.pause(True)  # from here on no tick begins, so no request is accepted or rejected
-    waiting += [robot.send('write') for _ in range(8)]  # a service keeps the last ten
-    for _ in waiting:
-        robot.pause(True)  # an executor takes one of each service at a time
-    assert not any(future.done() for future in waiting)
-    while memory.running:  # from the terminal, from launch, from an impatient user
+def test_node_that_stood_still_answers_again(memory, create_node):
+    """Half of them used to be forgotten for good: of those who ask meanwhile, and of others."""
+    with ExitStack() as stack:
+        clients = [stack.enter_context(standalone()) for _ in range(4)]
+        clients.append(MemoryClient(create_node('behaviour'), '/mlmem'))
+        for client in clients:
+            client.ready(TIMEOUT_S).wait()
+            client.read().wait()
+        memory.signal(signal.SIGSTOP)
+        begun = time.monotonic()
+        for reading in [client.read(timeout=600.0) for client in clients[::2]]:
+            with pytest.raises(NoAnswer, match='went away during read: how it ended is not known'):
+                reading.result(TIMEOUT_S)  # while it stands still
+        time.sleep(max(0.0, begun + 6.0 - time.monotonic()))
+        memory.signal(signal.SIGCONT)
+        assert [client.request('read').wait().details['level'] for client in clients] == [-1] * 5
+
+
+def test_robot_stopped_with_its_memory_writes_once_more(memory, state, tmp_path):
+    """The program printed in docs/robot.md, and the last test of this node."""
+    blocks = re.findall(
+        r'```python\n(.*?)```', (ROOT / 'docs' / 'robot.md').read_text(), re.DOTALL
+    )
+    behaviour = tmp_path / 'behaviour.py'
+    assert 'timeout=3.0' in blocks[1]
+    blocks[1] = blocks[1].replace('timeout=3.0', f'timeout={TIMEOUT_S}')  # on a busy machine
+    behaviour.write_text('\n'.join([*blocks, 'main()\n']))
+    with standalone() as client:
+        client.ready(TIMEOUT_S).wait()  # on a busy machine it starts late
+        assert client.write(5, timeout=TIMEOUT_S).wait().level == 5
+    reads = memory.output.count('read succeeded')
+    robot = program(behaviour, stderr=subprocess.PIPE, text=True)
+    wait_until(
+        lambda: memory.output.count('read succeeded') > reads, "its constructor's read", TIMEOUT_S
+    )
+    for _ in range(3):  # as a terminal does, and again, as launch does
+        memory.signal(signal.SIGINT)
+        robot.send_signal(signal.SIGINT)
+        time.sleep(0.003)
+    assert (robot.wait(TIMEOUT_S), robot.stderr.read()) == (0, '')
+    while memory.running:  # it does not linger to the end, nor do impatient users break it
         memory.signal(signal.SIGINT)
         time.sleep(0.01)
-    answers = [robot.answer(future) for future in waiting]
-    assert not any(answer.success for answer in answers)
-    assert all(answer['error'] for answer in answers)
     assert memory.exit_status() == ENDED
-    output = memory.output[before:]
-    assert 'Traceback' not in output
-    assert '[ERROR]' not in output
-    topics = {topic.rpartition('/')[2] for topic, _, _ in check_closed(bag)}
-    assert {'joint_states', 'outcome'} <= topics
+    assert 'Traceback' not in memory.output
+    assert store.load_snapshot(state)['reading']['level'] == 0
 
 
 class Odd:

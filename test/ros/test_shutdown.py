@@ -1,84 +1,53 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C and SIGTERM, also during a write, a robot and its memory that are stopped together, and a
-memory that stood still.
+"""The end of a node: during a write, with clients, in a compilation, and with middleware that
+hangs.
 """
 
 import os
-import re
 import signal
 import subprocess
 import threading
 import time
-from contextlib import ExitStack, contextmanager
-from pathlib import Path
+from contextlib import contextmanager
 
 import pytest
 import rclpy
+from closed_bag import check_closed
 from nodes import QUICK, program
 from robot import Robot
 from timeouts import TIMEOUT_S
 
-from mlmem_ros import MemoryClient, NoAnswer, standalone
-from mlmem_ros.host import store
-from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.node.run import CLIENT_ABSENCE_S, await_last_clients, end_nodes, start_nodes
+from mlmem_ros.ros.node.run import (
+    CLIENT_ABSENCE_S,
+    ENDED,
+    await_last_clients,
+    end_nodes,
+    start_nodes,
+)
 from mlmem_ros.ros.node_process import build_node_arguments
 
-ROOT = Path(__file__).parents[2]
 
-
-@pytest.fixture(scope='module')
-def lasting(start_shared, tmp_path_factory):
-    """A node that serves its clients longer than itself, and its state file."""
-    state = tmp_path_factory.mktemp('lasting') / 'state.json'
-    return start_shared({'linger': 600.0, 'state.path': str(state)}, apart=True), state
-
-
-def test_node_that_stood_still_answers_again(lasting, create_node):
-    """Half of them used to be forgotten for good: of those who ask meanwhile, and of others."""
-    node, _ = lasting
-    with ExitStack() as stack:
-        clients = [stack.enter_context(standalone()) for _ in range(4)]
-        clients.append(MemoryClient(create_node('behaviour'), '/mlmem'))
-        for memory in clients:
-            memory.ready(TIMEOUT_S).wait()
-            memory.read().wait()
-        node.signal(signal.SIGSTOP)
-        begun = time.monotonic()
-        for reading in [memory.read(timeout=600.0) for memory in clients[::2]]:
-            with pytest.raises(NoAnswer, match='went away during read: how it ended is not known'):
-                reading.result(TIMEOUT_S)  # while it stands still
-        time.sleep(max(0.0, begun + 6.0 - time.monotonic()))
-        node.signal(signal.SIGCONT)
-        assert [memory.request('read').wait().details['level'] for memory in clients] == [-1] * 5
-
-
-def test_robot_stopped_with_its_memory_writes_once_more(lasting, tmp_path):
-    """The program printed in docs/robot.md."""
-    node, state = lasting
-    blocks = re.findall(
-        r'```python\n(.*?)```', (ROOT / 'docs' / 'robot.md').read_text(), re.DOTALL
-    )
-    behaviour = tmp_path / 'behaviour.py'
-    assert 'timeout=3.0' in blocks[1]
-    blocks[1] = blocks[1].replace('timeout=3.0', f'timeout={TIMEOUT_S}')  # on a busy machine
-    behaviour.write_text('\n'.join([*blocks, 'main()\n']))
-    with standalone() as memory:
-        memory.ready(TIMEOUT_S).wait()  # on a busy machine it starts late
-        assert memory.write(5, timeout=TIMEOUT_S).wait().level == 5
-    reads = node.output.count('read succeeded')
-    robot = program(behaviour, stderr=subprocess.PIPE, text=True)
-    wait_until(
-        lambda: node.output.count('read succeeded') > reads, "its constructor's read", TIMEOUT_S
-    )
-    for _ in range(3):  # as a terminal does, and again, as launch does
-        node.signal(signal.SIGINT)
-        robot.send_signal(signal.SIGINT)
-        time.sleep(0.003)
-    assert (robot.wait(TIMEOUT_S), robot.stderr.read()) == (0, '')
-    assert node.exit_status(TIMEOUT_S) == 0  # it does not linger to the end
-    assert store.load_snapshot(state)['reading']['level'] == 0
+def test_end_answers_all_requests_and_closes_the_session(start_robot, tmp_path):
+    """In the middle of a write."""
+    bag, robot = tmp_path / 'session', start_robot()
+    robot.set(write__method='strain', time__speed=0.025, record__path=str(bag))
+    assert robot.trigger('record', data=True).success
+    waiting = [robot.begin_strained_write(1)]
+    robot.pause(True)  # from here on no tick begins, so no request is accepted or rejected
+    waiting += [robot.send('write') for _ in range(8)]  # a service keeps the last ten
+    for _ in waiting:
+        robot.pause(True)  # an executor takes one of each service at a time
+    assert not any(future.done() for future in waiting)
+    robot.memory.terminate()
+    answers = [robot.answer(future) for future in waiting]
+    assert not any(answer.success for answer in answers)
+    assert all(answer['error'] for answer in answers)
+    assert robot.memory.exit_status() == ENDED
+    assert 'Traceback' not in robot.memory.output
+    assert '[ERROR]' not in robot.memory.output
+    topics = {topic.rpartition('/')[2] for topic, _, _ in check_closed(bag)}
+    assert {'joint_states', 'outcome'} <= topics
 
 
 @pytest.mark.parametrize('longest', [0.8, 600.0])

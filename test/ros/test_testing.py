@@ -26,7 +26,7 @@ DATA = Path(__file__).parents[1] / 'data'
 
 
 def test_memory_node_has_name_parameters_log_and_end(tmp_path):
-    """One in a process of its own is in test_callback_guard.py."""
+    """One in a process of its own is in test_recording.py."""
     file = tmp_path / 'given.yaml'
     file.write_text('/**:\n  ros__parameters:\n    write: {attempts: 5}\n')
     with memory_node(node_parameters(QUICK), name='lent', namespace='/arm', file=file) as node:
