@@ -3,14 +3,19 @@
 """`use_sim_time`: the clock of a simulator, which may jump either way."""
 
 import re
+from types import SimpleNamespace
 
 import pytest
 from nodes import end_node
+from rclpy.clock import ClockType, ROSClock
+from rclpy.time import Time
 from robot import values
 from rosgraph_msgs.msg import Clock
 from timeouts import TIMEOUT_S
 
 from mlmem_ros import NoAnswer
+from mlmem_ros.ros.node import simulator
+from mlmem_ros.ros.node.simulator import SimTimePacer
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 
@@ -60,26 +65,41 @@ def test_clock_that_jumps_loses_no_time_and_replays(start_robot, tmp_path):
 
 
 def test_clock_that_does_not_run_is_reported(start_robot, capfd):
-    """By client, log and diagnostics: no clock, one that stands, and one in long steps."""
-    robot = start_robot({'use_sim_time': True})
-    client, printed = robot.memory.memory, []
+    """By client, log and diagnostics."""
+    robot, printed = start_robot({'use_sim_time': True}), []
+    client, reason = robot.memory.memory, 'no /clock has arrived yet'
     write = client.write(1, timeout=TIMEOUT_S)
 
-    def check_reported(reason):
-        def is_printed():
-            printed.append(capfd.readouterr().err)
-            return re.search(f'write 1 waits for /mlmem: .*{re.escape(reason)}', ''.join(printed))
+    def is_printed():
+        printed.append(capfd.readouterr().err)
+        return re.search(f'write 1 waits for /mlmem: .*{reason}', ''.join(printed))
 
-        loop = robot.next_status('loop', lambda status: reason in status.message)
-        assert loop.level == b'\1'
-        robot.wait(is_printed, reason)
-        assert reason in robot.memory.output
-
-    check_reported('no /clock has arrived yet')
-    with pytest.raises(NoAnswer, match='no /clock has arrived yet'):
+    robot.wait(is_printed, reason)
+    loop = robot.next_status('loop', lambda status: reason in status.message)
+    assert loop.level == b'\1'
+    assert reason in robot.memory.output
+    with pytest.raises(NoAnswer, match=reason):
         client.read(timeout=0.5).wait()
-    clock = Simulator(robot, 100.0, step=0.0, period=0.2)
-    check_reported('/clock does not advance')
-    clock.step = 1.0
-    check_reported('the clock advances in steps of more than 0.5 s')
     assert write.cancel()
+
+
+def test_pacer_names_why_its_clock_stands_still(monkeypatch):
+    wall = SimpleNamespace(now=0.0)
+    monkeypatch.setattr(simulator, 'time', SimpleNamespace(monotonic=lambda: wall.now))
+    clock = ROSClock()
+    clock._set_ros_time_is_active(True)
+    pacer = SimTimePacer(clock)
+    ros_time = 0.0
+    for step, problem in (
+        (0.0, 'no /clock has arrived yet'),
+        (100.0, 'the clock advances in steps of more than 0.5 s'),
+        (0.0, '/clock does not advance'),
+        (0.4, ''),
+        (1.0, 'the clock advances in steps of more than 0.5 s'),
+        (-0.4, ''),
+    ):
+        for _ in range(3):  # once a second
+            wall.now, ros_time = wall.now + 1.0, ros_time + step
+            clock.set_ros_time_override(Time(seconds=ros_time, clock_type=ClockType.ROS_TIME))
+            found = pacer.find_problem()
+        assert problem in found if problem else found == ''
