@@ -192,7 +192,7 @@ def test_end_in_third_ground_state_is_brought_back(end, at):
     sampled(
         [('case_1', 'strain'), ('case_2', 'kick'), ('kick_2', 'kick'), ('kick_4', 'kick'),
          *((name, 'kick') for name in ROBUST_NAMES)],
-        lambda each: each[0] != 'kick_4',
+        lambda each: each[0] not in {'kick_4', 'robust_2', 'robust_3_friction'},
     ),
 )  # fmt: skip
 def test_every_level_is_written_in_one_attempt_read_and_erased(name, method):
