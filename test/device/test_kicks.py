@@ -173,7 +173,7 @@ def test_stuck_actuator_is_left_alone_by_kicks():
     stuck = rig.pin(element('kick_2', write={'method': 'auto'}), 1)
     assert find_route(stuck.design, stuck.settings, 1, 2)[0].needs_actuator
     stuck.apply(SetFaults(Faults(actuator_stuck=True)))
-    for command in (Write(2), Erase(), SetMethod('kick'), Write(1), Calibrate()):
+    for command in (Write(2), Erase(), SetMethod('kick'), Write(1)):
         if isinstance(command, SetMethod):
             stuck.apply(command)
         else:
