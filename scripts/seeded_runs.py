@@ -15,7 +15,7 @@ from rich.progress import track
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'test'))
 
-from seeded_runs.world import describe_run, run_seed
+from seeded_runs.world import SeededRun, describe_run
 
 RUN_TIMEOUT_S = 120
 """Seconds after which a run that takes the computer's time, not its own, is given up."""
@@ -26,7 +26,7 @@ def run_seed_with_timeout(seed: int) -> list[str]:
     signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.alarm(RUN_TIMEOUT_S)
     try:
-        return run_seed(seed)
+        return SeededRun(seed).run()
     except KeyboardInterrupt:
         return [f'it does not come back within {RUN_TIMEOUT_S} s of the computer']
     finally:

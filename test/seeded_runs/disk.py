@@ -28,6 +28,7 @@ class Disk:
     """A disk and the system calls to it.
 
     Attributes:
+        root: The directory that all others are in.
         trouble: What happens to every call: nothing, 'full', 'fails', 'hangs', or 'moody', which
             is any of them now and then, and short writes.
         open_files: Open files of the process, by descriptor.
@@ -46,7 +47,7 @@ class Disk:
         self.troubled_at = 0.0
         self.crash_in = None
         self.open_files = {}
-        self._root = Directory()
+        self.root = Directory()
         self._scheduler = scheduler
         self.held_up = []
 
@@ -69,11 +70,7 @@ class Disk:
     def cut_power(self):
         """Kill the process and lose everything that was not safe."""
         self.kill()
-        self._root.lose(self._scheduler.random)
-
-    def write_to_folder(self, folder):
-        """Write all files into a folder of the real file system."""
-        _write_folder(self._root, Path(folder))
+        self.root.lose(self._scheduler.random)
 
     def list_names(self, path='/'):
         """Return the entries of a directory; none if it does not exist."""
@@ -84,8 +81,7 @@ class Disk:
 
     # --- the system's calls --------------------------------------------------------------
 
-    def open(self, path, flags, mode=0o777):
-        del mode
+    def open(self, path, flags, _mode=0o777):
         self._begin_call('open', path)
         parent, name = self._find_parent(path)
         node = parent.shown.get(name) if name else parent
@@ -170,8 +166,7 @@ class Disk:
         directory.shown[name].names = 0
         directory.change(**{name: None})
 
-    def mkdir(self, path, mode=0o777):
-        del mode
+    def mkdir(self, path, _mode=0o777):
         self._begin_call('mkdir', path)
         parent, name = self._find_parent(path)
         if not name or name in parent.shown:
@@ -239,7 +234,7 @@ class Disk:
             raise _make_error(errno.EBADF, descriptor) from None
 
     def _find_node(self, path):
-        node = self._root
+        node = self.root
         for name in Path(path).parts[1:]:
             if name not in node.shown:
                 raise _make_error(errno.ENOENT, path)
@@ -265,12 +260,3 @@ def mount_disk(disk):
 
 def _make_error(number, what):
     return OSError(number, os.strerror(number), str(what))
-
-
-def _write_folder(directory, folder):
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, node in directory.shown.items():
-        if isinstance(node, Directory):
-            _write_folder(node, folder / name)
-        else:
-            (folder / name).write_bytes(node.shown)

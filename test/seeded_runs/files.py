@@ -14,6 +14,10 @@ class File:
     writes: list = field(default_factory=list)
     names: int = 1
 
+    def copy_to(self, path):
+        """Write what is shown into the real file system."""
+        path.write_bytes(self.shown)
+
     def sync(self):
         """Make the writes safe, except those whose earlier sync failed."""
         self.safe = _apply_writes(self.safe, [write for write in self.writes if not write[2]])
@@ -44,6 +48,12 @@ class Directory:
     safe: dict = field(default_factory=dict)
     changes: list = field(default_factory=list)
     names: int = 1
+
+    def copy_to(self, path):
+        """Write what is shown, and all below it, into the real file system."""
+        path.mkdir(exist_ok=True)
+        for name, node in self.shown.items():
+            node.copy_to(path / name)
 
     def change(self, **names):
         """Change entries."""

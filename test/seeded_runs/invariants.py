@@ -1,21 +1,28 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Conditions that must hold throughout every run."""
+"""Conditions that must hold throughout every run, and of all that it leaves on the disk."""
 
 import math
+import os
 import traceback
 from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import NoneType
+from unittest.mock import patch
 
-from mlmem import Outcome, Refused
+from mlmem import Outcome, Refused, atomic_files
 from mlmem.physics import find_level
 from mlmem.procedure_table import Procedures
+from mlmem_ros.bag.contents import read_metadata
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.host import REFUSALS, store
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
 
-from . import bags
-from .script import STATE_PATH
+from .script import DISK_PATH, STATE_PATH
 from .truth import Truth, may_move
 
 DISK_TIMEOUT_S = 2.0
@@ -189,7 +196,7 @@ class Invariants:
         self.truth.waiting = 0
         self.truth.assume_motion(None)
         self._check_saved_state()
-        for finding in bags.find_bag_errors(disk, self._closed_bags):
+        for finding in find_bag_errors(disk, self._closed_bags):
             self.report(finding)
 
     def _check_saved_state(self):
@@ -224,8 +231,49 @@ class Invariants:
 
 def describe_error(error):
     """Return an exception with the place where it was raised."""
-    frames = traceback.extract_tb(error.__traceback__)
-    places = ' < '.join(
-        f'{frame.filename.rpartition("/")[2]}:{frame.lineno}' for frame in reversed(frames[-4:])
-    )
-    return f'{error!r} at {places}'
+    return ''.join(traceback.format_exception(error, limit=-4))
+
+
+def find_bag_errors(disk, closed):
+    """Yield what is wrong with the bags on a disk: real readers must find every message.
+
+    Args:
+        disk: The disk, after the recording process has ended.
+        closed: Paths of the bags that were reported as closed.
+    """
+    names = [name for name in disk.list_names(DISK_PATH) if name.startswith('session')]
+    for path in closed:
+        if path.name not in names:
+            yield f'{path} was closed and is not there'
+    # The copy is on a real disk.
+    with TemporaryDirectory() as folder, patch.object(atomic_files, 'os', os):
+        disk.root.copy_to(Path(folder))
+        for name in names:
+            path = Path(DISK_PATH, name)
+            try:
+                yield from _find_errors(folder / path.relative_to('/'), path in closed)
+            except BagError as error:
+                yield f'{name}: {error}'
+
+
+def _find_errors(bag, whole):
+    metadata = read_metadata(bag)
+    promised = sum(metadata.message_counts.values()) if metadata else 0  # they were synced
+    try:
+        reader = BagReader(bag)
+    except BagError as error:
+        if promised or whole:
+            yield f'{bag.name} has {promised} messages that were synced, and: {error}'
+        return
+    count = sum(1 for _ in reader)
+    if count < promised:
+        yield f'{bag.name} has {count} messages; {promised} were synced'
+    if whole and reader.losses:
+        yield f'{bag.name} was closed and is not whole: {reader.losses}'
+    topics = reader.topics
+    if not any(name.endswith('/session') and info.message_count for name, info in topics.items()):
+        return  # no session has begun, or its beginning was not synced
+    report = run_replay(load_session(reader))
+    if not report.exact or report.refused:
+        differs = report.states.first_difference
+        yield f'{bag.name} does not replay: {differs}, refused: {report.refused}'

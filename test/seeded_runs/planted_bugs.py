@@ -5,7 +5,7 @@
 A planted bug replaces functions of the package by wrong ones; `PLANTED_BUGS` holds them by name.
 """
 
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from unittest.mock import patch
 
 from mlmem import atomic_files, element, threads
@@ -50,6 +50,15 @@ def _replace(holder, replaced, bug=None):
         return function
 
     return register
+
+
+def _resolve(answer, function):
+    """Give an answer what a function returns or raises."""
+    try:
+        answer.set_result(function())
+    except Exception as error:
+        answer.set_exception(error)
+    return answer
 
 
 # --- the loop ----------------------------------------------------------------------------
@@ -131,12 +140,7 @@ def assertion_when_nothing_is_recorded(self, *given, stop=sessions.Sessions._sto
 
 @_replace(sessions.Sessions, 'stop')
 def recorder_joined_in_the_executor(self, loop):
-    answer = threads.Future()
-    try:
-        answer.set_result(self._stop(loop.element, loop))
-    except Exception as error:
-        answer.set_exception(error)
-    return answer
+    return _resolve(threads.Future(), lambda: self._stop(loop.element, loop))
 
 
 # --- the state file ----------------------------------------------------------------------
@@ -145,12 +149,9 @@ def recorder_joined_in_the_executor(self, loop):
 @_replace(atomic_files, 'write_atomically')
 def state_written_in_place(path, text):
     flags = atomic_files.os.O_WRONLY | atomic_files.os.O_CREAT | atomic_files.os.O_TRUNC
-    file = atomic_files.DurableFile(atomic_files.os.open(path, flags))
-    try:
+    with closing(atomic_files.DurableFile(atomic_files.os.open(path, flags))) as file:
         file.write(text.encode())
         file.sync_file()
-    finally:
-        file.close()
     atomic_files.sync_directory(path.parent)
 
 
@@ -163,16 +164,8 @@ def answer_before_it_is_saved(self, request, element):
 
 @_replace(store.Store, 'save_state')
 def newer_state_overwritten_by_an_older_one(self, element):
-    taken, saved = store.snapshot.take_snapshot(element), threads.Future()
-
-    def run():
-        try:
-            saved.set_result(store.save_snapshot(self.path, taken))
-        except Exception as error:
-            saved.set_exception(error)
-
-    threads.Thread(target=run, name='mlmem-store', daemon=True).start()
-    return saved
+    taken = store.snapshot.take_snapshot(element)
+    return threads.run_in_thread(lambda: store.save_snapshot(self.path, taken))
 
 
 @_replace(store.Store, 'on_timer')
@@ -191,15 +184,7 @@ def the_end_waits_for_a_hanging_disk(self, seconds=None, *, wait=worker.Worker.w
 @_replace(worker.Worker, '_run')
 def work_given_up_is_done_all_the_same(self):
     while self._jobs:
-        job = self._jobs[0]
-        try:
-            result, error = job.work(), None
-        except Exception as failure:
-            result, error = None, failure
-        if error is None:
-            job.answer.set_result(result)
-        else:
-            job.answer.set_exception(error)
+        _resolve(self._jobs[0].answer, self._jobs[0].work)
         with self._changed:
             self._jobs.popleft()
             self._changed.notify_all()

@@ -150,8 +150,7 @@ class Future(concurrent.futures.Future):
 class Thread:
     """Like `threading.Thread`."""
 
-    def __init__(self, target, name, daemon=True):
-        del daemon
+    def __init__(self, target, name, **_):
         self._scheduler = _SCHEDULERS[-1]
         self._begin_call, self.name = target, name
         self._task = None

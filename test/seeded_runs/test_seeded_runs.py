@@ -2,19 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whole runs, each determined by one number. `make seeded-runs` runs many more."""
 
-from pathlib import Path
-
 import pytest
 from sampled import sampled
 
-from mlmem import atomic_files
-
-from .disk import Disk, mount_disk
 from .planted_bugs import PLANTED_BUGS, plant
-from .primitives import use_scheduler
-from .scheduler import Scheduler
-from .script import make_script
-from .world import SeededRun, describe_run, run_seed
+from .world import SeededRun, describe_run
 
 SHORT_SEEDS = (77, 17, 30, 46, 73, 40, 20, 24, 32, 34, 44, 45, 52, 63, 64, 68, 75, 81, 84, 92)
 """Of the first hundred runs those that together reach the most code in a second, and first those
@@ -27,13 +19,13 @@ that find planted bugs.
 )
 def test_nothing_is_wrong_in_a_life(seeds):
     for seed in seeds:
-        if run_seed(seed):
+        if SeededRun(seed).run():
             pytest.fail(describe_run(seed), pytrace=False)
 
 
 def test_a_life_is_its_number():
     def history(seed):
-        run = SeededRun(make_script(seed))
+        run = SeededRun(seed)
         run.run()
         return run.scheduler.handovers, list(map(str, run.scheduler.history))
 
@@ -68,7 +60,7 @@ def test_every_planted_bug_replaces_functions_that_exist():
 @pytest.mark.parametrize('name', COARSE_BUGS)
 def test_coarse_planted_bug_is_found_by_short_seeds(name):
     with plant(name):
-        assert any(map(run_seed, SHORT_SEEDS))
+        assert any(SeededRun(seed).run() for seed in SHORT_SEEDS)
 
 
 @pytest.mark.slow
@@ -77,32 +69,8 @@ def test_planted_bug_is_found(name):
     """Runs that fail without it do not count."""
     for seed in range(MAX_RUNS):
         with plant(name):
-            found = run_seed(seed)
-        if found and not run_seed(seed):
+            found = SeededRun(seed).run()
+        if found and not SeededRun(seed).run():
             print(f'{name}: {seed + 1} runs')
             return
     pytest.fail(f'{name} is not found within {MAX_RUNS} runs')
-
-
-# --- the simulated disk --------------------------------------------------------------------
-
-FILE, LONGER = Path('/state.json'), 'the new content, and longer'
-
-
-def write_until_crash(seed, crash_at):
-    """Replace a file, in a process that is killed; return what a power cut leaves."""
-    scheduler = Scheduler(seed)
-    disk = Disk(scheduler)
-    with use_scheduler(scheduler), mount_disk(disk):
-        atomic_files.write_atomically(FILE, 'old')
-        scheduler.crash_at = crash_at
-        scheduler.spawn(lambda: atomic_files.write_atomically(FILE, LONGER), 'work')
-        scheduler.run(scheduler.spawn(lambda: scheduler.sleep(3600.0), 'end', outside=True))
-        assert not scheduler.failures
-        disk.cut_power()
-        return atomic_files.read_text(FILE)
-
-
-def test_atomic_write_leaves_old_or_new_after_every_crash():
-    found = {write_until_crash(seed, crash) for crash in range(1, 12) for seed in range(40)}
-    assert found == {'old', LONGER}

@@ -5,13 +5,12 @@ right.
 """
 
 import math
+from functools import cache
 
 from mlmem import Disturb, Outcome, Refused, SetFaults, SetStrain
 from mlmem.commands import FollowTrajectory
 from mlmem.physics import find_level, find_walls
 from mlmem.procedure_table import PROCEDURES, Procedures
-
-from . import element as small
 
 SETTLING_TIME = 1000.0
 """Time after which nothing moves any more of what was set going."""
@@ -110,7 +109,12 @@ def _is_undisturbed(element):
     """Return whether the device is healthy and its base and strain are zero."""
     transmission = element.transmission.state
     strains = (transmission.commanded, transmission.strain)
-    return small.is_healthy(element.faults) and element.base.is_still and not any(strains)
+    return _is_healthy(element.faults) and element.base.is_still and not any(strains)
+
+
+@cache
+def _is_healthy(faults):
+    return not faults.list_active()
 
 
 def _collect_state(element):

@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A run: a script, carried out by a host on a disk, under a scheduler, watched by invariants."""
+"""A run: the script of a seed, carried out by a host on a disk, under a scheduler, watched by
+invariants.
+"""
 
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,26 +11,17 @@ from unittest.mock import patch
 
 from owner import owned
 
-from mlmem import Faults, atomic_files
+from mlmem import atomic_files
 from mlmem.instrument.drivers import Simulation
 from mlmem_ros.host import store, worker
-from mlmem_ros.host.settings import (
-    FileSettings,
-    Parameters,
-    PublishSettings,
-    RecordSettings,
-    StateSettings,
-)
+from mlmem_ros.host.settings import GROUPS, Parameters, RecordSettings, StateSettings
 
 from .disk import Disk, mount_disk
-from .element import ELEMENT_KINDS
 from .invariants import DISK_TIMEOUT_S, Invariants, describe_error
 from .primitives import use_scheduler
 from .process import Process
 from .scheduler import Deadlock, Endless, Scheduler
-from .script import SESSION_PATH, STATE_PATH, Step, make_script
-
-DISK_ROOT = Path('/disk')
+from .script import DISK_PATH, ELEMENT_KINDS, SESSION_PATH, STATE_PATH, Step, make_script
 
 
 @contextmanager
@@ -47,7 +40,7 @@ def _hand_over_within_ticks(scheduler):
 
 
 class SeededRun:
-    """A run from a script.
+    """The run with this number.
 
     Attributes:
         disk: The disk with its files.
@@ -60,9 +53,9 @@ class SeededRun:
         """The device of the present process."""
         return self._process.host.element
 
-    def __init__(self, script):
-        self.script = script
-        self.scheduler = Scheduler(script.seed)
+    def __init__(self, seed):
+        self.script = script = make_script(seed)
+        self.scheduler = Scheduler(seed)
         self.disk = Disk(self.scheduler)
         self.invariants = Invariants(self)
         self.kind = ELEMENT_KINDS[script.levels]
@@ -72,11 +65,11 @@ class SeededRun:
             design=self.kind.design,
             check='skip',
             settings=self.kind.settings,
-            publish=PublishSettings(),
-            record=RecordSettings(record, sync_interval=script.sync_interval, hash_every=20),
-            state=StateSettings(state, script.interval),
-            faults=Faults(),
-            files=FileSettings(),
+            **GROUPS
+            | {
+                'record': RecordSettings(record, script.sync_interval, hash_every=20),
+                'state': StateSettings(state, script.interval),
+            },
         )
         self._process = None
 
@@ -91,7 +84,7 @@ class SeededRun:
             owned(invariants.report, here=lambda: scheduler.current),
             _hand_over_within_ticks(scheduler),
         ):
-            atomic_files.make_directory(DISK_ROOT, exist_ok=True)
+            atomic_files.make_directory(Path(DISK_PATH), exist_ok=True)
             if self.script.state:
                 earlier = self.kind.make_snapshot(self.script.level)
                 store.save_snapshot(Path(STATE_PATH), earlier)
@@ -167,17 +160,9 @@ class SeededRun:
             scheduler.kill()
 
 
-# --- runs by their numbers ---------------------------------------------------------------
-
-
-def run_seed(seed):
-    """Return what is wrong in the run with this number."""
-    return SeededRun(make_script(seed)).run()
-
-
 def describe_run(seed):
     """Do the run with this number, and describe it."""
-    run = SeededRun(make_script(seed))
+    run = SeededRun(seed)
     found = run.run()
     lines = [
         f'{at:12.6f}  {who}: {" ".join(map(str, what)) if isinstance(what, tuple) else what}'
