@@ -10,17 +10,11 @@ import time
 import pytest
 from timeouts import TIMEOUT_S
 
-from mlmem import Faults, MemoryElement, factory, load_element
+from mlmem import MemoryElement, factory, load_element
 from mlmem.element_file import use_kicks
 from mlmem.loop.timetable import SteadyPacer
 from mlmem_ros.host import Host, SessionPlan, ThrottledLog
-from mlmem_ros.host.settings import (
-    FileSettings,
-    Parameters,
-    PublishSettings,
-    RecordSettings,
-    StateSettings,
-)
+from mlmem_ros.host.settings import GROUPS, Parameters, StateSettings
 
 ELEMENT = use_kicks(load_element('case_2'))
 """Eight levels as the paper's, written by kicks."""
@@ -54,16 +48,8 @@ def throttled(log):
 @pytest.fixture(scope='session')
 def parameters():
     """The parameters of a host; a test replaces some."""
-    return Parameters(
-        design=ELEMENT.design,
-        check='skip',
-        settings=ELEMENT.settings,
-        publish=PublishSettings(),
-        record=RecordSettings(),
-        state=StateSettings(interval=0.0),
-        faults=Faults(),
-        files=FileSettings(),
-    )
+    groups = {**GROUPS, 'state': StateSettings(interval=0.0)}
+    return Parameters(ELEMENT.design, 'skip', ELEMENT.settings, **groups)
 
 
 @pytest.fixture(scope='session')
@@ -82,11 +68,14 @@ class Service:
 
     def activate(self, pacer=None, paused=False):
         self.host.adopt_device(self.host.prepare_device(self.given))
-        plan = self.plan(self.given.record)
+        plan = SessionPlan('/mlmem', self.given.record)
         self.host.activate(
             self.given, plan, self.events.extend, pacer or SteadyPacer(), 0.0, paused=paused
         )
         return self.host
+
+    def record(self, settings):
+        return self.host.record(SessionPlan('/mlmem', settings))
 
     def poison(self):
         """Put NaN into the material, and wait until the loop has failed."""
@@ -94,9 +83,15 @@ class Service:
         host.loop.call(lambda: host.element.chain.v.__setitem__(100, math.nan)).result(TIMEOUT_S)
         assert self.failed.wait(TIMEOUT_S)
 
-    @staticmethod
-    def plan(settings):
-        return SessionPlan('/mlmem', settings)
+
+@pytest.fixture
+def file(tmp_path):
+    return tmp_path / 'element.json'
+
+
+@pytest.fixture
+def kept(file):
+    return {'state': StateSettings(path=str(file), interval=0.0)}
 
 
 @pytest.fixture

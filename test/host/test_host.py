@@ -31,24 +31,11 @@ from mlmem.loop.mailbox import MAX_PENDING_REQUESTS
 from mlmem.loop.timetable import SteadyPacer
 from mlmem.physics import StateError
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.host import recording as recording_module
-from mlmem_ros.host import store
-from mlmem_ros.host import worker as worker_module
-from mlmem_ros.host.settings import DeviceSettings, QueueSettings, RecordSettings, StateSettings
+from mlmem_ros.host import recording, store, worker
+from mlmem_ros.host.settings import DeviceSettings, QueueSettings, RecordSettings
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 from test.rig.lines import make_failing_driver, raising
-
-
-@pytest.fixture
-def file(tmp_path):
-    return tmp_path / 'element.json'
-
-
-@pytest.fixture
-def kept(file):
-    return {'state': StateSettings(path=str(file), interval=0.0)}
-
 
 # --- what is acknowledged is safe -------------------------------------------------------------
 
@@ -83,8 +70,8 @@ def test_write_that_cannot_be_saved_fails(serve, kept, monkeypatch):
 
 
 def test_hanging_disk_delays_no_answer_and_is_a_loss_at_the_end(serve, kept, monkeypatch, log):
-    monkeypatch.setattr(worker_module, 'WORK_TIMEOUT_S', 0.2)
-    monkeypatch.setattr(worker_module.Worker.wait, '__defaults__', (0.2,))
+    monkeypatch.setattr(worker, 'WORK_TIMEOUT_S', 0.2)
+    monkeypatch.setattr(worker.Worker.wait, '__defaults__', (0.2,))
     disk = threading.Event()
     host = serve(**kept).activate()
     monkeypatch.setattr(store, 'save_snapshot', lambda *_: disk.wait())
@@ -182,7 +169,9 @@ def test_listener_that_fails_stops_nothing(serve, log):
     host = service.activate()
     assert host.submit(Write(0)).answer.result(TIMEOUT_S).success
     assert host.log.caught > 0
-    assert 'publishing failed; this is a fault in the software' in log.of('ERROR')[0]
+    told = log.of('ERROR')[0]
+    assert told.startswith('publishing failed; this is a fault in the software:')
+    assert "{'extend': lambda *_: 1 / 0}" in told  # the traceback
 
 
 class Sour(Driver):
@@ -234,7 +223,7 @@ def test_time_is_added_to_a_path_that_exists(serve, record, tmp_path, active):
     service = serve(record=RecordSettings() if active else record)
     host = service.activate()
     if active:
-        host.record(service.plan(record)).result(TIMEOUT_S)
+        service.record(record).result(TIMEOUT_S)
     path = host.record(None).result(TIMEOUT_S)
     assert path.parent == tmp_path
     assert re.fullmatch(r'session-\d{8}-\d{6}', path.name)
@@ -267,18 +256,18 @@ def test_session_that_a_procedure_prevents_leaves_no_bag(serve, record, monkeypa
     service = serve()
     host = service.activate()
     host.pause(True).result(TIMEOUT_S)
-    made = recording_module.open_bag
+    made = recording.open_bag
 
     def open_late(plan):
         host.submit(Write(0))
         host.step().answer.result(TIMEOUT_S)
         return made(plan)
 
-    monkeypatch.setattr(recording_module, 'open_bag', open_late)
+    monkeypatch.setattr(recording, 'open_bag', open_late)
     for _ in range(2):  # the second time it runs before
         with pytest.raises(Refused, match='write is running'):
-            host.record(service.plan(record)).result(TIMEOUT_S)
-        monkeypatch.setattr(recording_module, 'open_bag', made)
+            service.record(record).result(TIMEOUT_S)
+        monkeypatch.setattr(recording, 'open_bag', made)
     assert host.sessions.current is None
     assert not list(tmp_path.iterdir())
 
@@ -286,8 +275,7 @@ def test_session_that_a_procedure_prevents_leaves_no_bag(serve, record, monkeypa
 def test_stop_of_a_failed_recording_reports_the_failure(serve, record):
     service = serve()
     host = service.activate()
-    plan = service.plan(dataclasses.replace(record, sync_interval=0.0))
-    path = host.record(plan).result(TIMEOUT_S)
+    path = service.record(dataclasses.replace(record, sync_interval=0.0)).result(TIMEOUT_S)
     while path.exists():  # it is written to at the same time
         shutil.rmtree(path, ignore_errors=True)
     while host.sessions.current.error is None:
@@ -306,7 +294,7 @@ def test_request_to_an_inactive_host_is_rejected(serve, record):
     host = service.host
     for answer in (
         host.submit(Read()).answer, host.step().answer, host.pause(True),
-        host.record(service.plan(record)), host.record(None),
+        service.record(record), host.record(None),
         host.submit_made(lambda element: Read()).answer,
     ):  # fmt: skip
         with expect_rejection(Refused, 'inactive'):

@@ -22,11 +22,6 @@ from mlmem_ros.host.worker import Worker
 from test.device import rig
 
 
-@pytest.fixture
-def file(tmp_path):
-    return tmp_path / 'element.json'
-
-
 def open_store(file):
     """Open the store of a file; a file has one owner at a time."""
     settings = StateSettings(path=str(file), interval=0.0)
@@ -60,13 +55,12 @@ def test_state_below_a_file_is_rejected(file):
 @pytest.mark.parametrize(
     'text', ['{"format": 1}', '{"format": 2, "snapshot": {}}', '{"format": 1, "snapshot": []}']
 )
-def test_file_of_another_format_is_rejected_and_kept(tmp_path, text):
+def test_file_of_another_format_is_rejected_and_kept(file, text):
     """What else is no state file is in test_hostile_files.py."""
-    path = tmp_path / 'element.json'
-    path.write_text(text)
+    file.write_text(text)
     with pytest.raises(StateError, match=r'element\.json is damaged: '):
-        store.load_snapshot(path)
-    assert path.read_text() == text
+        store.load_snapshot(file)
+    assert file.read_text() == text
 
 
 # --- calibrations -----------------------------------------------------------------------------
@@ -101,14 +95,14 @@ def test_calibration_key_depends_on_what_delays_depend_on():
     assert calibration_key(CASE_II, same) == plain
 
 
-def test_design_is_calibrated_once(serve, file, parameters, calibration, monkeypatch):
+def test_design_is_calibrated_once(serve, kept, parameters, calibration, monkeypatch):
     """By a probe or another; the file keeps the last calibration."""
     made, counts = [], []
     monkeypatch.setattr(factory, 'factory_calibration', lambda *_: made.append(1) or calibration)
     probe = dataclasses.replace(parameters.settings.probe_right, v_th=1e-3)
     other = dataclasses.replace(parameters.settings, probe_right=probe)
     for settings in (parameters.settings, parameters.settings, other):
-        service = serve(settings=settings, state=StateSettings(path=str(file), interval=0.0))
+        service = serve(settings=settings, **kept)
         service.activate(paused=True)
         service.host.close()
         counts.append(len(made))
