@@ -4,6 +4,7 @@
 
 from contextlib import nullcontext
 from io import BytesIO
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import pytest
@@ -56,15 +57,9 @@ def found(part):
     return [message.cdr[4] for message in part.messages(part.topics)]
 
 
-class InMemory:
-    """The content of a file, for thousands of them."""
-
-    def __init__(self, content):
-        self.content = content
-
-    def open(self, mode):
-        assert mode == 'rb'
-        return BytesIO(self.content)
+def keep_in_memory(content):
+    """Return what opens as a file of this content, for thousands of them."""
+    return SimpleNamespace(open=lambda _: BytesIO(content))
 
 
 def encode(*records):
@@ -89,7 +84,7 @@ def test_truncation_keeps_every_chunk_before_it(whole, every):
     content = path.read_bytes()
     ends = [block.end for block in blocks]
     for size in tried(content, blocks, every):
-        part = McapPart(InMemory(content[:size]))
+        part = McapPart(keep_in_memory(content[:size]))
         assert found(part) == [i for i, end in enumerate(ends) if end <= size]
         assert part.losses, 'a file that was not closed must not pass as whole'
         assert all(loss.offset + loss.size <= size for loss in part.losses)
@@ -102,7 +97,7 @@ def test_wrong_byte_never_makes_a_wrong_message(whole, every):
     content, unreported = path.read_bytes(), []
     for offset in tried(content, blocks, every):
         wrong = bytes([content[offset] ^ 0x55])
-        bad = InMemory(content[:offset] + wrong + content[offset + 1 :])
+        bad = keep_in_memory(content[:offset] + wrong + content[offset + 1 :])
         # Only the magic, the first eight bytes, decides whether it is an MCAP file at all.
         with pytest.raises(BagError) if offset < 8 else nullcontext():
             part = McapPart(bad)
@@ -197,7 +192,9 @@ def file_of(**changes):
     }  # fmt: skip
     definitions = encode(Channel(7, '/n', 'cdr', {}, 0))
     chunk = encode(Chunk(**values | changes))
-    return InMemory(MCAP0_MAGIC + definitions + chunk + encode(Footer(0, 0, 0)) + MCAP0_MAGIC)
+    return keep_in_memory(
+        MCAP0_MAGIC + definitions + chunk + encode(Footer(0, 0, 0)) + MCAP0_MAGIC
+    )
 
 
 @pytest.mark.parametrize(

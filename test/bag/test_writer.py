@@ -39,20 +39,6 @@ def test_sync_of_nothing_leaves_the_files_as_they_are(writer):
     assert {file: file.stat() for file in writer.path.iterdir()} == before
 
 
-def test_file_of_the_size_is_followed_by_another(tmp_path):
-    with BagWriter(tmp_path / 'bag', max_bytes=4096) as writer:
-        writer.add_topic('/level', 'std_msgs/msg/Int16', begins_file=True)
-        for i in range(600):
-            writer.write('/level', level(i), i)
-            if i % 10 == 0:
-                writer.sync()  # only what is written counts
-    files = sorted(tmp_path.glob('bag/*.mcap'), key=lambda file: file.stat().st_mtime_ns)
-    assert len(files) > 3
-    # Besides its messages a full file holds the summary and an index.
-    assert all(4096 <= file.stat().st_size < 4096 + 8192 for file in files[:-1])
-    assert [m.cdr for m in BagReader(tmp_path / 'bag')] == [level(i) for i in range(600)]
-
-
 @pytest.mark.parametrize(
     ('path', 'wrong'),
     [('whole', {}), ('file', {}), ('file/bag', {}), ('a\0b', {}), ('bag', {'max_bytes': 1023})],
