@@ -18,15 +18,7 @@ import numpy as np
 import pytest
 from shot_file import save_shot
 
-from mlmem import (
-    Calibration,
-    DelayTable,
-    MemoryElement,
-    Settings,
-    element_file,
-    law_file,
-    snapshot,
-)
+from mlmem import element_file, law_file, snapshot
 from mlmem.element_file import Element
 from mlmem.instrument.end import End, Shot
 from mlmem.parsing import DecodeError
@@ -37,6 +29,7 @@ from mlmem_ros.host import store
 from mlmem_ros.session import data
 from mlmem_tools.identification import csv_shots
 from mlmem_tools.law.curves import average_runs, load_run
+from test.device import rig
 
 ROOT = Path(__file__).parents[1]
 CURVE = ROOT / 'examples/law/shell_run1.csv'
@@ -57,16 +50,11 @@ class Kind(NamedTuple):
     errors: tuple[type[Exception], ...] = (DecodeError,)
 
 
-def build_element():
-    table = DelayTable(tuple(float(level) for level in range(CASE_II.levels)))
-    return MemoryElement(CASE_II, Settings(), Calibration(table, table))
-
-
 def load_state(path):
     """Restore an element from a state file; none is a fresh start, which is no error."""
     if (found := store.load_snapshot(path)) is None:
         raise StateError(reason='there is none')
-    snapshot.restore_snapshot(build_element(), found)
+    snapshot.restore_snapshot(rig.device(), found)
 
 
 def load_recording(path):
@@ -94,7 +82,7 @@ KINDS = {
     ),
     'state': Kind(
         load_state,
-        lambda path: store.save_snapshot(path, snapshot.take_snapshot(build_element())),
+        lambda path: store.save_snapshot(path, snapshot.take_snapshot(rig.device())),
         '.json',
         (StateError, DecodeError),
     ),

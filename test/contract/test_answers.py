@@ -13,13 +13,7 @@ from rclpy.parameter import parameter_value_to_python
 from mlmem import Outcome, Reading
 from mlmem.readers.reading import find_failure_code
 from mlmem_ros.contract import answers
-from mlmem_ros.contract.answers import (
-    Calibrated,
-    Decoded,
-    declare_field,
-    describe_fields,
-    outcome_to_dict,
-)
+from mlmem_ros.contract.answers import Decoded, describe_fields
 from mlmem_ros.contract.requests import build_parameter
 from mlmem_ros.contract.streams import describe_outcome
 from mlmem_tools.cli import request
@@ -34,7 +28,7 @@ def test_outcome_becomes_plain_values():
         'confidence': 0.5333, 'end': 'left', 'attempts': 2, 'ticks': 268,
     }  # fmt: skip
     reading = replace(reading, end='both', walls=2, right_delay=84.12344)
-    values = outcome_to_dict(Outcome(reading, procedure='read', end_tick=60))
+    values = answers.outcome_to_dict(Outcome(reading, procedure='read', end_tick=60))
     assert (values['delay'], values['right_delay'], values['walls']) == (694.25, 84.1234, 2)
 
 
@@ -43,7 +37,7 @@ def test_failure_is_reported_without_infinity():
     outcome = Outcome(
         reading, code=find_failure_code(reading), error='no echo came back', procedure='read'
     )
-    found = outcome_to_dict(outcome)
+    found = answers.outcome_to_dict(outcome)
     assert found['error'] == found['reason'] == 'no echo came back'
     assert found['delay'] is None
     json.dumps(found, allow_nan=False)
@@ -80,10 +74,10 @@ def test_field_declared_once_is_in_every_answer(monkeypatch):
     class Warmed(Decoded):
         """Decoded, with a temperature for each end, and one of the substrate."""
 
-        warmth: float | None = declare_field(
+        warmth: float | None = answers.declare_field(
             'float64', 'of it', 'K', default=None, absent=math.nan
         )
-        warmths: dict[str, tuple[float, ...]] = declare_field(
+        warmths: dict[str, tuple[float, ...]] = answers.declare_field(
             'float64[]', 'ends', 'K', default=None
         )
 
@@ -108,7 +102,7 @@ def test_field_declared_once_is_in_every_answer(monkeypatch):
 )
 def test_result_of_an_action_says_what_the_service_says(reading, delays):
     outcome = Outcome(reading, procedure='calibrate', end_tick=60, delays=delays)
-    result = answers.build_result(result_type(Calibrated), outcome=outcome)
+    result = answers.build_result(result_type(answers.Calibrated), outcome=outcome)
     assert (result.left_delays, result.right_delays) == (list(delays.get('left', ())), [])
     said = answers.extract_values('calibrate', result)
     assert said.items() >= (
