@@ -3,7 +3,6 @@
 """The image and the markers."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from visualization_msgs.msg import Marker
 
 from mlmem import MemoryElement, Settings, Write
 from mlmem.physics import CASE_II, find_walls
+from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.host.settings import PublishSettings
 from mlmem_ros.ros.views import COLOUR_TABLE, ChainMarkers, Contour, find_colours
@@ -25,19 +25,12 @@ def with_wall(design, site):
     return np.where(design.sites <= site, design.D_s2, design.D_s1)
 
 
-class IdleElement(SimpleNamespace):
-    """Stands for an element at rest."""
-
-    walls = MemoryElement.walls
-
-
 def idle_element(design, site):
-    """Return what the views read of an unstrained element with a wall at a site."""
-    cells = with_wall(design, site)
-    chain = SimpleNamespace(configuration=cells, v=cells, V_N=0.0)
-    counts = {'ticks': 0, 'computed': 0}
-    idle = {'procedure': '', 'reading': None, 'unknown': None, 'content_name': 'level'}
-    return IdleElement(design=design, chain=chain, settings=Settings(), **counts, **idle)
+    """Return an unstrained element with a wall at a site; its calibration is not used."""
+    table = DelayTable(tuple(np.arange(1.0, design.levels + 1.0)))
+    element = MemoryElement(design, Settings(), Calibration(table, table))
+    element.chain.place(with_wall(design, site))
+    return element
 
 
 def pixels(image):
@@ -57,8 +50,8 @@ def test_image_columns_are_configurations_and_move_left():
     others = np.setdiff1d(np.arange(CASE_II.N), defects)
     before = None
     for tick in range(130):
-        element.ticks = element.computed = tick
-        element.chain.configuration = with_wall(CASE_II, tick)
+        element.ticks = tick
+        element.chain.place(with_wall(CASE_II, tick))
         contour.take_columns()
         image = pixels(contour.build_image(NOW))
         assert image.shape == (225, 50, 3)
@@ -118,10 +111,10 @@ def test_markers_of_former_walls_are_deleted():
     element = idle_element(CASE_II, 100)
     markers = ChainMarkers(element, PublishSettings())
     assert len(by_namespace(markers.build_markers(NOW))['wall']) == 1
-    element.chain.configuration = with_wall(CASE_II, 0)
+    element.chain.place(with_wall(CASE_II, 0))
     assert 'wall' not in by_namespace(markers.build_markers(NOW))
     stripes = CASE_II.sites % 20 < 10
-    element.chain.configuration = np.where(stripes, CASE_II.D_s1, CASE_II.D_s2)
+    element.chain.place(np.where(stripes, CASE_II.D_s1, CASE_II.D_s2))
     assert len(by_namespace(markers.build_markers(NOW))['wall label']) == 4
 
 
