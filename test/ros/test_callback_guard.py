@@ -209,15 +209,11 @@ class Odd:
         return Trigger.Request
 
 
-def answer(_, response):
-    response.message = 'served'
-    return response
-
-
 def test_requests_next_to_an_undecodable_one_are_served(context, create_node):
     """The exception loses the middleware's count of waiting requests."""
     node = create_node('server')
-    service = node.create_service(Trigger, '/ask', answer)
+    served = Trigger.Response(message='served')
+    service = node.create_service(Trigger, '/ask', lambda *_: served)
     client = create_node('client').create_client(Trigger, '/ask')
     executor = GuardedExecutor(context)
     executor.add_node(node, ThrottledLog(lambda *_: None))

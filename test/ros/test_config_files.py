@@ -7,7 +7,6 @@ There are no wheels of the controller manager and its controllers.
 """
 
 import contextlib
-import io
 import json
 import math
 import re
@@ -71,11 +70,10 @@ def test_foxglove_layout_names_topics_fields_and_services(robot):
         topics |= {panel.get('imageMode', {}).get('imageTopic'), panel.get('topicToRender')}
         services |= {panel['serviceName']} if 'serviceName' in panel else set()
     assert topics - {None} <= set(TYPES)
-
-    def offered():
-        return dict(robot.node.get_service_names_and_types())
-
-    robot.wait(lambda: services <= set(offered()), f'all of {sorted(services)}')
+    robot.wait(
+        lambda: services <= {name for name, _ in robot.node.get_service_names_and_types()},
+        f'all of {sorted(services)}',
+    )
 
 
 def test_plotjuggler_layout_names_topics_and_series(robot):
@@ -98,8 +96,7 @@ def urdf(**arguments):
     """Return the robot description that xacro makes, by default of the preset of a robot."""
     xacro = pytest.importorskip('xacro')
     given = {name: str(value) for name, value in arguments.items()}
-    text = xacro.process_file(DESCRIPTION, mappings=given).toxml()
-    return ET.parse(io.StringIO(text)).getroot()
+    return ET.fromstring(xacro.process_file(DESCRIPTION, mappings=given).toxml())
 
 
 def limits(robot_description):

@@ -68,24 +68,20 @@ def test_fault_that_is_set_is_a_warning(element):
 # The reports on failures
 
 
-def session(full=False, **changes):
-    """Return a recording as far as the report looks at it."""
-    values = {'path': '/bag', 'state': 'recording', 'messages': 7, 'size': 9, 'queued': 0}
-    values |= {'dropped': 0, 'error': None}
-    return SimpleNamespace(full=full, **values | changes)
-
-
 @pytest.mark.parametrize(
-    ('recording', 'level', 'word'),
+    ('changes', 'level', 'word'),
     [
         (None, OK, 'not recording'),
-        (session(), OK, 'recording'),
-        (session(full=True), WARN, 'full'),
-        (session(full=True, dropped=3), WARN, '3 messages were dropped'),
-        (session(error=BagError('no space left'), dropped=3), ERROR, 'no space left'),
+        ({}, OK, 'recording'),
+        ({'full': True}, WARN, 'full'),
+        ({'full': True, 'dropped': 3}, WARN, '3 messages were dropped'),
+        ({'error': BagError('no space left'), 'dropped': 3}, ERROR, 'no space left'),
     ],
 )
-def test_worst_state_of_a_recording_is_reported(recording, level, word):
+def test_worst_state_of_a_recording_is_reported(changes, level, word):
+    healthy = {'path': '/bag', 'state': 'recording', 'messages': 7, 'size': 9, 'queued': 0}
+    healthy |= {'full': False, 'dropped': 0, 'error': None}
+    recording = None if changes is None else SimpleNamespace(**healthy | changes)
     sessions = SimpleNamespace(current=recording, buffer=None)
     health = diagnostics.report_recorder(SimpleNamespace(sessions=sessions))
     assert health.severity == level
@@ -165,14 +161,10 @@ def test_every_component_reports(robot):
     assert found['memory']['level'] == '2'
     assert float(found['actuator']['strain']) == pytest.approx(0.0, abs=1e-9)
     robot.publish('strain', data=1e-4)  # moves no wall, but nobody knows that
-
-    def unknown(array):
-        memory = reported(array)['memory']
-        return memory.level == DiagnosticStatus.WARN and memory.message.endswith(
-            ': strained by hand'
-        )
-
-    robot.next('/diagnostics', unknown)
+    robot.next_status(
+        'memory',
+        lambda memory: memory.level == b'\1' and memory.message.endswith(': strained by hand'),
+    )
 
 
 def test_inactive_node_reports_every_component(robot):
