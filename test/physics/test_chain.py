@@ -1,12 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The moving chains: against SciPy, against themselves, and against misuse.
+"""The chains, moving and at rest: against SciPy, against themselves, and against misuse.
 
 =======================  ===========================================================
 run                      must agree with
 =======================  ===========================================================
 ramp + driven end        DOP853 on Eqs. (1a), (1b) as printed; the error falls with the order
 cut into pieces          the run in one piece, to the bit
+rest                     the run that never rests; it ends for whatever moves a cell
 refused input            the state before, to the bit
 =======================  ===========================================================
 """
@@ -33,6 +34,7 @@ from mlmem.physics import (
     stable_step,
     substep_times,
 )
+from mlmem.physics.cells import MAX_REST_SPEED
 from mlmem.physics.equilibrium import find_pinned_wall, wall_profile
 
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
@@ -170,6 +172,107 @@ def test_chains_in_threads_give_bits_of_each_alone(substrate):
     assert len(set(alone)) == 6
     with ThreadPoolExecutor(4) as pool:
         assert list(pool.map(shaken, range(6))) == alone
+
+
+# --- at rest ----------------------------------------------------------------------------------
+
+MAX_REST_TICKS = 60
+"""Ticks of 20 time units in which the short, well damped element comes to rest."""
+
+
+def struck(substrate='rigid'):
+    """Return a chain with a wall, one cell of which is off its place by a tenth."""
+    design = case_ii(substrate, N=60, eta=0.2)
+    chain = Chain(design)
+    v = find_pinned_wall(design, 0)
+    v[20] += 0.1
+    chain.place(v)
+    return chain
+
+
+def count_steps(chain, ticks=1):
+    return ticks * round(20.0 / chain.dt)
+
+
+def hold_still(chain, ticks):
+    return np.full(count_steps(chain, ticks) * SUBSTEPS_PER_STEP, chain.V_N)
+
+
+def pass_ticks(chain, ticks):
+    return chain.advance(hold_still(chain, ticks), ticks=ticks)
+
+
+def at_rest(chain):
+    return not (chain.velocity.any() or chain.substrate_velocity.any())
+
+
+@SUBSTRATES
+def test_chain_comes_to_rest_where_it_is(substrate):
+    """Up to rest, the bits are those of a chain that never rests; later they are the same ones."""
+    chain, restless = struck(substrate), struck(substrate)
+    ticks = 0
+    while ticks == 0 or not at_rest(chain):
+        before = chain.state()
+        pass_ticks(chain, 1)
+        ticks += 1
+        if not at_rest(chain):
+            restless.advance_steps(count_steps(chain))
+            assert chain.state().tobytes() == restless.state().tobytes()
+    assert 10 < ticks < MAX_REST_TICKS
+    assert chain.state()[::2].tobytes() == before[::2].tobytes()
+    assert 0.0 < np.abs(before[1]).max() < MAX_REST_SPEED
+    place = chain.state()
+    ends = pass_ticks(chain, 100)
+    assert chain.state().tobytes() == place.tobytes()
+    assert chain.steps_done == count_steps(chain, ticks + 100)
+    assert (ends == [[chain.v[0]], [chain.v[-1]]]).all()
+    restless.advance_steps(count_steps(chain, 100))
+    # What is left of a wave of REST: its displacement, and roundings of it.
+    np.testing.assert_allclose(chain.v, restless.v, atol=100 * MAX_REST_SPEED)
+
+
+@SUBSTRATES
+def test_whatever_moves_chain_wakes_it(substrate):
+    def strain(chain):
+        V_N = hold_still(chain, 1)
+        V_N[-1] = 1e-9
+        chain.advance(V_N, ticks=1)
+
+    def shake(chain):
+        base = hold_still(chain, 1)
+        base[7] = 1e-9
+        chain.advance(hold_still(chain, 1), None, base, 1)
+
+    def held_cell(chain):
+        motion = np.full((2, SUBSTEPS_PER_STEP), [[chain.v[0] + 1e-9], [0.0]])
+        chain.advance(hold_still(chain, 1), HeldCell(1, motion), None, 1)
+
+    def wear(chain):
+        alpha = np.ones(chain.design.N)
+        alpha[29:31] = 0.9  # under the wall: elsewhere cells rest at minima of any height
+        chain.set_specimen(Specimen(chain.design, alpha_factor=alpha))
+        pass_ticks(chain, 1)
+
+    def push(chain):
+        chain.velocity[10] = 1e-9
+        pass_ticks(chain, 1)
+
+    for wake in (strain, shake, held_cell, wear, push):
+        chain = struck(substrate)
+        pass_ticks(chain, MAX_REST_TICKS)
+        assert at_rest(chain)
+        place = chain.state()
+        wake(chain)
+        assert not at_rest(chain)
+        assert chain.state()[0].tobytes() != place[0].tobytes()
+
+
+def test_no_force_on_stuck_cell_disturbs_rest():
+    chain = struck()
+    chain.set_specimen(Specimen(chain.design, stuck=(21,)))
+    pass_ticks(chain, 2 * MAX_REST_TICKS)  # such a cell scatters waves
+    assert at_rest(chain)
+    assert chain.v[20] - find_pinned_wall(chain.design, 0)[20] == pytest.approx(0.1)
 
 
 # --- refusals ---------------------------------------------------------------------------------
