@@ -71,33 +71,30 @@ def test_search_finds_kicks_as_wide_as_those_that_ship():
         assert after_kick(chain_of('kick_2'), each.speed, settings.kick) == level
 
 
-REQUEST = DesignRequest(8, 0.03)
-
-
 def start_values(request):
     return [each.start for each in list_ranges(request).values()]
 
 
 def test_laws_alone_give_nearly_a_design_of_deep_defects():
     """The search begins where most kicks of a trial, at 7.5 % of scatter, arrive."""
-    names, shallow = list(list_ranges(REQUEST)), start_values(REQUEST)
+    request = DesignRequest(8, 0.03)
+    names, shallow = list(list_ranges(request)), start_values(request)
     shallow[names.index('middle')] = shallow[names.index('side')] = 0.9
-    cost = try_candidate(REQUEST, start_values(REQUEST))
+    cost = try_candidate(request, start_values(request))
     assert cost < 0.25
-    assert try_candidate(REQUEST, shallow) > cost + 0.2
+    assert try_candidate(request, shallow) > cost + 0.2
 
 
 def test_friction_of_the_request_is_in_the_design():
-    design, settings = build_candidate(
-        DesignRequest(4, 0.03, 1e-2), start_values(DesignRequest(4, 0.03, 1e-2))
-    )
+    request = DesignRequest(4, 0.03, 1e-2)
+    design, settings = build_candidate(request, start_values(request))
     assert design.friction == 1e-2
     assert design.levels == 4
     assert not settings.actuator.present
 
 
 def test_speeds_are_the_middles_of_the_windows():
-    """Elements whose level changes at known places of the list of speeds."""
+    """Of elements whose level changes at known places of the list of speeds."""
     request = DesignRequest(2, 0.03)
     values = start_values(request)
     _, settings = build_candidate(request, values)
@@ -106,12 +103,8 @@ def test_speeds_are_the_middles_of_the_windows():
     _, chosen = choose_speeds(request, values, [ends] * 3)
     low, high = chosen.kick.wall_speeds
     assert low < speeds[40] < high
-
-
-def test_level_that_no_speed_reaches_is_reported():
-    request = DesignRequest(2, 0.03)
-    with pytest.raises(DesignNotFound, match='level 1'):
-        choose_speeds(request, start_values(request), [[0] * 40 + [UNDECODABLE] * 40])
+    with pytest.raises(DesignNotFound, match='level 1'):  # which no speed reaches
+        choose_speeds(request, values, [[0] * 40 + [UNDECODABLE] * 40])
 
 
 def test_fastest_kick_gives_more_than_the_energy_of_a_wall():

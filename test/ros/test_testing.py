@@ -94,13 +94,10 @@ def test_assert_written_checks_the_last_write(tmp_path, memory):
         assert_written(bag, 4)
 
 
-SERVES = 'http.server', ['0', '--bind', '127.0.0.1']
-"""A program that runs until it is ended."""
-
 PARENT = """
-import sys, threading, time
+import time
 from mlmem_ros.ros.node_process import run_child_process
-with run_child_process(*eval(sys.argv[1]), stderr=2) as process:
+with run_child_process('http.server', ['0', '--bind', '127.0.0.1'], stderr=2) as process:
     print(process.pid, flush=True)
     time.sleep(60)
 """
@@ -108,10 +105,10 @@ with run_child_process(*eval(sys.argv[1]), stderr=2) as process:
 
 def test_process_ends_with_its_killed_parent():
     pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE}
-    parent = program('-c', PARENT, repr(SERVES), **pipes)
-    parent.stdout.readline()  # the run_child_process runs
+    parent = program('-c', PARENT, **pipes)
+    parent.stdout.readline()  # the child runs until it is ended
     parent.kill()
-    parent.communicate(timeout=TIMEOUT_S)  # the run_child_process has closed its end, too
+    parent.communicate(timeout=TIMEOUT_S)  # the child has closed its end, too
 
 
 def test_any_text_survives_as_a_parameter():
