@@ -119,9 +119,8 @@ def test_rk4_element_agrees_with_the_chain(relative):
 @pytest.mark.parametrize(('push', 'slides'), [(0.9e-5, False), (1.1e-5, True)])
 def test_dry_friction_holds_against_a_smaller_force(push, slides):
     """All cells are pushed alike: off their ground state by push / k_s1."""
-    element = Rk4Element(Specimen(CASE_II), DT, friction=1e-5)
     uniform = Specimen(CASE_II, alpha_factor=1.0 / CASE_II.alpha)
-    element.specimen = uniform
+    element = Rk4Element(uniform, DT, friction=1e-5)
     element.v[:] = CASE_II.D_s1 + push / CASE_II.k_s1
     before = element.v.copy()
     element.advance(np.zeros(4000))

@@ -19,8 +19,7 @@ from mlmem.moves.kick import KickSettings
 from mlmem.physics import Specimen
 from mlmem.settings import ElementSettings
 
-ROOT = Path(__file__).parent.parent.parent
-CONFIG = ROOT / 'config'
+CONFIG = Path(__file__).parents[2] / 'config'
 
 DIGESTS = {
     'case_1': '9e85e83b40c9bc24',

@@ -39,9 +39,6 @@ def slowly(robot):
     robot.set(time__speed=1.0)
 
 
-# Any action tool
-
-
 def test_goal_writes_reads_and_erases(robot):
     write, erase = robot.action('write'), robot.action('erase')
     assert erase.do().result.level == -1
@@ -131,9 +128,6 @@ def test_unknown_goal_has_no_result(robot):
     assert result.status == GoalStatus.STATUS_UNKNOWN
 
 
-# MemoryClient
-
-
 @pytest.mark.usefixtures('slowly')
 @pytest.mark.parametrize(
     'kind', [SingleThreadedExecutor, MultiThreadedExecutor, create_events_executor]
@@ -183,9 +177,6 @@ def test_cancelled_request_cancels_its_procedure(client, robot, ended):
     assert client.write(1).wait().level == 1
     robot.wait(lambda: outcomes[seen:] and values(outcomes[-1]).get('level') == '1', 'level 1')
     assert not any(values(each).get('level') == '7' for each in outcomes[seen:])
-
-
-# Requests that wait for their turn
 
 
 @pytest.fixture
@@ -256,9 +247,6 @@ def test_feedback_of_a_waiting_goal_says_its_place(memory, client):
     assert set(places) == {2, 1, 0}
     assert {each.phase == 'waiting' for each in feedback if each.place} == {True}
     assert feedback[-1].phase != 'waiting'
-
-
-# The end
 
 
 def test_goal_under_way_is_rejected_at_the_shutdown(memory, client):

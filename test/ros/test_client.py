@@ -26,9 +26,6 @@ def node(create_node, client):
     return create_node('behaviour')
 
 
-# Answers
-
-
 def test_client_without_actions_gets_the_same_answer(client, memory):
     plain = MemoryClient(client.node, memory.element, actions=False)
     written = client.write(2).wait()
@@ -41,9 +38,6 @@ def test_client_without_actions_gets_the_same_answer(client, memory):
     read.wait()
     with pytest.raises(StopAsyncIteration):  # no progress is reported
         aiter(read).__anext__().send(None)
-
-
-# Parameters
 
 
 def test_number_is_converted_to_the_type_of_its_field(client):
@@ -59,9 +53,6 @@ def test_number_is_converted_to_the_type_of_its_field(client):
 def test_unknown_parameter_is_rejected(client):
     with pytest.raises(RequestRefused, match=r'design\.nothing'):
         client.parameters('element', 'design.nothing').wait()
-
-
-# Waiting and awaiting
 
 
 def test_wait_works_though_nobody_spins_its_node(node, context):
@@ -142,9 +133,6 @@ def test_asyncio_awaits_without_a_spinning_node(node, client, own, monkeypatch):
     client.abort().wait()
 
 
-# The end of node and context
-
-
 def test_answer_comes_though_its_node_was_destroyed(node):
     reply = MemoryClient(node, '/mlmem').read()
     node.destroy_node()
@@ -178,9 +166,6 @@ def test_wait_ends_with_its_context(node, context):
     for request in (client.ready, client.read, client.pause):
         with pytest.raises(NoAnswer, match='/nobody: '):
             request().result(TIMEOUT_S)
-
-
-# Rejections and failures
 
 
 @pytest.mark.parametrize(

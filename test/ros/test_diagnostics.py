@@ -28,9 +28,6 @@ def reported(array):
     return {status.name.split(': ')[1]: status for status in array.status}
 
 
-# The reports on the device
-
-
 @pytest.fixture
 def element():
     """A blank device; its calibration is not used."""
@@ -63,9 +60,6 @@ def test_fault_that_is_set_is_a_warning(element):
     assert health.values == {'actuator_offset': 0.01, 'weak_cell': 50, 'weak_factor': 0.4}
     element.apply(SetFaults(Faults(seed=3)))
     assert diagnostics.report_faults(element).severity == OK
-
-
-# The reports on failures
 
 
 @pytest.mark.parametrize(
@@ -135,9 +129,6 @@ def test_weak_or_undecodable_echo_is_a_warning(element, report, level, margin, e
     health = diagnostics.ELEMENT_REPORTS[report](element)
     assert health.severity == expected
     assert word in health.text
-
-
-# On a live node
 
 
 def test_every_component_reports(robot):

@@ -39,7 +39,14 @@ def pixels(image):
     return np.frombuffer(bytes(image.data), np.uint8).reshape(image.height, image.width, 3)
 
 
-# The image
+def by_namespace(message):
+    found = {}
+    for marker in message.markers:
+        assert (marker.header.frame_id, marker.header.stamp) == ('mlmem', NOW)
+        if marker.action == Marker.ADD:
+            found.setdefault(marker.ns, []).append(marker)
+    assert len({marker.id for marker in message.markers}) == len(message.markers)
+    return found
 
 
 def test_image_columns_are_configurations_and_move_left():
@@ -64,8 +71,9 @@ def test_image_columns_are_configurations_and_move_left():
         before = image
 
 
-def test_image_of_a_long_chain_stays_small():
-    contour = Contour(idle_element(LONG, 2500), 'mlmem')
+def test_views_of_a_long_chain_stay_small():
+    element = idle_element(LONG, 2500)
+    contour = Contour(element, 'mlmem')
     contour.take_columns()
     shown = pixels(contour.build_image(NOW))
     assert shown.shape[0] <= 512
@@ -73,19 +81,10 @@ def test_image_of_a_long_chain_stays_small():
     blue = shown[:, -1, 2] > shown[:, -1, 0]
     assert blue.mean() == pytest.approx(0.5, abs=0.01)
     assert (blue[0], blue[-1]) == (False, True)
-
-
-# The markers
-
-
-def by_namespace(message):
-    found = {}
-    for marker in message.markers:
-        assert (marker.header.frame_id, marker.header.stamp) == ('mlmem', NOW)
-        if marker.action == Marker.ADD:
-            found.setdefault(marker.ns, []).append(marker)
-    assert len({marker.id for marker in message.markers}) == len(message.markers)
-    return found
+    found = by_namespace(ChainMarkers(element, PublishSettings()).build_markers(NOW))
+    assert len(found['cells'][0].points) <= 500
+    assert len(found['levels']) <= 32
+    assert found['wall'][0].pose.position.x == pytest.approx(25.0, abs=0.01)
 
 
 def test_markers_show_cells_wall_and_levels():
@@ -116,17 +115,6 @@ def test_markers_of_former_walls_are_deleted():
     stripes = CASE_II.sites % 20 < 10
     element.chain.place(np.where(stripes, CASE_II.D_s1, CASE_II.D_s2))
     assert len(by_namespace(markers.build_markers(NOW))['wall label']) == 4
-
-
-def test_markers_of_a_long_chain_stay_few():
-    markers = ChainMarkers(idle_element(LONG, 2500), PublishSettings())
-    found = by_namespace(markers.build_markers(NOW))
-    assert len(found['cells'][0].points) <= 500
-    assert len(found['levels']) <= 32
-    assert found['wall'][0].pose.position.x == pytest.approx(25.0, abs=0.01)
-
-
-# The running node
 
 
 def test_views_are_published_but_not_recorded(start_robot, tmp_path):
