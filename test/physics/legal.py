@@ -13,9 +13,6 @@ from mlmem.physics.potential import Potential
 from mlmem.schema import find_descriptions
 from mlmem.settings import Settings
 
-SMALL = {'N': 60, 'J': 25, 'J_s': 50, 'tail': 20}
-"""Bounds on the size of an element, so that hundreds of runs take seconds."""
-
 
 def number(random, low, high, *, whole=False):
     """Return a number of a range: an end of it, zero, a tiny number, or any magnitude."""
@@ -61,13 +58,14 @@ def values(random, owner, share):
 
 
 def design(random):
-    """Return a legal design of some tens of cells: near Case II's cells, or far from them."""
+    """Return a legal design of some tens of cells, so that hundreds of runs take seconds: near
+    Case II's cells, or far from them.
+    """
     while True:
         given = values(random, Design, random.choice((0.0, 0.1, 0.3, 0.6, 1.0)))
-        given['N'] = random.randint(3, SMALL['N'])
-        for name in ('J', 'J_s', 'tail'):
-            low = 0 if name == 'tail' else 2
-            given[name] = random.randint(low, min(SMALL[name], given['N'] - 1))
+        given['N'] = random.randint(3, 60)
+        for name, low, high in (('J', 2, 25), ('J_s', 2, 50), ('tail', 0, 20)):
+            given[name] = random.randint(low, min(high, given['N'] - 1))
         given['substrate'] = random.choice(('rigid', 'rigid', 'elastic'))
         if stiffness := _stiffest(given):  # so that not nearly all are refused
             least = max(10.0 * stiffness, given.get('s_min', CASE_II.s_min))

@@ -85,14 +85,6 @@ def test_levels_and_bits_follow_from_length_and_spacing(N, J, levels, bits, last
     assert design.code(levels - 1) == last_code
 
 
-def test_next_pair_of_ground_states_begins_where_this_one_ends():
-    upper = replace(CASE_II, phase=2)
-    assert upper.D_s1 == CASE_II.D_s2
-    assert upper.k_s1 == CASE_II.k_s2
-    assert upper.wells[0] == CASE_II.D_barrier
-    assert CASE_II.D_s1 < CASE_II.D_barrier < CASE_II.D_s2 < upper.D_barrier < upper.D_s2
-
-
 @pytest.mark.parametrize(
     ('changes', 'message'),
     [

@@ -151,7 +151,5 @@ def test_tridiagonal_solver_detects_indefinite_matrix():
     n = 10
     least = 2.0 - 2.0 * np.cos(np.pi / (n + 1))
     for shift, definite in ((0.99 * least, True), (1.01 * least, False)):
-        assert (
-            solve_tridiagonal(np.full(n, 2.0 - shift), -np.ones(n - 1), np.ones((1, n)))
-            is definite
-        )
+        found = solve_tridiagonal(np.full(n, 2.0 - shift), -np.ones(n - 1), np.ones((1, n)))
+        assert found is definite
