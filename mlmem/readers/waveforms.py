@@ -13,6 +13,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,13 +26,38 @@ from ..instrument.instrument import Instrument
 from ..physics import Specimen
 from ..physics.values import Array
 from ..physics.waves import Complex, Tones, combine_rows, linearize_cells, multiply_matrices
-from ..settings import Settings
+from ..settings import ProbeSettings, Settings
 from .listening import fire_pulse
 
 Delays = tuple[float, float]
 """By how much the signals of the driven end and of the other are late."""
 
 NO_DELAYS: Delays = (0.0, 0.0)
+
+
+@lru_cache(maxsize=8)  # shared by elements with the same pulse
+def build_band_basis(probe: ProbeSettings, n: int, dt: float) -> Array:
+    """Return the windowed cosines and sines of a pulse's band for n samples, shape (n, 2 m)."""
+    span = n * dt
+    low, high = (
+        round((probe.omega_c + side * _half_band(probe)) * span / (2.0 * math.pi))
+        for side in (-1.0, 1.0)
+    )
+    t = dt * np.arange(1.0, n + 1.0)
+    # fade in and out over 4 sigma
+    edge = np.minimum(t, span + dt - t) / min(4.0 * probe.sigma, 0.5 * span)
+    window = 0.5 * (1.0 - np.cos(math.pi * np.minimum(1.0, edge))) * math.sqrt(2.0 * dt / n)
+    phase = 2.0 * math.pi / span * np.outer(t, np.arange(max(1, low), high + 1))
+    basis = np.concatenate((np.cos(phase), np.sin(phase)), axis=1) * window[:, None]
+    basis.setflags(write=False)
+    return basis
+
+
+def _half_band(probe: ProbeSettings) -> float:
+    """Return half the width of a pulse's band, which holds all of its spectrum; slow waves that
+    are left of a kick lie outside.
+    """
+    return 4.0 / probe.sigma
 
 
 class Listener:
@@ -45,30 +72,9 @@ class Listener:
         """Prepare for the pulse of the settings, compared at so many ends."""
         self.compared_ends = compared_ends
         self._probe = settings.register.probe
-        # half of the band: all of the spectrum; slow waves that are left of a kick lie outside
-        self._half_band = 4.0 / self._probe.sigma
         time = pulse_duration(self._probe) + settings.register.listen
         self._tick = settings.time.tick
         self.ticks = math.ceil(time / self._tick)
-        self._bases: dict[tuple[int, float], Array] = {}
-
-    def build_band_basis(self, n: int, dt: float) -> Array:
-        """Return the windowed cosines and sines of the band for n samples, shape (n, 2 m)."""
-        if (known := self._bases.get((n, dt))) is not None:
-            return known
-        probe, span = self._probe, n * dt
-        low, high = (
-            round((probe.omega_c + side * self._half_band) * span / (2.0 * math.pi))
-            for side in (-1.0, 1.0)
-        )
-        t = dt * np.arange(1.0, n + 1.0)
-        # fade in and out over 4 sigma
-        edge = np.minimum(t, span + dt - t) / min(4.0 * probe.sigma, 0.5 * span)
-        window = 0.5 * (1.0 - np.cos(math.pi * np.minimum(1.0, edge))) * math.sqrt(2.0 * dt / n)
-        phase = 2.0 * math.pi / span * np.outer(t, np.arange(max(1, low), high + 1))
-        basis = np.concatenate((np.cos(phase), np.sin(phase)), axis=1) * window[:, None]
-        self._bases[n, dt] = basis
-        return basis
 
     def project_shot(self, shot: Shot, delays: Delays = NO_DELAYS) -> Array:
         """Return the part of a shot in the band, the driven end first, as if its signals had
@@ -81,18 +87,70 @@ class Listener:
             late = zip(driven_first, delays, strict=True)
             driven_first = np.array([np.interp(t - delay, t, each) for each, delay in late])
         compared = driven_first[: self.compared_ends]
-        return (compared @ self.build_band_basis(motion.shape[1], shot.dt)).ravel()
+        basis = build_band_basis(self._probe, motion.shape[1], shot.dt)
+        return (compared @ basis).ravel()
 
     def noise(self, before: Array, dt: float) -> float:
         """Return what noise contributes to the square of a projected shot, from displacements of
         both ends before the pulse, shape (2, w).
         """
         motion = before - before.mean(axis=1, keepdims=True)
-        basis = self.build_band_basis(before.shape[1], dt)
-        lines = round(2.0 * self._half_band * self.ticks * self._tick / (2.0 * math.pi))
+        basis = build_band_basis(self._probe, before.shape[1], dt)
+        time = self.ticks * self._tick
+        lines = round(2.0 * _half_band(self._probe) * time / (2.0 * math.pi))
         share: float = (2.0 * lines + 2.0) / basis.shape[1]
         power: float = np.square(motion @ basis).sum()
         return power * share
+
+
+class PulseSpectrum(NamedTuple):
+    """What all forecasts of a pulse have in common.
+
+    Attributes:
+        omega: Frequencies of a forecast, shape (F,).
+        pulse: The spectrum of the driven end's motion, shape (F,).
+        ended: Makes of a spectrum that of what ends with the pulse; rows and columns: real parts,
+            then imaginary ones; shape (2 F, 2 F).
+        projection: Makes of a spectrum the part in the band, shape (2 F, 2 m).
+    """
+
+    omega: Complex
+    pulse: Complex
+    ended: Array
+    projection: Array
+
+
+@lru_cache(maxsize=8)  # shared by elements with the same pulse
+def build_spectrum(probe: ProbeSettings, n: int, dt: float) -> PulseSpectrum:
+    """Return the spectrum of a pulse, of which n samples are received."""
+    # What would come after the period of the forecast is added to what comes before, by less
+    # than a thousandth.
+    period, decay_exponent = 1.4 * n * dt, 6.0
+    # 5 / sigma: a faded recording has a wider band than the one that is compared
+    low, high = (
+        (probe.omega_c + side * 5.0 / probe.sigma) * period / (2.0 * math.pi)
+        for side in (-1.0, 1.0)
+    )
+    lines = np.arange(max(1, math.floor(low)), math.ceil(high) + 1)
+    omega = np.asarray(
+        2.0 * math.pi / period * lines - 1j * decay_exponent / period, dtype=np.complex128
+    )
+    motion = Pulse(0.0, probe)
+    t = dt / 8.0 * np.arange(1.0, 8.0 * motion.duration / dt)  # zero at its begin and end
+    pulse = np.exp(-1j * np.outer(omega, t)) @ motion.evaluate_motion(t)[0] * (t[1] - t[0])
+    # The spectrum of what ends with the pulse, from those of it and its complex conjugate.
+    same, other = (
+        _integrate_exponential(each[:, None] - omega, motion.duration) / period
+        for each in (omega, -omega.conj())
+    )
+    of_real, of_imag = same + other, 1j * (same - other)
+    ended = np.block([[of_real.real, of_real.imag], [of_imag.real, of_imag.imag]])
+    t = dt * np.arange(1.0, n + 1.0)
+    wave = 2.0 / period * np.exp(1j * np.outer(omega, t))
+    projection = np.concatenate((wave.real, -wave.imag)) @ build_band_basis(probe, n, dt)
+    for each in (omega, pulse, ended, projection):
+        each.setflags(write=False)
+    return PulseSpectrum(omega, pulse, ended, projection)
 
 
 class Ends:
@@ -104,53 +162,24 @@ class Ends:
 
     def __init__(self, made: Specimen, settings: Settings, listener: Listener) -> None:
         """Prepare for an element, the pulse of the settings, and a listener."""
-        probe = settings.register.probe
         steps = steps_per_tick(made, settings.time)
-        dt, n = settings.time.tick / steps, listener.ticks * steps
-        # What would come after the period of the forecast is added to what comes before, by less
-        # than a thousandth.
-        period, decay_exponent = 1.4 * n * dt, 6.0
-        # 5 / sigma: a faded recording has a wider band than the one that is compared
-        low, high = (
-            (probe.omega_c + side * 5.0 / probe.sigma) * period / (2.0 * math.pi)
-            for side in (-1.0, 1.0)
-        )
-        lines = np.arange(max(1, math.floor(low)), math.ceil(high) + 1)
-        omega = np.asarray(
-            2.0 * math.pi / period * lines - 1j * decay_exponent / period, dtype=np.complex128
-        )
-        self.tones = Tones.from_steps(made, omega, dt)
-        pulse = Pulse(0.0, probe)
-        t = dt / 8.0 * np.arange(1.0, 8.0 * pulse.duration / dt)  # zero at its begin and end
-        self._pulse: Complex = (
-            np.exp(-1j * np.outer(omega, t)) @ pulse.evaluate_motion(t)[0] * (t[1] - t[0])
-        )
-        # The spectrum of what ends with the pulse, from those of it and its complex conjugate.
-        same, other = (
-            _integrate_exponential(each[:, None] - omega, pulse.duration) / period
-            for each in (omega, -omega.conj())
-        )
-        of_real, of_imag = same + other, 1j * (same - other)
-        self._ended = np.block([[of_real.real, of_real.imag], [of_imag.real, of_imag.imag]])
-        t = dt * np.arange(1.0, n + 1.0)
-        wave = 2.0 / period * np.exp(1j * np.outer(omega, t))
+        dt = settings.time.tick / steps
+        self._spectrum = build_spectrum(settings.register.probe, listener.ticks * steps, dt)
+        self.tones = Tones.from_steps(made, self._spectrum.omega, dt)
         self._compared_ends = listener.compared_ends
-        self._projection = np.concatenate((wave.real, -wave.imag)) @ listener.build_band_basis(
-            n, dt
-        )
 
     def compute_parts(self, lower: Complex, delays: Delays = NO_DELAYS) -> Array:
         """Return the parts, shape (m, 4 lines), of elements with lower rows (p, q), shape
         (m, 2, F), as late signals show them.
         """
-        p, q = lower[:, 0], lower[:, 1]
-        held = p / q * self._pulse  # force on the driven end while the pulse lasts; none later
-        ended = np.concatenate((held.real, held.imag), axis=1) @ self._ended
+        spectrum, p, q = self._spectrum, lower[:, 0], lower[:, 1]
+        held = p / q * spectrum.pulse  # force on the driven end while the pulse lasts; none later
+        ended = np.concatenate((held.real, held.imag), axis=1) @ spectrum.ended
         force = ended[:, : len(held.T)] + 1j * ended[:, len(held.T) :]
         late = np.exp(-1j * np.outer(delays, self.tones.omega))
         ends = np.stack((force * q / p, force / p), axis=1) * late
         ends = ends.reshape(2 * len(lower), -1)
-        projected = np.concatenate((ends.real, ends.imag), axis=1) @ self._projection
+        projected = np.concatenate((ends.real, ends.imag), axis=1) @ spectrum.projection
         by_end = projected.reshape(len(lower), 2, -1)[:, : self._compared_ends]
         return np.asarray(by_end.reshape(len(lower), -1))
 
