@@ -124,7 +124,7 @@ def test_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch):
 def record_until_split(service, path):
     """Write and read until a recording has two full files; return the closed bag."""
     host = service.host
-    settings = RecordSettings(str(path), sync_interval=0.02, max_bytes=10_000, hash_every=20)
+    settings = RecordSettings(str(path), sync_interval=0.02, max_bytes=4_000, hash_every=20)
     bag = service.record(settings).result(TIMEOUT_S)
     for number in range(200):
         if host.sessions.current.full_files >= 2:
