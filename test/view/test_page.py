@@ -154,18 +154,18 @@ def test_recording_is_fetched_and_opened(page):
     assert page.evaluate('(await fetch(arguments[0])).status', session) == 200
 
 
-def test_page_survives_the_restart_of_its_node_as_a_byte(page, node, start_shared):
+def test_page_survives_the_restart_of_its_node_as_a_register(page, node, start_shared):
     """Its words are read by waveforms: there is no threshold, and a level has no delay."""
     node.terminate()
     page.wait_until("!document.getElementById('notice').hidden", 'a word that it is gone')
     assert 'No memory node' in page.text('#notice')
-    byte = start_shared(GIVEN | {'element': 'byte'})
+    register = start_shared(GIVEN | {'element': 'robust_words'})
     page.wait_until("document.getElementById('notice').hidden", 'a word that it is back', 30.0)
-    page.wait_until('mlmem.shown().about.words === 256', 'its cells')
-    assert page.text('#facts').startswith('8 levels, 256 words, 225 cells')
-    byte.memory.write(0b01000010).wait()
+    page.wait_until('mlmem.shown().about.words === 28', 'its cells')
+    assert page.text('#facts').startswith('8 levels, 28 words, 102 cells')
+    register.memory.write(17).wait()
     page.click('[data-do="locate"]')
     said = page.wait_until(lambda: 'locate' in (it := page.text('#log li')) and it, 'an answer')
-    assert said.endswith('locate succeeded: 2 walls, at cells 50, 175')
+    assert said.endswith('locate succeeded: 2 walls, at cells 44, 77')
     assert page.evaluate('mlmem.shown().about.probes.left.threshold') is None
-    assert page.evaluate('mlmem.shown().about.carriers') == {'pulse': 1.7}
+    assert page.evaluate('mlmem.shown().about.carriers') == {'pulse': 0.495}
