@@ -33,7 +33,6 @@ from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.procedures import writing
 from mlmem.readers import listening
 from mlmem.readers.calibration import PulseCorrection, PulseCorrections, hash_schedule
-from mlmem.settings import ProbeSettings
 from mlmem_tools.checks.echoes import forecast_echo
 
 from . import rig
@@ -219,22 +218,6 @@ def test_delays_are_those_of_linear_waves(end):
     for delay, wall in walls.items():
         exact = forecast_echo(CASE_II, wall, end.select_probe(settings), end, dt=0.0).delay
         assert delay == pytest.approx(exact, abs=1.5)
-
-
-@pytest.mark.parametrize(
-    ('design', 'probe', 'code', 'field'),
-    [
-        # 2.4, the printed carrier, lies above both pass bands: nothing comes back
-        (CASE_II, ProbeSettings(omega_c=2.4), 'unsupported', 'level'),
-        # a threshold below the ring-down
-        (CASE_II, ProbeSettings(v_th=1e-9), 'conflict', 'delays'),
-        # with beta > 0 a defect is a hill, not a hollow
-        (dataclasses.replace(CASE_II, beta=0.3), ProbeSettings(), 'unsupported', 'level'),
-    ],
-)
-def test_element_that_cannot_be_calibrated_is_rejected(design, probe, code, field):
-    with expect_rejection(SettingsError, code, field):
-        factory_calibration(design, Settings(probe=probe))
 
 
 BITS_2 = load_element('bits_2')

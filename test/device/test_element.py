@@ -13,26 +13,21 @@ from rejection import expect_rejection
 from mlmem import (
     Abort,
     Calibrate,
-    Calibration,
-    DelayTable,
     Disturb,
     Erase,
     Faults,
     FollowTrajectory,
     Kick,
-    MemoryElement,
     Read,
     Refused,
     SetFaults,
     SetStrain,
-    Settings,
-    SettingsError,
     Unknown,
     Write,
     snapshot,
 )
 from mlmem.instrument.instrument import Progress
-from mlmem.physics import CASE_II, Specimen, stable_step
+from mlmem.physics import Specimen, stable_step
 from mlmem.physics.pefrl import MAX_ACCURATE_STEP
 
 from . import rig
@@ -51,12 +46,6 @@ def test_tick_is_whole_number_of_stable_steps(tick, substrate):
     element.advance()
     assert (element.ticks, element.chain.steps_done) == (1, steps)
     assert element.chain.time == pytest.approx(tick)
-
-
-def test_calibration_of_another_element_is_rejected():
-    three = DelayTable((1.0, 2.0, 3.0))
-    with expect_rejection(SettingsError, 'conflict', 'left'):
-        MemoryElement(CASE_II, Settings(), Calibration(three, three))
 
 
 BAD = {

@@ -23,7 +23,6 @@ from mlmem import (
     Read,
     Refused,
     SelfTest,
-    SettingsError,
     Survey,
     Write,
     load_element,
@@ -266,20 +265,6 @@ def test_ringing_element_is_read_at_one_tick_for_any_cut():
         told.append((read.success, read.reading, read.end_tick - read.start_tick, element.ticks))
     assert told[0] == told[1]
     assert told[0][2] > 160  # at rest it takes 158
-
-
-@pytest.mark.parametrize(
-    ('kick', 'code', 'field'),
-    [
-        ({'speeds': '0.1 0.2'}, 'conflict', 'kick.speeds'),
-        ({'kinks': '0 0.1 0.1 0.1 0.1 0.1 0.1 0.1'}, 'conflict', 'kick.kinks'),
-        ({'kinks': '0.1 fast'}, 'out_of_range', 'kinks'),
-        ({'kinks': 'nan'}, 'out_of_range', 'kinks'),
-    ],
-)
-def test_register_without_kick_to_each_level_is_rejected(kick, code, field):
-    with expect_rejection(SettingsError, code, field):
-        MemoryElement(BYTE.design, rig.change(BYTE.settings, kick=kick))
 
 
 @pytest.mark.parametrize('state', [-13.9, -7.449, 1.003, 2.376])

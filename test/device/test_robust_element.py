@@ -19,7 +19,6 @@ from mlmem import (
     Refused,
     Reset,
     SetFaults,
-    SettingsError,
     Survey,
     Write,
     load_element,
@@ -253,16 +252,3 @@ def test_uncalibrated_element_asks_for_a_calibration_at_once():
     assert outcome.reading.content == UNDECODABLE
     assert 'calibrate it first' in outcome.reading.reason
     assert np.abs(element.chain.velocity).max() < 1e-6
-
-
-@pytest.mark.parametrize(
-    ('name', 'code', 'field'),
-    [
-        ('robust_2', 'unsupported', 'read.method'),
-        ('robust_2_friction', 'unsupported', 'read.method'),
-        ('case_2', 'conflict', 'actuator.present'),
-    ],
-)
-def test_other_elements_refuse_one_transducer(name, code, field):
-    with expect_rejection(SettingsError, code, field):
-        rig.shipped(name, read={'method': 'records', 'end': 'left'})

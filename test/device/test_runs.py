@@ -331,7 +331,7 @@ def test_any_rest_of_instrument_equals_computing_every_tick(seeds):
         assert rests
 
 
-LIFE = 1.1
+LIFE = 0.8
 """Seconds."""
 
 

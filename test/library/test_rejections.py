@@ -9,9 +9,12 @@ from dataclasses import fields, make_dataclass, replace
 
 import numpy as np
 import pytest
+from device import rig
 from rejection import expect_rejection
 
 from mlmem import (
+    Calibration,
+    DelayTable,
     DesignError,
     Disturb,
     Faults,
@@ -22,12 +25,14 @@ from mlmem import (
     Settings,
     SettingsError,
     Write,
+    factory_calibration,
     load_element,
 )
 from mlmem.element import MemoryElement
 from mlmem.errors import ErrorCode, Rejected
 from mlmem.law_file import LawFileError, read_law_file
 from mlmem.loop.timetable import check_speed
+from mlmem.moves.kick import KickSettings
 from mlmem.parsing import DecodeError, decode_value, parse_json, parse_yaml, read_file
 from mlmem.physics import CASE_II, Specimen, StateError
 from mlmem.schema import (
@@ -37,11 +42,24 @@ from mlmem.schema import (
     make_printable,
     short_repr,
 )
-from mlmem.settings import ActuatorSettings, ElementSettings, RegisterSettings, WriteSettings
+from mlmem.settings import (
+    ActuatorSettings,
+    ElementSettings,
+    ProbeSettings,
+    RegisterSettings,
+    WriteSettings,
+)
 from mlmem.snapshot import restore_snapshot, take_snapshot
 
 ROBUST = load_element('robust_words').settings
 KICKED = load_element('kick_2').settings
+
+THREE = DelayTable((1.0, 2.0, 3.0))
+NO_BAND = Settings(probe=ProbeSettings(omega_c=2.4))
+"""The printed carrier lies above both pass bands: nothing comes back."""
+
+ALL_ECHO = Settings(probe=ProbeSettings(v_th=1e-9))
+"""The threshold is below the ring-down."""
 
 REJECTED = {
     SettingsError: [
@@ -54,6 +72,31 @@ REJECTED = {
         (lambda: replace(ROBUST, register=RegisterSettings(), element=ElementSettings('40')),
          ErrorCode.CONFLICT, 'read.method'),
         (lambda: check_speed(-1.0), ErrorCode.OUT_OF_RANGE, 'time.speed'),
+        *(
+            (lambda name=name: rig.shipped(name, read={'method': 'records', 'end': 'left'}),
+             code, field)
+            for name, code, field in (
+                ('robust_2', ErrorCode.UNSUPPORTED, 'read.method'),
+                ('robust_2_friction', ErrorCode.UNSUPPORTED, 'read.method'),
+                ('case_2', ErrorCode.CONFLICT, 'actuator.present'),
+            )
+        ),
+        # a register without a kick to each level
+        (lambda: rig.shipped('byte', kick={'speeds': '0.1 0.2'}),
+         ErrorCode.CONFLICT, 'kick.speeds'),
+        (lambda: rig.shipped('byte', kick={'kinks': '0' + 7 * ' 0.1'}),
+         ErrorCode.CONFLICT, 'kick.kinks'),
+        *(
+            (lambda kinks=kinks: KickSettings(kinks=kinks), ErrorCode.OUT_OF_RANGE, 'kinks')
+            for kinks in ('0.1 fast', 'nan')
+        ),
+        # a calibration of another element, and elements that cannot be calibrated
+        (lambda: MemoryElement(CASE_II, Settings(), Calibration(THREE, THREE)),
+         ErrorCode.CONFLICT, 'left'),
+        (lambda: factory_calibration(CASE_II, NO_BAND), ErrorCode.UNSUPPORTED, 'level'),
+        (lambda: factory_calibration(CASE_II, ALL_ECHO), ErrorCode.CONFLICT, 'delays'),
+        (lambda: factory_calibration(replace(CASE_II, beta=0.3), Settings()),
+         ErrorCode.UNSUPPORTED, 'level'),  # with beta > 0 a defect is a hill, not a hollow
         # kicked, a pulse is 5 times as great: beyond the greatest amplitude, 0.5
         (lambda: replace(KICKED, probe=replace(KICKED.probe, A=0.2)),
          ErrorCode.CONFLICT, 'probe.A'),

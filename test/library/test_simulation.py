@@ -138,38 +138,28 @@ def test_wall_needs_a_place_of_its_own():
             simulate(CASE_II, initial=place, duration=10.0)
 
 
-def test_moving_wall_begins_about_the_specimens_ground_states():
-    made = Specimen(CASE_II, offset=0.1)
+def test_simulate_begins_with_a_wall_or_what_a_function_returns():
+    """About the ground states of the specimen."""
+    made = draw_specimen(Specimen(CASE_II, offset=0.1), Scatter(offset=0.01), seed=1)
+    blank = made.offsets + CASE_II.D_s1
+    run = simulate(made, initial=lambda specimen: specimen.offsets + CASE_II.D_s1, duration=10.0)
+    assert np.array_equal(run.configuration[0], blank)
     run = simulate(made, initial=wall_at(position=60.0, relaxed=False), duration=10.0)
-    ends = [CASE_II.D_s2 + 0.1, CASE_II.D_s1 + 0.1]
+    ends = [made.offsets[0] + CASE_II.D_s2, blank[-1]]
     assert run.configuration[0, [0, -1]] == pytest.approx(ends, abs=1e-6)
 
 
-def test_simulate_begins_with_what_a_function_returns():
-    made = draw_specimen(CASE_II, Scatter(offset=0.01), seed=1)
-    run = simulate(made, initial=lambda specimen: specimen.offsets + CASE_II.D_s1, duration=10.0)
-    assert np.array_equal(run.configuration[0], made.offsets + CASE_II.D_s1)
-
-
-def test_trajectory_file_holds_what_was_simulated(tmp_path):
+def test_trajectory_is_saved_drawn_and_made_a_dataset(tmp_path):
+    pytest.importorskip('matplotlib').use('agg')
+    pytest.importorskip('xarray')
     run = simulate(CASE_II, initial=wall_at(level=0), duration=100.0, save_every=50.0)
     with np.load(run.save(tmp_path / 'run.npz')) as file:
         assert np.array_equal(file['configuration'], run.configuration)
         assert np.array_equal(file['wall_positions'], run.wall_positions, equal_nan=True)
         assert '"J": 25' in str(file['design'])
-
-
-def test_trajectory_plot_shows_sites_and_time():
-    pytest.importorskip('matplotlib').use('agg')
-    run = simulate(CASE_II, initial=wall_at(level=0), duration=100.0, save_every=50.0)
-    axes = run.plot()
-    assert axes.get_xlim() == pytest.approx((0.5, CASE_II.N + 0.5), abs=1.0)
-
-
-def test_trajectory_xarray_has_named_dimensions():
-    pytest.importorskip('xarray')
-    data = simulate(CASE_II, initial=wall_at(level=1), duration=100.0, save_every=50.0).to_xarray()
-    assert data.configuration.sel(site=10, t=50.0) == pytest.approx(CASE_II.D_s2, abs=1e-3)
+    assert run.plot().get_xlim() == pytest.approx((0.5, CASE_II.N + 0.5), abs=1.0)
+    found = run.to_xarray().configuration.sel(site=10, t=50.0)
+    assert found == pytest.approx(CASE_II.D_s2, abs=1e-3)
 
 
 @pytest.mark.parametrize('changes', [{'J': 225}, {'s_min': 5.0}])
