@@ -18,13 +18,7 @@ from mlmem.physics import CASE_II, Scatter, draw_specimen
 from mlmem.readers.register import forecast_words
 from mlmem.readers.waveform_reader import WaveformReader
 from mlmem_lab.reads import count
-from mlmem_lab.reads.count import (
-    READS_PER_MOVE,
-    count_rows,
-    describe_counts,
-    sum_presets,
-    true_level,
-)
+from mlmem_lab.reads.count import count_rows, describe_counts, sum_presets, true_level
 from mlmem_lab.shaken import Shaking, count_block
 from mlmem_lab.standard_problems import ALL_PROBLEMS
 from mlmem_lab.standard_problems.problem import ANSWERS_FILE, read_answers
@@ -33,20 +27,26 @@ from mlmem_tools.identification import plan
 from mlmem_tools.identification.plan import plan_pulses
 
 
+@pytest.fixture
+def few_reads(monkeypatch):
+    """Read four times after every move."""
+    monkeypatch.setattr(count, 'READS_PER_MOVE', 4)
+
+
 @pytest.mark.parametrize('finer', [1, 2])
-def test_every_read_is_counted_after_every_kind_of_move(finer):
+def test_every_read_is_counted_after_every_kind_of_move(finer, few_reads):
     counts = count_rows('bits_1', 4, seed=1, finer=finer)
     assert counts['rows'] == 4
-    assert describe_counts(counts)['reads'] == counts['right'] == 4 * READS_PER_MOVE
+    assert describe_counts(counts)['reads'] == counts['right'] == 16
     assert counts['written'] == 2  # the write, and that after the erase
     assert not describe_counts(counts)['reasons']
 
 
-def test_proof_catches_a_device_that_lies(monkeypatch):
+def test_proof_catches_a_device_that_lies(monkeypatch, few_reads):
     """Walls are one level beside the place that the device is right about."""
     monkeypatch.setattr(count, 'true_level', lambda element: 1 - true_level(element))
     counts = count_rows('bits_1', 4, seed=1)
-    assert counts['wrong'] == 4 * READS_PER_MOVE
+    assert counts['wrong'] == 16
     assert counts['wrong rows'] == counts['rows'] == 4
     assert counts['written wrong'] == 2
     assert any(reason.startswith('WRONG: ') for reason in counts)
