@@ -10,16 +10,18 @@ import numpy as np
 
 from mlmem import (
     BLANK,
+    EchoReceived,
+    Faults,
     MemoryElement,
+    SetFaults,
     Settings,
     as_designed,
     factory_calibration,
     load_element,
-    physics,
     snapshot,
 )
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import CASE_II, find_walls
+from mlmem.physics import CASE_II, find_level, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.register import pin_walls
 
@@ -45,10 +47,11 @@ def change(settings, **groups):
 def device(level=BLANK, *, design=DESIGN, calibration=None, **settings):
     """Return a device with its wall resting at a level, or blank, with unknown content.
 
-    Settings are changed as by `change`. The calibration is the factory's for the default settings,
-    so that others may be as wrong as an experiment needs.
+    Settings are changed as by `change`. The calibration is the factory's for the default settings
+    and a rigid substrate, so that others may be as wrong as an experiment needs.
     """
-    calibration = calibration or factory_calibration(design, Settings())
+    rigid = dataclasses.replace(design, substrate='rigid')
+    calibration = calibration or factory_calibration(rigid, Settings())
     element = MemoryElement(design, change(Settings(), **settings), calibration)
     return element if level == BLANK else settle(element, find_pinned_wall(design, level))
 
@@ -93,6 +96,12 @@ def pin(element, *levels):
     return settle(element, pin_walls(element.chain.specimen, levels))
 
 
+def set_faults(element, **faults):
+    """Give an element these faults and no others, as the command does, and return it."""
+    element.apply(SetFaults(Faults(**faults)))
+    return element
+
+
 def save_state(element):
     """Return the snapshot of an element as a file keeps it: as JSON without NaN."""
     return json.loads(json.dumps(snapshot.take_snapshot(element), allow_nan=False))
@@ -117,6 +126,11 @@ def events(element, command):
     while run.outcome is None:
         seen += element.advance(1000)
     return seen
+
+
+def find_echoes(events):
+    """Return the events of received echoes."""
+    return [event for event in events if isinstance(event, EchoReceived)]
 
 
 def plain(told):
@@ -167,7 +181,7 @@ def true_level(element, tolerance=1.0):
     """Return the level within so many cells of which the true wall is, `BLANK` if all cells are
     inactive, or `UNDECODABLE`.
     """
-    return physics.find_level(element.design, element.chain.configuration, tolerance)
+    return find_level(element.design, element.chain.configuration, tolerance)
 
 
 def bits(element):

@@ -15,21 +15,7 @@ import pytest
 from rejection import expect_rejection
 from sampled import sampled
 
-from mlmem import (
-    BLANK,
-    UNDECODABLE,
-    Disturb,
-    EchoReceived,
-    Faults,
-    MemoryElement,
-    Outcome,
-    Read,
-    Refused,
-    SelfTest,
-    SetFaults,
-    Settings,
-    factory_calibration,
-)
+from mlmem import BLANK, UNDECODABLE, Disturb, Faults, Outcome, Read, Refused, SelfTest
 from mlmem.instrument.base import Base, BaseState
 from mlmem.physics import CASE_II
 from mlmem.settings import DisturbanceSettings, ScaleSettings
@@ -62,10 +48,10 @@ def test_acceleration_ramps_linearly_to_message_and_holds():
 def test_acceleration_that_makes_all_cells_slide_is_rejected():
     """However much is to be taken: beyond the force that holds the cells nothing stops them."""
     design = dataclasses.replace(CASE_II, d=0.002)
-    element = MemoryElement(design, Settings(), factory_calibration(CASE_II, Settings()))
+    element = rig.device(design=design, calibration=rig.device(design=CASE_II).calibration)
     hold = design.holding_force
     assert hold == pytest.approx(CASE_II.holding_force * 0.002 / 0.038)
-    assert hold < Settings().disturbance.max_acceleration < CASE_II.holding_force
+    assert hold < element.settings.disturbance.max_acceleration < CASE_II.holding_force
     with expect_rejection(Refused, 'out_of_range', 'acceleration'):
         element.apply(Disturb(1.01 * hold))
     # met within a tick: the cells swing about where they rest
@@ -84,8 +70,9 @@ def noisy(level, deviation, seed=1):
 def test_noise_after_echo_raises_threshold_of_reading():
     """The echo of level 7 comes after 46 ticks: its foot would be lost in noise that began."""
     element = rig.device(7, design=CASE_II)
-    noise = SetFaults(Faults(sensor_noise=1e-4, seed=3))
-    *echoes, outcome = rig.ticks(element, Read(), 15, noise, 200)
+    rig.ticks(element, Read(), 15)
+    element.set_faults(Faults(sensor_noise=1e-4, seed=3))
+    *echoes, outcome = rig.ticks(element, 200)
     left = next(event.echo for event in echoes if event.echo.end == 'left')
     mean_size = math.sqrt(2.0 / math.pi) * 1e-4  # of normally distributed noise
     assert left.floor == pytest.approx(1.5 * 0.307 * mean_size, rel=0.3)
@@ -145,16 +132,6 @@ def test_vibration_within_band_alone_is_waited_for(omega, end):
 G = 9.81e-6
 
 
-def imu(amplitude, seed):
-    """Yield the acceleration of white noise within an amplitude, tick by tick."""
-    random, share = np.random.default_rng(seed), 0.0
-    while True:
-        a = amplitude * random.uniform(-1.0, 1.0)
-        ticks = int(share + 2.5)
-        share += 2.5 - ticks
-        yield from [float(a)] * ticks
-
-
 def shaken(element, course, command):
     """Shake a device during a command; return all events."""
     element.apply(command)
@@ -176,7 +153,7 @@ def test_echo_hidden_by_shaking_is_reported_after_4_pulses():
     assert lost.reason == 'shaken'
     assert not outcome.success
     assert 'the shaking at the right end hides when the echo began' in outcome.error
-    assert sum(isinstance(event, EchoReceived) for event in events) == 2 * 4  # read.attempts
+    assert len(rig.find_echoes(events)) == 2 * 4  # read.attempts
     assert outcome.reading.level == UNDECODABLE
 
 
@@ -185,16 +162,16 @@ def test_base_that_begins_to_shake_gives_no_wrong_level(moment):
     """At any tick of a read, which takes some 25: at 20 g for a while, then not at all. What an
     end has heard then is spoiled, and the next pulses are fired when it is still again.
     """
-    element, course = rig.device(3), imu(20.0 * G, moment)
+    element = rig.device(3)
+    messages = 20.0 * G * np.random.default_rng(moment).uniform(-1.0, 1.0, 8)
     events = rig.ticks(element, Read(), moment)
-    for _ in range(20):
-        element.apply(Disturb(next(course)))
-        events += element.advance()
+    for acceleration in np.repeat(messages, [2, 3] * 4).tolist():
+        events += rig.ticks(element, Disturb(acceleration), 1)
     events += rig.ticks(element, 400)
     outcome = next(event for event in events if isinstance(event, Outcome))
     assert outcome.success, outcome.error
     assert outcome.reading.level == 3
-    reasons = [event.reading.reason for event in events if isinstance(event, EchoReceived)]
+    reasons = [event.reading.reason for event in rig.find_echoes(events)]
     assert any('the base began to shake while' in reason for reason in reasons) or moment > 20
 
 

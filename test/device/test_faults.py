@@ -9,39 +9,19 @@ import numpy as np
 import pytest
 from rejection import expect_rejection
 
-from mlmem import (
-    UNDECODABLE,
-    Erase,
-    Faults,
-    MemoryElement,
-    Read,
-    Refused,
-    SetFaults,
-    SetStrain,
-    Settings,
-    Write,
-    factory_calibration,
-    load_element,
-    snapshot,
-)
+from mlmem import UNDECODABLE, Erase, Faults, MemoryElement, Read, Refused, Write, load_element
 from mlmem.instrument.end import End
 from mlmem.instrument.faults import OfMaterial, Sensors, apply_faults
 from mlmem.physics import CASE_II, Specimen
 from mlmem.rng import RandomStream, draw_normal
 from mlmem.schema import find_descriptions
+from mlmem.snapshot import restore_snapshot
 
 from . import rig
-
-HEALTHY = SetFaults(Faults())
 
 BIT = load_element('bits_1')
 
 BITS = rig.first_levels('byte', 2)
-
-
-def with_faults(element, **faults):
-    element.apply(SetFaults(Faults(**faults)))
-    return element
 
 
 def strains(element, n):
@@ -57,10 +37,10 @@ def strains(element, n):
     'wrong', [{'weak_cell': 126}, {'stuck_cell': 1}, {'stuck_cell': 125}], ids=str
 )
 def test_faults_of_another_design_are_rejected_whole(wrong):
-    element = with_faults(rig.device(2), sensor_noise=1e-6)
+    element = rig.set_faults(rig.device(2), sensor_noise=1e-6)
     before = rig.bits(element), element.faults, element.chain.specimen
     with expect_rejection(Refused, 'conflict', f'faults.{next(iter(wrong))}'):
-        with_faults(element, **wrong)
+        rig.set_faults(element, **wrong)
     assert (rig.bits(element), element.faults, element.chain.specimen) == before
 
 
@@ -85,11 +65,9 @@ def test_fault_of_material_is_declared_as_one_and_changes_it(field):
 
 
 def test_specimen_that_needs_shorter_step_is_rejected():
-    known = factory_calibration(dataclasses.replace(CASE_II, N=75), Settings())  # of a rigid one
-    design = dataclasses.replace(CASE_II, N=75, substrate='elastic')
-    element = rig.device(design=design, calibration=known)
+    element = rig.device(design=dataclasses.replace(CASE_II, N=75, substrate='elastic'))
     with expect_rejection(Refused, 'conflict', 'faults'):
-        with_faults(element, disorder_s=0.3)
+        rig.set_faults(element, disorder_s=0.3)
 
 
 def test_random_numbers_of_seed_and_tick_never_change():
@@ -111,7 +89,7 @@ def test_random_numbers_of_seed_and_tick_never_change():
 def test_read_drives_no_end_that_rests_in_neither_phase(kind, end, gain):
     """It is driven about its rest: elsewhere the pulse began with a jump, and the wall left."""
     element = rig.pin(MemoryElement(kind), 0)
-    with_faults(element, sensor_gain=gain, sensor_end=end)
+    rig.set_faults(element, sensor_gain=gain, sensor_end=end)
     for _ in range(3):
         element.advance(50)
     outcome = element.perform(Read())
@@ -127,14 +105,14 @@ def test_read_drives_no_end_that_rests_in_neither_phase(kind, end, gain):
 )
 def test_erase_drives_no_end_that_rests_in_neither_phase(kind, end):
     """It began with a jump of nine cells, which broke the element."""
-    element = with_faults(MemoryElement(kind), sensor_gain=10.0, sensor_end=end)
+    element = rig.set_faults(MemoryElement(kind), sensor_gain=10.0, sensor_end=end)
     outcome = element.perform(Erase())
     assert not outcome.success
     assert np.abs(element.chain.v).max() < 5.0
 
 
 def test_dropped_out_transducer_repeats_its_last_sample():
-    element = with_faults(rig.device(2), sensor_dropout=1.0)
+    element = rig.set_faults(rig.device(2), sensor_dropout=1.0)
     element.transducer.fire_probe(End.LEFT)
     last = element.transducer.recent[:, -1].copy()
     rig.ticks(element, 3)
@@ -143,11 +121,11 @@ def test_dropped_out_transducer_repeats_its_last_sample():
 
 
 def test_offset_strains_substrate_and_changes_smoothly():
-    element = with_faults(rig.device(2), actuator_offset=0.01)
+    element = rig.set_faults(rig.device(2), actuator_offset=0.01)
     seen = strains(element, 7)
     np.testing.assert_allclose(seen, np.minimum(2e-3 * np.arange(1, 8), 0.01), atol=1e-12)
     assert element.actuator.strain == 0.0  # unknown to the actuator
-    element.apply(HEALTHY)
+    rig.set_faults(element)
     assert strains(element, 5)[-1] == pytest.approx(0.0, abs=1e-12)
     assert rig.succeed(element, Read()).reading.level == 2
 
@@ -155,8 +133,8 @@ def test_offset_strains_substrate_and_changes_smoothly():
 def test_lag_follows_by_its_time_constant():
     """After a step of the set-point, 1 - exp(-t / tau) of the way at time t."""
     tau = 400.0
-    element = with_faults(rig.device(2, actuator={'max_rate': 1.0}), actuator_lag=tau)
-    element.apply(SetStrain(0.01))
+    element = rig.set_faults(rig.device(2, actuator={'max_rate': 1.0}), actuator_lag=tau)
+    element.actuator.slew_to(0.01)
     t = element.tick * np.arange(1, 61)
     # the set-point itself takes 0.01 time units, and each sub-step looks at its end: 0.1 of 400
     np.testing.assert_allclose(strains(element, 60), 0.01 * -np.expm1(-t / tau), atol=1e-5)
@@ -164,11 +142,11 @@ def test_lag_follows_by_its_time_constant():
 
 def test_write_repeats_missed_cycle(written):
     """The grip slips unseen by the encoder; the echo shows it, and the write tries again."""
-    element = with_faults(written(1), missed_cycle=1.0)
+    element = rig.set_faults(written(1), missed_cycle=1.0)
     element.apply(Write(2))
     while element.actuator.strain == 0.0:
         element.advance()
-    element.apply(HEALTHY)  # this cycle slips all the same: it has begun
+    rig.set_faults(element)  # this cycle slips all the same: it has begun
     seen = []
     while element.actuator.strain != 0.0:
         seen.extend(strains(element, 1))
@@ -223,12 +201,12 @@ def test_bad_transducer_kicks_no_wall_and_misleads_no_read(faults, read, left):
     """At 0.8 of its way a kick launches nothing; a pulse of 0.8 is heard."""
     element = rig.shipped('kick_2', actuator={'present': False})
     assert element.perform(Write(1)).success
-    element.apply(SetFaults(Faults(**faults)))
+    rig.set_faults(element, **faults)
     assert element.perform(Read()).reading.level == read
     written = element.perform(Write(0))
     assert not written.success
     assert (written.reading.level if written.reading else -2) == left
-    element.apply(SetFaults(Faults()))
+    rig.set_faults(element)
     assert element.perform(Write(0)).reading.level == 0
 
 
@@ -236,12 +214,12 @@ def test_bad_transducer_kicks_no_wall_and_misleads_no_read(faults, read, left):
 def test_signals_that_are_no_longer_late_are_restored(after):
     """At rest no sample passes that would tell the sensors of it."""
     element = MemoryElement(BIT)
-    element.apply(SetFaults(Faults(sensor_delay=25.0)))
+    rig.set_faults(element, sensor_delay=25.0)
     element.advance(10)
-    element.apply(SetFaults(Faults(sensor_delay=after)))
+    rig.set_faults(element, sensor_delay=after)
     assert element.at_rest == (after == 0.0)
     other, kept = MemoryElement(BIT), rig.save_state(element)
-    snapshot.restore_snapshot(other, kept)
+    restore_snapshot(other, kept)
     assert rig.save_state(other) == kept
 
 

@@ -14,13 +14,11 @@ from mlmem import (
     ELEMENT_NAMES,
     Calibrate,
     Erase,
-    Faults,
     Kick,
     MemoryElement,
     Read,
     Refused,
     SelfTest,
-    SetFaults,
     SetMethod,
     SetStrain,
     Write,
@@ -102,7 +100,7 @@ def test_erase_after_kink_that_stopped_short_leaves_blank(name, start, speed, pr
 def test_erase_kicks_until_the_element_is_blank(gain):
     """A blank element is only read. A transducer that moves nothing is tried three times."""
     erased = rig.pin(element('kick_2', actuator={'present': False}, write={'attempts': 3}), 2)
-    erased.apply(SetFaults(Faults(transducer_gain=gain, transducer_end='left')))
+    rig.set_faults(erased, transducer_gain=gain, transducer_end='left')
     outcome = erased.perform(Erase())
     assert outcome.success == bool(gain)
     assert outcome.attempts == erased.statistics.cycles == (1 if gain else 3)
@@ -172,7 +170,7 @@ def test_stuck_actuator_is_left_alone_by_kicks():
     """With kicks it is not used; auto finds out, where a step would be fastest, and kicks."""
     stuck = rig.pin(element('kick_2', write={'method': 'auto'}), 1)
     assert find_route(stuck.design, stuck.settings, 1, 2)[0].needs_actuator
-    stuck.apply(SetFaults(Faults(actuator_stuck=True)))
+    rig.set_faults(stuck, actuator_stuck=True)
     for command in (Write(2), Erase(), SetMethod('kick'), Write(1)):
         if isinstance(command, SetMethod):
             stuck.apply(command)

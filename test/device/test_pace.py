@@ -142,10 +142,10 @@ UNOBSERVED = {
 """Options of a loop that nobody listens to."""
 
 
-def asleep(ticks=40):
+def asleep():
     """Return a device at rest, which knows it from a tick that it has computed."""
     element = rig.device()
-    rig.ticks(element, ticks)
+    rig.ticks(element, 40)
     assert element.at_rest
     return element
 
@@ -173,17 +173,11 @@ def test_speed_change_finds_resting_device_in_its_present_tick(start, speed):
         assert element.ticks == 40 + 503
 
 
-class Sleeper(SteadyPacer):
-    """A clock on which who is not woken sleeps on."""
-
-    def wait(self, changed, seconds):
-        changed.wait(10.0 * PATIENCE)
-
-
 def test_acceleration_that_arrives_at_rest_wakes_loop(start):
     """Nothing else would, on a clock that wakes nobody by itself."""
-    element = asleep()
-    loop = start(element, pacer=Sleeper(), **UNOBSERVED)
+    element, clock = asleep(), SteadyPacer()
+    clock.wait = lambda changed, seconds: changed.wait(10.0 * PATIENCE)
+    loop = start(element, pacer=clock, **UNOBSERVED)
     until(lambda: loop._box.asleep)
     time.sleep(0.01)
     before = element.ticks
@@ -191,19 +185,13 @@ def test_acceleration_that_arrives_at_rest_wakes_loop(start):
     until(lambda: element.ticks > before or not loop._box.asleep)
 
 
-class Hasty(SteadyPacer):
-    """A clock by which half a second passes whenever it is read."""
-
-    time = 0.0
-
-    def now(self):
-        self.time += 0.5
-        return self.time
-
-
 def test_loop_that_is_paused_before_its_start_runs_no_tick():
-    """On a busy machine ticks are overdue before its thread runs."""
-    loop = Loop(asleep(), lambda *_: None, pacer=Hasty(), **UNOBSERVED)
+    """On a busy machine ticks are overdue before its thread runs: half a second passes whenever
+    the clock is read.
+    """
+    clock = SteadyPacer()
+    clock.now = itertools.count(0.0, 0.5).__next__
+    loop = Loop(asleep(), lambda *_: None, pacer=clock, **UNOBSERVED)
     paused = loop.pause(True)
     before = loop.element.ticks
     loop.start()

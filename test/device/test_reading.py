@@ -11,22 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mlmem import (
-    BLANK,
-    ELEMENT_NAMES,
-    UNDECODABLE,
-    Calibration,
-    DelayTable,
-    Reading,
-    Settings,
-    factory_calibration,
-    load_element,
-)
+from mlmem import BLANK, ELEMENT_NAMES, UNDECODABLE, Calibration, DelayTable, load_element
 from mlmem.instrument.echo import ECHO_TAIL_TIME, Echo, detection_threshold
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II
 from mlmem.readers.decoding import Decoder, find_exchanged_levels
-from mlmem.settings import ReadSettings
+from mlmem.settings import ReadSettings, Settings
 
 from . import rig
 
@@ -48,11 +38,10 @@ def echo(delay, end=End.LEFT, margin=3.0, **values):
     return Echo(end, PROBES[end], t, v_c, v_c, delay, margin, **values)
 
 
-def decoded(delay, end=End.LEFT, phases=STORED, right=CALIBRATION.right, **settings):
+def decoded(delay, end=End.LEFT, phases=STORED, calibration=CALIBRATION, **settings):
     """Decode an echo at one end alone."""
-    calibration = dataclasses.replace(CALIBRATION, right=right)
-    echoes = {end: echo(delay, end)}
-    return Decoder(CASE_II, ReadSettings(**settings), calibration).decode(echoes, phases)
+    decoder = Decoder(CASE_II, ReadSettings(**settings), calibration)
+    return decoder.decode({end: echo(delay, end)}, phases)
 
 
 def both(left, right, names='left', calibration=CALIBRATION, end='', **settings):
@@ -90,10 +79,11 @@ def test_delay_near_level_is_that_level_with_margin(delay, least, level, margin,
 
 def test_phase_of_left_end_distinguishes_equal_echoes():
     """Blank and level 0 are the farthest from the right: no wall is blank, no kink at level 0."""
-    alike = dataclasses.replace(CALIBRATION.right, blank=633.0)
+    right = dataclasses.replace(CALIBRATION.right, blank=633.0)
+    alike = dataclasses.replace(CALIBRATION, right=right)
     for delay in (628.0, 632.0, 634.0):
-        assert decoded(delay, End.RIGHT, STORED, right=alike).level == 0
-        assert decoded(delay, End.RIGHT, EMPTY, right=alike).level == BLANK
+        assert decoded(delay, End.RIGHT, STORED, alike).level == 0
+        assert decoded(delay, End.RIGHT, EMPTY, alike).level == BLANK
 
 
 @pytest.mark.parametrize(
@@ -268,11 +258,8 @@ def test_shaken_echo_needs_more_margin():
     'name', [name for name in ELEMENT_NAMES if load_element(name).settings.read.method == 'delay']
 )
 def test_no_calibration_that_ships_lets_one_end_change_level(name):
-    design, settings = load_element(name).design_and_settings
-    calibration = factory_calibration(design, settings)
-    for names in ('left', 'right', 'both'):
-        read_from = rig.change(settings, read={'end': names})
-        assert find_exchanged_levels(design, read_from, calibration) == []
+    element = rig.shipped(name)
+    assert find_exchanged_levels(element.design, element.settings, element.calibration) == []
 
 
 @rig.unhurried
@@ -280,17 +267,15 @@ def test_no_calibration_that_ships_lets_one_end_change_level(name):
     st.lists(st.integers(1, 60), min_size=2, max_size=6),
     st.lists(st.integers(1, 60), min_size=2, max_size=6),
     st.floats(0.0, 0.9),
-    st.sampled_from(('left', 'right', 'both')),
 )
-def test_no_table_at_all_lets_one_end_change_level(left, right, margin, names):
+def test_no_table_at_all_lets_one_end_change_level(left, right, margin):
     """Levels may be as near each other, and as unevenly spaced, as they like."""
     n = min(len(left), len(right))
     one = DelayTable(tuple(130.0 + float(sum(left[:k])) for k in range(n)))
     other = DelayTable(tuple(900.0 - float(sum(right[:k])) for k in range(n)))
-    _, settings = load_element('case_2').design_and_settings
-    read_from = rig.change(settings, read={'end': names, 'min_margin': margin})
+    settings = rig.change(load_element('case_2').settings, read={'min_margin': margin})
     design = dataclasses.replace(CASE_II, N=25 * (n + 1))
-    assert find_exchanged_levels(design, read_from, Calibration(one, other)) == []
+    assert find_exchanged_levels(design, settings, Calibration(one, other)) == []
 
 
 @pytest.mark.parametrize(
@@ -305,7 +290,8 @@ def test_no_table_at_all_lets_one_end_change_level(left, right, margin, names):
     ],
 )
 def test_confidence_is_loss_that_changes_no_answer(level_margin, threshold_margin, confidence):
-    reading = Reading(3, '011', 'left', 300.0, level_margin, threshold_margin, 99.0)
+    margins = {'level_margin': level_margin, 'threshold_margin': threshold_margin}
+    reading = dataclasses.replace(decoded(500.0), **margins)
     assert reading.confidence == pytest.approx(confidence)
     assert dataclasses.replace(reading, level=UNDECODABLE).confidence == 0.0
 
@@ -316,9 +302,8 @@ def test_crossing_when_listening_begins_is_only_a_near_level():
     """
     assert 'and no level is so near' in decoded(108.5, min_margin=0.0).reason
     near = dataclasses.replace(CALIBRATION, left=DelayTable((108.5, *range(300, 1000, 100))))
-    for delay, level in ((108.5, 0), (108.0, UNDECODABLE)):
-        echoes = {End.LEFT: echo(delay)}
-        assert Decoder(CASE_II, ReadSettings(), near).decode(echoes, STORED).level == level
+    assert decoded(108.5, calibration=near).level == 0
+    assert decoded(108.0, calibration=near).level == UNDECODABLE
     assert both(108.0, 630.0, 'right', near).level == 0
     assert both(108.0, 560.0, 'right', near).level == UNDECODABLE
     assert both(108.0, 630.0, 'right').level == UNDECODABLE

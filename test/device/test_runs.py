@@ -251,12 +251,6 @@ SHORT = dataclasses.replace(load_element('bits_1').design, eta=0.2)
 """So damped that it rests some ticks after whatever moved it."""
 
 
-def instrument(kind, level):
-    """Return an instrument with a wall at rest."""
-    made = kind(SHORT, load_element('bits_1').settings)
-    return rig.settle(made, find_pinned_wall(SHORT, level))
-
-
 def drawn(chance):
     """Return something that is done to an instrument: many are so faint that nothing moves."""
     end, A = chance.choice(list(End)), chance.choice((1e-9, 1e-3))
@@ -312,8 +306,12 @@ def test_any_rest_of_instrument_equals_computing_every_tick(seeds):
     """
     for seed in seeds:
         chance = random.Random(seed)
-        slow_kind = make_restless(Instrument)
-        quick, slow = instrument(Instrument, seed % 2), instrument(slow_kind, seed % 2)
+        quick, slow = (
+            rig.settle(
+                kind(SHORT, load_element('bits_1').settings), find_pinned_wall(SHORT, seed % 2)
+            )
+            for kind in (Instrument, make_restless(Instrument))
+        )
         rests = 0
         for left in reversed(range(15)):
             acts, runs = [drawn(chance)], [chance.choice((1, 2, 3, 7)) for _ in range(4)]

@@ -11,19 +11,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem import (
-    Abort,
-    Disturb,
-    Faults,
-    FollowTrajectory,
-    Read,
-    SetFaults,
-    SetStrain,
-    Settings,
-    Write,
-    factory_calibration,
-    snapshot,
-)
+from mlmem import Abort, Disturb, Faults, FollowTrajectory, Read, SetStrain, Write, snapshot
 from mlmem.instrument.end import End
 from mlmem.parsing import encode_value
 from mlmem.physics import CASE_II, StateError
@@ -34,10 +22,8 @@ from . import rig
 
 def elastic():
     """Return a device over an elastic substrate that is being compressed; a rigid one's delays."""
-    rigid = dataclasses.replace(CASE_II, N=75)
-    known = factory_calibration(rigid, Settings())
-    soft = dataclasses.replace(rigid, substrate='elastic', s_min=100.0, s_max=300.0)
-    element = rig.device(1, design=soft, calibration=known)
+    soft = dataclasses.replace(CASE_II, N=75, substrate='elastic', s_min=100.0, s_max=300.0)
+    element = rig.device(1, design=soft)
     rig.ticks(element, SetStrain(-0.03), 7)
     return element
 
@@ -83,7 +69,8 @@ def pulsed():
 
 def faulty():
     element = rig.device(1)
-    rig.ticks(element, SetFaults(ILL), 3)
+    element.set_faults(ILL)
+    rig.ticks(element, 3)
     element.restart_random_numbers(12)
     rig.ticks(element, SetStrain(0.03), 9)
     return element

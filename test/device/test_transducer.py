@@ -104,14 +104,14 @@ DT, TICK = 0.5, 40
 """Samples of Case II: 40 in a tick."""
 
 
-def follower(end=End.RIGHT, design=CASE_II):
-    return Reverberation(design, end.select_probe(Settings()), DT)
+def follower(design=CASE_II):
+    return Reverberation(design, Settings().probe_right, DT)
 
 
-def fed(reverberation, v, past=None, ticks=None):
+def fed(reverberation, v, past=None):
     """Let an end be seen moving for whole ticks, by default at rest before."""
     past = np.zeros(reverberation.memory) if past is None else past
-    reverberation.follow_samples(np.concatenate((past, v)), ticks or len(v) // TICK)
+    reverberation.follow_samples(np.concatenate((past, v)), len(v) // TICK)
 
 
 def wave(samples, amplitude=1e-3, omega=0.7):
