@@ -44,7 +44,7 @@ def change(settings, **groups):
     return dataclasses.replace(settings, **changed)
 
 
-def device(level=BLANK, *, design=DESIGN, calibration=None, **settings):
+def device(level=BLANK, *, design=DESIGN, calibration=None, driver=None, **settings):
     """Return a device with its wall resting at a level, or blank, with unknown content.
 
     Settings are changed as by `change`. The calibration is the factory's for the default settings
@@ -52,7 +52,7 @@ def device(level=BLANK, *, design=DESIGN, calibration=None, **settings):
     """
     rigid = dataclasses.replace(design, substrate='rigid')
     calibration = calibration or factory_calibration(rigid, Settings())
-    element = MemoryElement(design, change(Settings(), **settings), calibration)
+    element = MemoryElement(design, change(Settings(), **settings), calibration, driver)
     return element if level == BLANK else settle(element, find_pinned_wall(design, level))
 
 

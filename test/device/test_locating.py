@@ -8,24 +8,7 @@ import numpy as np
 import pytest
 from rejection import expect_rejection
 
-from mlmem import (
-    BLANK,
-    UNDECODABLE,
-    Calibration,
-    DelayTable,
-    Disturb,
-    End,
-    Faults,
-    Locate,
-    MemoryElement,
-    Read,
-    Refused,
-    Shot,
-    Survey,
-    Write,
-    as_designed,
-    load_element,
-)
+from mlmem import BLANK, UNDECODABLE, Disturb, End, Locate, Read, Refused, Shot, Survey, Write
 from mlmem.instrument.echo import Echo
 from mlmem.physics import CASE_II
 from mlmem.physics.equilibrium import find_pinned_walls
@@ -47,7 +30,7 @@ from . import rig
     ],
 )
 def test_wall_is_located_at_levels_and_between_them(name, near):
-    element = MemoryElement(load_element(name))
+    element = rig.shipped(name)
     rig.settle(element, find_pinned_walls(element.design, [near + 0.3]))
     found = rig.succeed(element, Locate()).found
     assert found['walls'] == 1
@@ -84,9 +67,9 @@ def test_walls_other_than_one_are_neither_read_nor_located(positions, walls):
     ],
 )
 def test_late_sensors_locate_no_wall_that_is_not_there(name, level, end, delay):
-    element = MemoryElement(load_element(name))
+    element = rig.shipped(name)
     element.place_content(level)
-    element.set_faults(Faults(sensor_delay=delay, sensor_end=end))
+    rig.set_faults(element, sensor_delay=delay, sensor_end=end)
     element.transducer.assume_equilibrium()
     outcome = element.perform(Locate())
     assert (outcome.success, outcome.found) == (False, {})
@@ -101,7 +84,9 @@ def test_error_of_position_grows_with_samples_and_noise(step, floor):
     """
     design = dataclasses.replace(CASE_II, N=150)
     delays = tuple(100.0 + 4.0 * site for site in map(design.defect_site, range(design.levels)))
-    element = rig.device(design=design, calibration=Calibration(*[DelayTable(delays)] * 2))
+    element = rig.device(design=design)
+    left = dataclasses.replace(element.calibration.left, delays=delays)
+    element.calibration = dataclasses.replace(element.calibration, left=left)
     t, site = step * np.arange(1.0, 400.0), design.defect_site(2)
     v_c = 1e-3 * np.abs(t - 50.0)
     probe = element.transducer.probes[End.LEFT]
@@ -137,7 +122,7 @@ def survey(element):
 
 def test_survey_pulses_every_state_and_restores_content():
     """A shot begins at rest, and lasts for 900 time units."""
-    element = MemoryElement(load_element('bits_1'))
+    element = rig.shipped('bits_1')
     rig.succeed(element, Write(1))
     outcome, shots = survey(element)
     assert outcome.reading.level == rig.true_level(element) == 1
@@ -178,14 +163,13 @@ def test_survey_without_moves_or_damping_is_rejected():
     element = rig.shipped('kick_2', actuator={'present': False}, transducer={'max_speed': 0.001})
     with expect_rejection(Refused, 'unsupported'):
         element.perform(Survey())
-    design, settings = load_element('bits_1').design_and_settings
-    element = MemoryElement(as_designed(design, settings))
-    element.design = dataclasses.replace(design, eta=0.0)
+    element = rig.shipped('bits_1')
+    element.design = dataclasses.replace(element.design, eta=0.0)
     assert 'needs damping' in element.perform(Survey()).error
 
 
 def test_samples_after_interruption_are_not_there():
-    element = MemoryElement(load_element('bits_1'))
+    element = rig.shipped('bits_1')
     recorder = element.transducer.record_pulse(End.LEFT, element.transducer.probes[End.LEFT])
     element.pass_ticks(2)
     element.driver.interrupted = True
