@@ -3,6 +3,7 @@
 """A file is replaced whole or not at all; a failure leaves nothing behind."""
 
 import os
+from unittest.mock import patch
 
 import pytest
 
@@ -10,17 +11,9 @@ from mlmem import atomic_files
 from mlmem.atomic_files import make_directory, write_atomically
 
 
-@pytest.fixture
-def refuse(monkeypatch):
-    """Let a function of os fail from now on: refuse('write')."""
-
-    def refuse(name):
-        def fails(*_):
-            raise OSError(28, 'No space left on device')
-
-        monkeypatch.setattr(os, name, fails)
-
-    return refuse
+def refuse(name):
+    """Let a function of os fail for a while."""
+    return patch.object(os, name, side_effect=OSError(28, 'No space left on device'))
 
 
 def open_files():
@@ -28,22 +21,20 @@ def open_files():
 
 
 @pytest.mark.parametrize('step', ['write', 'fsync', 'replace'])
-def test_failed_write_leaves_the_old_content(tmp_path, refuse, step):
+def test_failed_write_leaves_the_old_content(tmp_path, step):
     file = tmp_path / 'file'
     write_atomically(file, 'old')
     before = open_files()
-    refuse(step)
-    with pytest.raises(OSError, match='No space left'):
+    with refuse(step), pytest.raises(OSError, match='No space left'):
         write_atomically(file, 'new')
     assert file.read_text() == 'old'
     assert list(tmp_path.iterdir()) == [file]
     assert open_files() == before
 
 
-def test_file_that_cannot_be_made_durable_is_closed(tmp_path, refuse):
+def test_file_that_cannot_be_made_durable_is_closed(tmp_path):
     before = open_files()
-    refuse('fsync')
-    with pytest.raises(OSError, match='No space left'):
+    with refuse('fsync'), pytest.raises(OSError, match='No space left'):
         atomic_files.create_file(tmp_path / 'file')
     assert open_files() == before
 

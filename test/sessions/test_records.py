@@ -28,6 +28,7 @@ from mlmem import (
 from mlmem.commands import COMMANDS_BY_NAME
 from mlmem.instrument.end import End, Shot
 from mlmem.parsing import DecodeError
+from mlmem_ros import __version__
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.contract.streams import SHOT_HEAD_SIZE, decode_shot, encode_shot
@@ -118,8 +119,9 @@ def changed(values, *path, to):
 
 def test_records_that_were_written_are_read(element, header):
     read = read_header(json.dumps(header))
+    assert read.versions['mlmem_ros'] == __version__
     assert (read.design, read.settings) == (element.design, element.settings)
-    assert read.hash_every == 500
+    assert (read.parameters, read.hash_every) == ({'record.hash_every': 500}, 500)
     assert read_command(text(records.build_command(7, SetStrain(0.1)))) == (7, SetStrain(0.1))
     recorded = read_state_hash(text(records.build_state_hash(element)))
     assert recorded.tick == 0
