@@ -86,32 +86,23 @@ def test_page_plays_what_the_instrument_does(name, start, target):
     assert known[f'{start} {target}'] == json.loads(json.dumps(way))
 
 
-DT = 0.25
-PULSE = Settings().probe
-
-
-def probed(element, samples=2400):
-    """Fire the left pulse while the strain rises, and return the samples of both ends."""
-    times = DT * np.arange(1, samples + 1)
-    held = times[times <= 12 * PULSE.sigma]
-    motion = Pulse(element.end(1), PULSE).evaluate_motion(held)
-    return element.advance(1e-4 * times, HeldCell(1, motion))
-
-
 @pytest.mark.parametrize('relative', [False, True])
 def test_rk4_element_agrees_with_the_chain(relative):
-    """An echo of another integrator, another interpolation: 1e-4 of the pulse."""
-    parts = 4  # steps of a sample
+    """An echo of another integrator, another interpolation: 1e-4 of the pulse. It is fired while
+    the strain rises.
+    """
+    dt, parts, pulse = 0.25, 4, Settings().probe  # parts: steps of a sample
     made = draw_specimen(CASE_II, Scatter(alpha=0.01, k_r=0.01, s=0.01, mass=0.003), 5)
     made = dataclasses.replace(made, damped_by_substrate=relative)
-    ours = Rk4Element(made, DT, step=0.05)
-    theirs = Chain(made, DT / parts)
+    ours = Rk4Element(made, dt, step=0.05)
+    theirs = Chain(made, dt / parts)
     ours.v[:] = find_pinned_wall(made, 2)
     theirs.place(find_pinned_wall(made, 2))
-    found = probed(ours)
-    times = substep_times(2400 * parts, DT / parts)
-    motion = Pulse(theirs.end(1), PULSE).evaluate_motion(times[times <= 12 * PULSE.sigma])
-    expected = theirs.advance(1e-4 * times, HeldCell(1, motion))[:, parts - 1 :: parts]
+    ends, sampled = [], dt * np.arange(1, 2401)
+    for element, times in ((ours, sampled), (theirs, substep_times(2400 * parts, dt / parts))):
+        motion = Pulse(element.end(1), pulse).evaluate_motion(times[times <= 12 * pulse.sigma])
+        ends.append(element.advance(1e-4 * times, HeldCell(1, motion)))
+    found, expected = ends[0], ends[1][:, parts - 1 :: parts]
     assert np.abs(expected - expected[:, :1]).max() > 5e-3  # it was probed
     assert found == pytest.approx(expected, abs=1e-6)
 
@@ -120,7 +111,7 @@ def test_rk4_element_agrees_with_the_chain(relative):
 def test_dry_friction_holds_against_a_smaller_force(push, slides):
     """All cells are pushed alike: off their ground state by push / k_s1."""
     uniform = Specimen(CASE_II, alpha_factor=1.0 / CASE_II.alpha)
-    element = Rk4Element(uniform, DT, friction=1e-5)
+    element = Rk4Element(uniform, 0.25, friction=1e-5)
     element.v[:] = CASE_II.D_s1 + push / CASE_II.k_s1
     before = element.v.copy()
     element.advance(np.zeros(4000))

@@ -224,11 +224,9 @@ def test_sweep_executor_gives_same_table():
 
 
 def test_sweep_failing_measurement_reaches_caller():
-    def fail(specimen):
-        raise ZeroDivisionError
-
+    axes = {'measure': lambda specimen: 1 / 0, 'eta': [0.002, 0.004]}
     with ThreadPoolExecutor(1) as executor, pytest.raises(ZeroDivisionError):
-        sweep(CASE_II, measure=fail, eta=[0.002, 0.004], executor=executor)
+        sweep(CASE_II, executor=executor, **axes)
 
 
 @pytest.mark.parametrize(

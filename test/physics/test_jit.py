@@ -25,21 +25,17 @@ def test_loop_releases_gil_and_keeps_ieee_arithmetic():
     assert not advance.targetoptions.get('fastmath', False)
 
 
-def has_fma():
-    """Return whether the processor has the instruction; NUMBA_CPU_FEATURES, if set, decides."""
-    features = numba.config.CPU_FEATURES
-    if features is None:
-        features = llvmlite.binding.get_host_cpu_features().flatten()
-    return platform.machine() not in ('x86_64', 'AMD64') or '+fma' in features.split(',')
-
-
-@pytest.mark.skipif(not has_fma(), reason='every fma is a call')
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 def test_loop_is_vectorised(substrate):
     """Cell by cell they would be ten times slower: LLVM 14 leaves them so without our setting.
 
     Seen in the code that runs, be it from the cache: which was made by these settings.
     """
+    features = numba.config.CPU_FEATURES  # NUMBA_CPU_FEATURES, if set, decides
+    if features is None:
+        features = llvmlite.binding.get_host_cpu_features().flatten()
+    if platform.machine() in ('x86_64', 'AMD64') and '+fma' not in features.split(','):
+        pytest.skip('every fma is a call')
     chain = Chain(dataclasses.replace(CASE_II, substrate=substrate))
     chain.advance_steps(1)
     nothing = chain._build_arguments(NO_INPUTS, np.empty((2, 0)))

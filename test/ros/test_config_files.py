@@ -21,7 +21,7 @@ import yaml
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from nodes import QUICK, step_until_arrived
-from sensor_msgs.msg import Image, JointState
+from sensor_msgs.msg import Image
 from timeouts import TIMEOUT_S
 from visualization_msgs.msg import MarkerArray
 
@@ -105,27 +105,22 @@ def limits(robot_description):
     return [float(limit.get(name)) for name in ('lower', 'upper', 'velocity')]
 
 
-def node_limits(name):
-    """Return the limits of strain by hand for a preset, in m and m/s, and its xacro arguments."""
+@pytest.mark.parametrize('name', ELEMENT_NAMES)
+def test_joint_limits_are_those_of_the_node(name):
+    """Those of strain by hand, in m and m/s; by default those of the default element."""
     design, settings = load_element(name).design_and_settings
-    actuator = settings.actuator
-    elongation = settings.scale.length * design.end_displacement(1.0)
-    far = actuator.max_strain * elongation
-    fast = actuator.hand_rate_limit * elongation / settings.scale.time
-    return [-far, far, fast], {
+    arguments = {
         'cells': design.N,
         'length': settings.scale.length,
         'time': settings.scale.time,
-        'max_strain': actuator.max_strain,
-        'hand_rate': actuator.hand_rate_limit,
+        'max_strain': settings.actuator.max_strain,
+        'hand_rate': settings.actuator.hand_rate_limit,
     }
-
-
-def test_joint_limits_are_those_of_the_node():
-    assert limits(urdf()) == pytest.approx(node_limits('case_2')[0])
-    for name in ELEMENT_NAMES:
-        allowed, arguments = node_limits(name)
-        assert limits(urdf(**arguments)) == pytest.approx(allowed), name
+    elongation = settings.scale.length * design.end_displacement(1.0)
+    far = settings.actuator.max_strain * elongation
+    fast = settings.actuator.hand_rate_limit * elongation / settings.scale.time
+    for given in (arguments, {}) if name == 'case_2' else (arguments,):
+        assert limits(urdf(**given)) == pytest.approx([-far, far, fast])
 
 
 def test_description_and_controllers_name_the_same_joint():
@@ -150,14 +145,10 @@ def test_description_and_controllers_name_the_same_joint():
     assert started == {'joint_state_broadcaster', 'strain_controller'}
 
 
-def joint_command(position):
-    return JointState(name=['substrate'], position=[position])
-
-
 def test_joint_commands_are_followed_up_to_the_limit(memory, robot):
     limit = limits(urdf(element=memory.element, cells=load_element(QUICK['element']).design.N))[1]
     for position in (limit, 0.0):
-        robot.send_message('joint_commands', joint_command(position))
+        robot.publish('joint_commands', name=['substrate'], position=[position])
         reached = lambda state: abs(state.position[0] - position) < 1e-9  # noqa: B023, E731
         robot.next('joint_states', reached)
 
@@ -169,16 +160,16 @@ def test_control_loop_during_a_write_keeps_the_content(memory, robot, level, pos
     """The hardware interface writes every period: NaN until a controller commands a position, and
     that position while the strain is another one, in a write.
     """
-    before = len(memory.output)
+    before, command = len(memory.output), {'name': ['substrate'], 'position': [position]}
     with robot.paused():
         written = robot.request('write', level=level)
         step_until_arrived(memory)
         for _ in range(6):
-            robot.send_message('joint_commands', joint_command(position))
+            robot.publish('joint_commands', **command)
             robot.get('target_level')  # the node has seen what was sent before
             memory.step(25)
     assert robot.answer(written).success
-    robot.send_message('joint_commands', joint_command(position))  # a period late
+    robot.publish('joint_commands', **command)  # a period late
     robot.get('target_level')
     assert robot.latest('level').data == level
     rejections = [line for line in memory.output[before:].splitlines() if 'refused' in line]

@@ -82,19 +82,18 @@ def test_node_with_root_rejects_another_address(start_robot, root):
     robot.set(device__address=address)
 
 
-FOREIGN_FILES = (
-    'root:x:0:0:root:/root:/bin/bash\n',
-    '-----BEGIN hunter2-----\n',
-    'hunter2: *hunter2\n',
-    'hunter2: !hunter2 x\n',
-    'hunter2: swordfish\n',
-    '- hunter2\n',
-    '"hunter2\n',
-)
-
-
 @pytest.mark.parametrize(
-    ('name', 'text'), [*(('element', text) for text in FOREIGN_FILES), ('twin', FOREIGN_FILES[-1])]
+    ('name', 'text'),
+    [
+        ('element', 'root:x:0:0:root:/root:/bin/bash\n'),
+        ('element', '-----BEGIN hunter2-----\n'),
+        ('element', 'hunter2: *hunter2\n'),
+        ('element', 'hunter2: !hunter2 x\n'),
+        ('element', 'hunter2: swordfish\n'),
+        ('element', '- hunter2\n'),
+        ('element', '"hunter2\n'),
+        ('twin', '"hunter2\n'),
+    ],
 )
 def test_error_about_a_foreign_file_quotes_nothing_of_it(refused, root, name, text):
     (root / 'foreign').write_text(text)

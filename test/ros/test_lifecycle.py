@@ -13,11 +13,9 @@ from timeouts import TIMEOUT_S
 from mlmem_ros import standalone
 from mlmem_ros.host import host, store
 
-BY_HAND = {'autostart': False}
-
 
 def test_managed_node_passes_through_its_states(start_robot):
-    robot = start_robot(BY_HAND, name='plain')
+    robot = start_robot({'autostart': False}, name='plain')
     assert robot.state == 'unconfigured'
     robot.set(target_level=1)
     for service in ('write', 'read', 'erase', 'calibrate', 'abort', 'step'):
@@ -57,7 +55,7 @@ def test_content_is_saved_at_intervals(start_robot, tmp_path):
 
 def test_design_that_fails_its_check_is_rejected_or_named(start_robot):
     """The gradient is weak: the lattice may stop the wall, but a calibration works."""
-    robot = start_robot(BY_HAND | {'element': 'case_2', 'design.check': 'refuse'})
+    robot = start_robot({'autostart': False, 'element': 'case_2', 'design.check': 'refuse'})
     robot.set(element=element_file('case_2', {'design.gamma': -6e-5}))
     assert not robot.response(robot.request_transition('configure')).success
     assert 'cannot configure: the design fails its check (peierls_nabarro' in robot.memory.output
