@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 from closed_bag import check_closed
@@ -19,7 +20,7 @@ from mlmem_ros import MemoryClient
 from mlmem_ros.ros import node_process
 from mlmem_ros.ros.node_process import run_child_process
 from mlmem_ros.session.data import load_session
-from mlmem_ros.testing import memory_node
+from mlmem_ros.testing import NodeHere, memory_node
 from mlmem_tools.cli import demo, laboratory
 from mlmem_tools.cli.main import main
 
@@ -197,18 +198,19 @@ def test_command_to_two_nodes_of_one_name_warns(capsys):
     'levels', sampled([[1, 0], [*demo.DEMO_LEVELS]], lambda levels: levels == [1, 0])
 )
 def test_demo_writes_its_levels_and_records(monkeypatch, tmp_path, capfd, levels):
-    """Its node, a process of its own, runs ten times as fast as time."""
-    start = node_process.run_node_process
+    """Its node runs in this process, ten times as fast as time."""
 
-    def run_fast(arguments, **streams):
-        return start([*arguments, '-p', 'time.speed:=10.0'], **streams)
+    def run_here(arguments, stdout, stderr):
+        assert stdout is stderr
+        assert Path(stdout.name).name == 'memory_node.log'
+        return NodeHere('/mlmem', ['memory_node', *arguments, '-p', 'time.speed:=10.0'])
 
     monkeypatch.setattr(demo, 'DEMO_LEVELS', levels)
-    monkeypatch.setattr(node_process, 'run_node_process', run_fast)
+    monkeypatch.setattr(node_process, 'run_node_process', run_here)
     status = main(['demo', '--output', str(tmp_path)])
     printed, complaints = capfd.readouterr()
-    # What a busy machine says: a start that takes long, and time that was lost.
-    known = r'ticks of time were skipped|waits for /mlmem'
+    # What a node tells, and a busy machine: a start that takes long, and time that was lost.
+    known = r'^\[INFO\]|ticks of time were skipped|waits for /mlmem'
     complaints = [line for line in complaints.splitlines() if not re.search(known, line)]
     assert (status, complaints) == (0, []), printed
     rows = re.findall(r'^ *(\d) +(\d) +([01]{3}) ', printed, re.MULTILINE)
