@@ -13,7 +13,7 @@ from collections import defaultdict
 import numpy as np
 import reference
 from closed_bag import check_closed
-from nodes import QUICK, check_node, end_node
+from nodes import QUICK, check_node, end_node, node_parameters
 from rclpy.serialization import serialize_message
 from robot import Robot
 from rosbags.typesys import Stores, get_typestore
@@ -169,7 +169,8 @@ def test_new_stream_of_any_type_is_recorded_and_compared(monkeypatch, tmp_path):
 
     add_streams(0)
     path = str(tmp_path / 'session')
-    with memory_node(QUICK | {'record.path': path}, name='streams') as node:
+    given = node_parameters(QUICK | {'record.path': path})
+    with memory_node(given, name='streams') as node:
         ticks = node.memory.write(1).wait().ticks
         with Robot(node.element) as robot:
             messages = {name: robot.latest(name) for name in NEW_STREAMS}

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 import pytest
 import rclpy
 from closed_bag import check_closed
-from nodes import QUICK, program
+from nodes import QUICK, node_parameters, program
 from robot import Robot
 from timeouts import TIMEOUT_S
 
@@ -55,8 +55,8 @@ def test_linger_ends_with_its_time_or_sigterm(longest):
     assert longest > CLIENT_ABSENCE_S  # or it would end for want of clients
     stop = [signal.SIGINT]
     with Robot() as robot:
-        parameters = {**QUICK, 'linger': longest}
-        nodes, executor = start_nodes(build_node_arguments('/mlmem', parameters), rclpy.Context())
+        given = build_node_arguments('/mlmem', node_parameters({**QUICK, 'linger': longest}))
+        nodes, executor = start_nodes(given, rclpy.Context())
         answer = robot.send('read')
         robot.wait(lambda: nodes[0].client_count, 'a client')
         begun = time.monotonic()
