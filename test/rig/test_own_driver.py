@@ -79,11 +79,11 @@ def test_driver_of_the_page_writes_and_reads(bench):
     driver = drivers.open_driver(bench, 'slot 2', CASE_II, settings)
     assert driver.driver._card.rate == pytest.approx(40e3)  # 80 samples in 2 ms
     element = MemoryElement(CASE_II, driver=driver)
-    for command in (Write(3), Read('both'), Erase(), Write(1)):
+    for command in (Write(1), Read('both'), Erase(), Write(0)):
         outcome = element.perform(command)
         assert outcome.success, outcome.error
     reading = element.perform(Read()).reading
-    assert reading.delay == pytest.approx(element.calibration.left.delays[1], abs=2.0)
+    assert reading.delay == pytest.approx(element.calibration.left.delays[0], abs=2.0)
     driver.driver._card.fails = True
     with pytest.raises(DriverError, match='the card has failed: cable'):
         element.advance()

@@ -36,6 +36,9 @@ from mlmem_tools.rig.emulated import RigSensors
 
 from .lines import LocalDriver, TamperedLine, driven, emulated
 
+KICKED = use_kicks(load_element('case_2')).settings
+"""Those of the element when a write takes a tenth of the ticks."""
+
 
 class Late(LocalDriver):
     """A local simulation whose samples arrive some ticks late."""
@@ -117,8 +120,8 @@ def test_procedures_over_a_lossy_line_give_the_same_bits(expected, seed):
 
 def test_rig_counts_in_its_own_units():
     """Micrometres from its own zero, as single floats: the delay is the same."""
-    rig = emulated(sensors=RigSensors(1e-4, (1250.0, -77.5)), numbers='<f4')
-    element = driven(TamperedLine(rig))
+    rig = emulated(KICKED, sensors=RigSensors(1e-4, (1250.0, -77.5)), numbers='<f4')
+    element = driven(TamperedLine(rig), KICKED)
     assert element.transducer.measure_rest(End.RIGHT) == pytest.approx(CASE_II.D_s1, rel=1e-6)
     assert element.perform(Write(3)).success
     reading = element.perform(Read()).reading
@@ -132,14 +135,13 @@ def test_rig_counts_in_its_own_units():
 
 
 def test_rig_without_an_actuator_is_written_by_kicks():
-    settings = use_kicks(load_element('case_2')).settings
-    line = TamperedLine(emulated(settings, actuator=False))
-    element = driven(line, settings)
+    line = TamperedLine(emulated(KICKED, actuator=False))
+    element = driven(line, KICKED)
     assert not element.settings.actuator.present
     for command in (Write(5), Write(2), Erase()):
         outcome = element.perform(command)
         assert outcome.success, outcome.error
-    element.perform(Kick(settings.kick.wall_speeds[3]))
+    element.perform(Kick(KICKED.kick.wall_speeds[3]))
     assert element.perform(Read()).level == 3
     assert line.rig.chain.V_N == 0.0
     with pytest.raises(Refused) as refused:
@@ -152,8 +154,8 @@ def test_rig_without_an_actuator_is_written_by_kicks():
 @pytest.mark.parametrize('number', [1, 3])
 def test_echo_across_a_break_is_not_used(number):
     """If the rig runs dry during a read, the probe is repeated and no delay is shifted."""
-    rig = emulated()
-    element = driven(TamperedLine(rig))
+    rig = emulated(KICKED)
+    element = driven(TamperedLine(rig), KICKED)
     transducer, fired, breaks = element.transducer, [], [number]
     element.perform(Write(3))
     reading = element.perform(Read('left')).reading
@@ -175,7 +177,7 @@ def test_echo_across_a_break_is_not_used(number):
 
 
 def test_command_that_needs_a_simulation_is_rejected():
-    element = driven(TamperedLine(emulated()))
+    element = driven(TamperedLine(emulated(KICKED)), KICKED)
     with pytest.raises(Refused, match='simulated'):
         _ = element.chain
     with pytest.raises(Refused, match='stuck_cell'):
@@ -189,7 +191,7 @@ def test_snapshot_keeps_calibration_element_its_content():
     element = driven(TamperedLine(rig))
     left = dataclasses.replace(element.calibration.left, blank=9e3)
     element.calibration = dataclasses.replace(element.calibration, left=left)
-    assert element.perform(Write(2)).success
+    assert element.perform(Write(1)).success
     kept = snapshot.take_snapshot(element)
     assert kept['chain'] is None
     again = driven(TamperedLine(rig))  # which lets go of the first line
@@ -197,7 +199,7 @@ def test_snapshot_keeps_calibration_element_its_content():
     assert again.calibration == element.calibration
     assert again.statistics == element.statistics
     assert again.reading is None  # until an echo tells
-    assert again.perform(Read()).reading.level == 2
+    assert again.perform(Read()).reading.level == 1
 
 
 @pytest.mark.parametrize(
