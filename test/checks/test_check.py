@@ -239,9 +239,7 @@ def test_lowest_level_out_of_reach_is_named():
 
 
 def test_forecast_margin_is_that_of_the_device():
-    element, wall = MemoryElement(CASE_II), find_pinned_wall(CASE_II, 7)
-    element.chain.place(wall)
-    element.transducer.assume_equilibrium()
+    element, wall = rig.pin(MemoryElement(CASE_II), 7), find_pinned_wall(CASE_II, 7)
     detector = element.transducer.fire_probe(End.LEFT)
     while detector.time < 1200.0:
         element.advance()
