@@ -86,11 +86,11 @@ def test_waveform_read_of_two_walls_is_undecodable(name):
         assert element.reading.content == UNDECODABLE
 
 
-def lossy(name, **losses):
-    """Return an element whose damping or friction are so many times those of its design."""
+def lossy(name, factor):
+    """Return an element whose damping and friction are so many times those of its design."""
     design = load_element(name).design
-    changes = {loss: factor * getattr(design, loss) for loss, factor in losses.items()}
-    return rig.shipped(name, dataclasses.replace(design, **changes))
+    losses = {'eta': factor * design.eta, 'friction': factor * design.friction}
+    return rig.shipped(name, dataclasses.replace(design, **losses))
 
 
 @pytest.mark.parametrize(('name', 'losses'), [('robust_2', 0.8), ('robust_2_friction', 1.3)])
@@ -98,7 +98,7 @@ def test_calibration_finds_factors_on_losses_and_kicks(name, losses):
     """A wall that loses less or more needs slower or faster kicks, and answers otherwise, so that
     it is also read better. With less damping every kick to the last level sends the wall out.
     """
-    element = lossy(name, eta=losses, friction=losses)
+    element = lossy(name, losses)
     missed = element.perform(Write(element.design.levels - 1))
     assert not missed.success
     assert ('calibrate the element' in missed.error) == (losses < 1.0)
@@ -109,7 +109,7 @@ def test_calibration_finds_factors_on_losses_and_kicks(name, losses):
     assert (outcome.found['kick_factor'] > 1.0) == (losses > 1.0)
     for level in (*range(element.design.levels), 1):
         assert rig.succeed(element, Write(level)).attempts == 1
-    restored = lossy(name, eta=losses, friction=losses)
+    restored = lossy(name, losses)
     restore_snapshot(restored, rig.save_state(element))
     for each in (element, restored):
         assert each.perform(Read()).reading.threshold_margin > 2.0 * before
@@ -129,7 +129,7 @@ def test_wall_that_left_is_kicked_back_by_the_right_end_and_erased(name):
 
 def test_kick_after_a_wall_left_is_slower():
     """With a tenth less damping the wall passes the last level of eight."""
-    element = lossy('robust_3', eta=0.9)
+    element = lossy('robust_3', 0.9)
     assert rig.succeed(element, Write(7)).attempts == 2
 
 
@@ -189,20 +189,12 @@ def test_late_end_changes_no_content_read_by_waveforms(name):
 
 
 @pytest.fixture(scope='module')
-def calibrated():
-    """Return a scattered element with four levels, calibrated."""
+def element():
+    """Return a calibrated element of four levels; its content is that of the last test."""
     given = rig.first_levels('robust_3_one_end', 4)
     made = draw_specimen(given.design, SCATTER, 1)
     element = MemoryElement(given, driver=Simulation.build_blank(made, given.settings.time))
     assert element.perform(Calibrate()).success
-    return element, rig.save_state(element)
-
-
-@pytest.fixture
-def element(calibrated):
-    """Return that element as it was after its calibration."""
-    element, state = calibrated
-    restore_snapshot(element, state)
     return element
 
 
