@@ -22,6 +22,7 @@ import pytest
 from PIL import Image
 from sampled import sampled
 
+from mlmem.readers import register
 from mlmem_lab.paper.figure import Judgement, Quality, load_data
 from mlmem_lab.paper.figures import printed
 from mlmem_lab.paper.gallery import FIGURES_BY_NAME, list_claims
@@ -36,6 +37,8 @@ STILL = [figure.name for figure in FIGURES_BY_NAME.values() if figure.ending == 
 def compute_data(name, quality):
     """Return the data of a figure; they are computed once."""
     with pytest.MonkeyPatch.context() as patch:
+        # they take long, and no claim depends on them
+        patch.setattr(register, 'find_off_level_states', lambda *_: ())
         if name == 'printed':  # which is made of the data of others
             for other in ('2a', '2b', 'launches'):
                 module = getattr(printed, f'fig_{other}', printed.launches)
