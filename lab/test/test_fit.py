@@ -146,17 +146,13 @@ def fitted():
     return element, shots, fit_element(SMALL, shots)
 
 
-def test_fit_finds_every_cell(fitted):
+def test_fit_finds_every_cell_and_what_they_share(fitted):
     element, _, found = fitted
     alpha, deviation = (each[found.unknowns.alpha] for each in (found.x, found.deviations))
     error = alpha / element.strength - 1.0
     assert np.std(error) < 2e-3  # a fifth of the scatter, in a third of the time of a real survey
     assert np.abs((alpha - element.strength) / deviation).max() < 5.0
     assert found.chi2 == pytest.approx(1.0, abs=0.05)  # 5600 data: +- 0.02
-
-
-def test_fit_finds_what_the_cells_share(fitted):
-    element, _, found = fitted
     shared = {
         'time_unit': element.time_unit, 'eta': element.design.eta, 'D_s2': element.design.D_s2,
         'gain_left': element.gain[0], 'drive_right': 1.0 / element.gain[1],

@@ -46,7 +46,8 @@ def run_study(*arguments):
     return main(['study', 'times', *arguments, '--jobs', '1'])
 
 
-def test_study_of_some_cases_keeps_the_others(lengths):
+def test_study_keeps_the_cases_that_are_not_measured_again(lengths, monkeypatch):
+    """Without cases it measures what is missing or stale."""
     assert run_study('bits_1', 'byte') == run_study('byte') == 0
     found = results.load_result(lengths.path)
     assert found['cases'] == {'bits_1': 6, 'byte': 4}
@@ -54,10 +55,6 @@ def test_study_of_some_cases_keeps_the_others(lengths):
     assert found['hashes'] == dict.fromkeys(['bits_1', 'byte'], ' '.join(modules))
     assert found['command'] == 'mlmem study lengths bits_1 byte'
     assert found['seed'] == 3
-
-
-def test_study_without_cases_measures_what_is_missing_or_stale(lengths, monkeypatch):
-    run_study('bits_1', 'byte')
     assert lengths.list_missing() == ['case_2']
     assert run_study() == 0
     assert lengths.list_missing() == []
