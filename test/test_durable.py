@@ -51,14 +51,11 @@ def test_file_closed_twice_closes_no_other(tmp_path):
 def test_new_directories_are_synced_into_their_parents(tmp_path, monkeypatch):
     synced = []
     monkeypatch.setattr(atomic_files, 'sync_directory', synced.append)
-    make_directory(tmp_path / 'a' / 'b' / 'c')
-    assert {tmp_path, tmp_path / 'a', tmp_path / 'a' / 'b'} <= set(synced)
-
-
-def test_existing_directory_is_rejected_unless_allowed(tmp_path):
-    make_directory(tmp_path, exist_ok=True)
-    with pytest.raises(FileExistsError):
-        make_directory(tmp_path)
-    (tmp_path / 'file').touch()
-    with pytest.raises(FileExistsError):
-        make_directory(tmp_path / 'file', exist_ok=True)
+    made = tmp_path / 'a' / 'b' / 'c'
+    make_directory(made)
+    assert {tmp_path, made.parent, made.parents[1]} <= set(synced)
+    make_directory(made, exist_ok=True)
+    (made / 'file').touch()
+    for there, is_allowed in ((made, False), (made / 'file', True)):
+        with pytest.raises(FileExistsError):
+            make_directory(there, exist_ok=is_allowed)

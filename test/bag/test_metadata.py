@@ -74,8 +74,9 @@ def said(text):
     return json.dumps(yaml.load(re.sub(r'(?m): null$', ': ~', text), yaml.BaseLoader))
 
 
-def test_empty_bag_is_described_as_by_rosbag2():
-    """Its times are the largest number, and its custom data are null."""
+def test_bag_is_described_as_by_rosbag2():
+    """The times of an empty one are the largest number, and custom data are null."""
+    assert said(format_metadata(*BAG)) == said(TEXT)
     (root,) = yaml.safe_load(format_metadata((), (FileInfo('bag_0.mcap'),))).values()
     never = {'nanoseconds_since_epoch': 2**63 - 1}
     assert (root['starting_time'], root['duration']) == (never, {'nanoseconds': 0})
