@@ -3,7 +3,6 @@
 """Routes from level to level; kicks whose speed selects the level, which need no strain."""
 
 import itertools
-from functools import cache
 
 import numpy as np
 import pytest
@@ -15,19 +14,15 @@ from mlmem import (
     Calibrate,
     Erase,
     Kick,
-    MemoryElement,
     Read,
     Refused,
     SelfTest,
     SetMethod,
     SetStrain,
     Write,
-    factory_calibration,
     load_element,
 )
-from mlmem.element_file import use_kicks
 from mlmem.instrument.blocks import run, wait
-from mlmem.instrument.drivers import Simulation
 from mlmem.moves.kick import KickMotion, KickSettings, kick_out, kick_to, remove_missed_kicks
 from mlmem.moves.move import Move, blank_content, find_route, move_families
 from mlmem.physics import Scatter, draw_specimen, find_walls
@@ -39,15 +34,9 @@ CELL = 1.5
 """A resting wall is at most this far from its level, in cells."""
 
 
-@cache
-def calibration(name):
-    return factory_calibration(*use_kicks(load_element(name)).design_and_settings)
-
-
-def element(name, **changes):
+def element(name, write=None, **changes):
     """Return a blank element that is written by kicks, with changed settings by group."""
-    design, settings = use_kicks(load_element(name)).design_and_settings
-    return MemoryElement(design, rig.change(settings, **changes), calibration(name))
+    return rig.shipped(name, write={'method': 'kick', **(write or {})}, **changes)
 
 
 @pytest.mark.parametrize(('late', 'peak', 'error'), [(0.0, 1.5, 1e-4), (0.7, None, 1e-3)])
@@ -70,12 +59,10 @@ def test_kick_is_smooth_ramp_then_held(late, peak, error):
 @pytest.mark.parametrize('scatter', [5e-4, 1e-2])
 def test_kick_out_of_scattered_element_leaves_blank(speed, scatter):
     """The speed as shipped is 0.3; alpha, springs and masses scatter by as much each."""
-    design, settings = load_element('kick_2').design_and_settings
+    design = load_element('kick_2').design
     made = draw_specimen(design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), 1)
-    settings = rig.change(settings, kick={'erase_speed': speed})
     for start in range(design.levels):
-        driver = Simulation.build_blank(made, settings.time)
-        erased = rig.pin(MemoryElement(design, settings, calibration('kick_2'), driver), start)
+        erased = rig.pin(rig.shipped('kick_2', made, kick={'erase_speed': speed}), start)
         run(erased, kick_out(erased))
         assert rig.true_level(erased, CELL) == BLANK
 
@@ -154,14 +141,13 @@ def test_element_without_actuator_does_everything_but_strain():
 
 def test_calibration_of_level_without_kick_uses_step():
     """In this element every kick stops before level 1 or beyond it."""
-    design, _ = load_element('kick_2').design_and_settings
     odd = element('kick_2')
-    odd.chain.set_specimen(draw_specimen(design, Scatter(offset=3e-3), 0))
+    odd.chain.set_specimen(draw_specimen(odd.design, Scatter(offset=3e-3), 0))
     rig.succeed(odd, Calibrate())
     steps = odd.calibration.pulse_corrections.steps
     assert [at for at, step in enumerate(steps) if not step.speed] == [1]
     known = remove_missed_kicks(odd.settings, odd.pulse_corrections)
-    assert [move.name for move in find_route(design, known, BLANK, 1)] == ['kick', 'step up']
+    assert find_names(odd.design, known, BLANK, 1) == ['kick', 'step up']
     assert rig.succeed(odd, Write(1)).attempts == 1
     assert rig.true_level(odd, CELL) == 1
 
@@ -177,9 +163,9 @@ def test_stuck_actuator_is_left_alone_by_kicks():
         else:
             rig.succeed(stuck, command)
     assert rig.true_level(stuck, CELL) == 1
-    checks = {check.name: check.passed for check in stuck.perform(SelfTest()).checks}
-    assert [name for name, passed in checks.items() if not passed] == ['actuator']
-    assert 'level 3' in checks
+    tested = stuck.perform(SelfTest())
+    assert rig.failed_checks(tested) == ['actuator']
+    assert 'level 3' in [check.name for check in tested.checks]
     stuck.apply(SetMethod('strain'))
     failed = stuck.perform(Write(3)).error
     assert 'needs strain, and the actuator does not follow' in failed
@@ -277,14 +263,12 @@ def test_move_of_another_family_is_planned_and_driven(monkeypatch):
 
     families = (*move_families(), lift_up)
     monkeypatch.setattr('mlmem.moves.move.move_families', lambda: families)
-    design, settings = load_element('case_2').design_and_settings
-    assert find_names(design, settings, 1, 6) == ['lift']
-    assert find_names(design, settings, BLANK, 2) == ['launch', 'lift']
-    element = MemoryElement(design, settings)
-    assert element.perform(Write(1)).success
-    lifted = rig.succeed(element, Write(6))
-    assert lifted.attempts == 1
-    assert lifted.reading.level == 6
+    written = rig.shipped('case_2')
+    assert find_names(written.design, written.settings, 1, 6) == ['lift']
+    assert find_names(written.design, written.settings, BLANK, 2) == ['launch', 'lift']
+    rig.succeed(written, Write(1))
+    lifted = rig.succeed(written, Write(6))
+    assert (lifted.attempts, lifted.reading.level) == (1, 6)
 
 
 CASE_2_SPEEDS = {'speeds': '0.006 0.0145 0 0.053'}
