@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rejection import expect_rejection
+from sampled import sampled
 
 from mlmem import (
     BLANK,
@@ -123,13 +124,16 @@ def test_weak_cell_leaves_levels_reached_in_simulation():
 
 @pytest.mark.parametrize(
     ('name', 'cells', 'faults'),
-    [
-        ('case_2', '104', Faults()),
-        *(('case_2', '104', Faults(stuck_cell=cell)) for cell in (103, 106, 47, 135)),
-        ('case_2', '104', Faults(weak_cell=104, weak_factor=0.2)),
-        *(('case_2', '', Faults(stuck_cell=cell)) for cell in (31, 98, 104)),
-        *(('bits_2', '', Faults(stuck_cell=cell)) for cell in (22, 31, 40)),
-    ],
+    sampled(
+        [
+            ('case_2', '104', Faults()),
+            *(('case_2', '104', Faults(stuck_cell=cell)) for cell in (103, 106, 47, 135)),
+            ('case_2', '104', Faults(weak_cell=104, weak_factor=0.2)),
+            *(('case_2', '', Faults(stuck_cell=cell)) for cell in (31, 98, 104)),
+            *(('bits_2', '', Faults(stuck_cell=cell)) for cell in (22, 31, 40)),
+        ],
+        lambda case: case[2].stuck_cell not in {22, 40, 47, 98, 103},
+    ),
     ids=lambda each: str(each.list_active()) if isinstance(each, Faults) else None,
 )
 def test_wrong_knowledge_never_gives_wrong_level(name, cells, faults):
