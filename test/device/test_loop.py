@@ -105,19 +105,6 @@ def test_cancel_does_not_end_another_clients_procedure(start):
     assert result(loop.cancel(mine)) is None  # it has ended
 
 
-def test_withdrawn_request_is_not_executed(start):
-    stamped = []
-    loop = start(rig.device(), lambda commands, _: stamped.extend(commands))
-    hold(loop)
-    withdrawn, kept = loop.submit(Write(1)), loop.submit(SetStrain(0.0))
-    step = loop.step().answer
-    assert withdrawn.answer.cancel()
-    result(step)
-    assert result(kept) is None
-    assert [command for _, command in stamped] == [SetStrain(0.0)]
-    assert loop.failure is None
-
-
 @pytest.mark.parametrize('started', [True, False])
 def test_pending_requests_are_rejected_when_loop_stops(started):
     loop = Loop(rig.device(2), lambda *_: None, speed=0.0)
@@ -167,18 +154,22 @@ def test_too_many_pending_commands_are_rejected(start):
     assert all(result(answer) is None for answer in answers[:MAX_PENDING_REQUESTS])
 
 
-def test_newer_acceleration_replaces_pending_one(start):
+def test_withdrawn_or_replaced_request_is_not_executed(start):
     """An IMU goes on while time is paused: only its newest message is kept."""
     stamped = []
     loop = start(rig.device(), lambda commands, events: stamped.extend(commands))
-    loop.pause(True).result(PATIENCE)
+    hold(loop)
+    assert loop.submit(Write(1)).answer.cancel()
     asked = [SetStrain(0.01), *(Disturb(1e-6 * n) for n in range(1000))]
     answers = [loop.submit(command) for command in asked]
     with expect_rejection(Refused, 'out_of_range', 'acceleration'):
         loop.submit(Disturb(math.nan)).answer.result(0.0)
     assert all(request.answer.result(0.0) is None for request in answers[1:-1])
-    loop.step().answer.result(PATIENCE)
+    assert len(loop._box.shakes) == 1
+    result(loop.step())
+    assert result(answers[0]) is None
     assert [command for _, command in stamped] == [asked[0], asked[-1]]
+    assert loop.failure is None
 
 
 def test_pause_is_not_overrun(start):

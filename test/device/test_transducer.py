@@ -20,13 +20,10 @@ from mlmem.settings import ProbeSettings
 
 from . import rig
 
-XI, CHI = 0.1786178958448091, -0.06626458266981849
-STAGES = np.array([XI + CHI, XI, 1.0 - XI, 1.0 - XI - CHI, 1.0])
-"""When the stages of a step end, in order of time."""
-
 
 def test_move_may_end_within_step():
     """The first stages after 10.0 end at 10.056 and 10.089: beyond 10.05, and within 10.07."""
+    first_stage = 0.1786178958448091 - 0.06626458266981849  # of a step: xi + chi of PEFRL
     element = rig.device()
     start = element.design.D_s1
     element.transducer.drive_end(End.LEFT, EndMove(start, start + 1.005, speed=0.1))
@@ -36,7 +33,7 @@ def test_move_may_end_within_step():
     element.transducer.drive_end(End.LEFT, EndMove(start, start + 1.007, speed=0.1))
     held_cell = element.transducer.held_cell(40)
     assert held_cell.motion.shape == (2, 101)  # and the first stage of the next, to 10.056
-    assert held_cell.motion[0, -1] == pytest.approx(start + 1.0 + 0.05 * STAGES[0], abs=1e-14)
+    assert held_cell.motion[0, -1] == pytest.approx(start + 1.0 + 0.05 * first_stage, abs=1e-14)
 
 
 def test_noise_is_distinguished_from_motion_in_stiff_element():
