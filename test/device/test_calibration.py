@@ -15,7 +15,6 @@ from mlmem import (
     Calibrate,
     Calibration,
     DelayTable,
-    MemoryElement,
     ProcedureFailed,
     Settings,
     SettingsError,
@@ -59,16 +58,15 @@ def test_end_that_names_level_must_tell_all_apart(delays):
 
 def test_computed_delays_are_those_of_the_specimen():
     """Waves in springs that are stiffer by 2 % arrive earlier by 1 %. The element stays blank."""
-    design, settings = load_element('bits_1').design_and_settings
-    stiffer = Specimen(design, k_r_factor=1.02)
-    element = MemoryElement(stiffer, settings)
+    element = rig.shipped('bits_1')
+    designed = element.calibration.right.delays
+    stiffer = Specimen(element.design, k_r_factor=1.02)
+    computed = compute_calibration(stiffer, element.design, element.settings).right.delays
+    assert (np.subtract(designed, computed) > 1.4).all()
+    element.chain.set_specimen(stiffer)
     assert rig.succeed(element, Calibrate()).reading.level == BLANK
     assert rig.true_level(element) == BLANK
-    measured = element.calibration.right.delays
-    computed = compute_calibration(stiffer, design, settings).right.delays
-    assert computed == pytest.approx(measured, abs=1.0)
-    designed = np.array(factory_calibration(design, settings).right.delays)
-    assert (designed - computed > 1.4).all()
+    assert computed == pytest.approx(element.calibration.right.delays, abs=1.0)
 
 
 @pytest.mark.parametrize('blank', [math.nan, math.inf, 200.0])
@@ -166,7 +164,7 @@ def test_calibration_that_fails_restores_content(written, monkeypatch):
 @pytest.mark.parametrize('name', ['kick_2', 'robust_2_friction', 'robust_3_one_end'])
 def test_aborted_calibration_keeps_old_one(name):
     """Of delays, waveforms and records; its first factors on the kicks are far off."""
-    element = MemoryElement(load_element(name))
+    element = rig.shipped(name)
     known, reader = element.calibration, element.reader
     element.apply(Calibrate())
     while element.calibration is known:
@@ -179,7 +177,7 @@ def test_aborted_calibration_keeps_old_one(name):
 
 def test_calibration_that_is_not_verified_keeps_old_one(monkeypatch):
     """Factors on losses and kicks are found, but no level is written with them."""
-    element = MemoryElement(load_element('robust_2_friction'))
+    element = rig.shipped('robust_2_friction')
     known, seen = element.calibration, []
 
     def fail(element, level):
@@ -229,7 +227,7 @@ PLAN = PulseCorrections(
 
 def scattered_element(plan=None):
     """Return an element whose cells differ by 1.5 per cent, so that the wall stops on its way."""
-    element = MemoryElement(BITS_2)
+    element = rig.shipped('bits_2')
     element.chain.set_specimen(draw_specimen(BITS_2.design, Scatter(alpha=0.015), 12))
     element.calibration = dataclasses.replace(element.calibration, pulse_corrections=plan)
     return element
@@ -256,7 +254,7 @@ def test_writes_with_planned_corrections_succeed():
 
 
 def test_corrections_of_another_schedule_are_ignored():
-    known = dataclasses.replace(MemoryElement(BITS_2).calibration, pulse_corrections=PLAN)
+    known = scattered_element(PLAN).calibration
     settings = BITS_2.settings
     assert known.corrections_by_level(settings) == list(PLAN.steps)
     for change in ({'ramp': 150.0}, {'tension': 0.025}, {'start_strain': 0.021}):

@@ -90,8 +90,7 @@ def test_read_drives_no_end_that_rests_in_neither_phase(kind, end, gain):
     """It is driven about its rest: elsewhere the pulse began with a jump, and the wall left."""
     element = rig.pin(MemoryElement(kind), 0)
     rig.set_faults(element, sensor_gain=gain, sensor_end=end)
-    for _ in range(3):
-        element.advance(50)
+    rig.ticks(element, 150)
     outcome = element.perform(Read())
     assert 'rests in neither phase' in outcome.error
     assert outcome.reading.level == UNDECODABLE

@@ -109,8 +109,6 @@ def test_restored_device_has_snapshot_and_goes_on_to_bit(make):
     assert values == kept, 'a device writes into its snapshot'
 
 
-# --- damaged and foreign ----------------------------------------------------------------------
-
 NAN, INF = math.nan, math.inf
 
 DAMAGE = [
