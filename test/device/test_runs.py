@@ -226,11 +226,12 @@ def test_predictable_ticks_are_computed_in_one_call():
 
 
 def test_device_can_be_saved_and_goes_on_after_lost_tick():
-    """In a tick the actuator strains the element by more than its cells can follow."""
+    """In a tick the actuator strains the element by more than its cells can follow, while its base
+    shakes.
+    """
     hasty = ActuatorSettings(max_strain=0.5, max_rate=1.0)
     element, other = rig.device(3, actuator=hasty), rig.device(actuator=hasty)
-    rig.ticks(element, 5)
-    element.apply(SetStrain(0.5))
+    rig.ticks(element, 5, Disturb(1e-6), SetStrain(0.5))
     with pytest.raises(StateError, match=r'left the range|stopped being finite'):
         rig.ticks(element, 5)
     assert element.is_still
