@@ -163,10 +163,6 @@ class Invariants:
         if element.ticks and not process.host.lost and self._run.script.state:
             self._acknowledged = element.ticks, None, None
 
-    def report_callback(self, name, failure):
-        """Record an exception of a callback."""
-        self.report(f'callback {name} raised {describe_error(failure)}')
-
     # --- ends ----------------------------------------------------------------------------
 
     def check_end(self, process):

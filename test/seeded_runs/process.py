@@ -12,6 +12,7 @@ from mlmem_ros.contract.streams import STREAMS, find_content
 from mlmem_ros.contract.topics import Qos
 from mlmem_ros.host import REFUSALS, Host, SessionPlan
 
+from .invariants import describe_error
 from .script import SESSION_PATH
 
 LEVEL_STREAM = replace(STREAMS['level'], name='/mlmem/level', qos=Qos.RELIABLE)
@@ -80,17 +81,17 @@ class Executor:
         longest: Name and seconds of the callback that took longest.
     """
 
-    def __init__(self, scheduler, on_timer, failed):
+    def __init__(self, scheduler, on_timer, report):
         """Begin, with nothing to do.
 
         Args:
             scheduler: The scheduler under which it runs.
             on_timer: Called every `TIMER_PERIOD_S` seconds.
-            failed: Called with the name and the exception of a callback that raised.
+            report: Called with what a callback raised.
         """
         self.longest = '', 0.0
         self._on_timer = on_timer
-        self._failed = failed
+        self._report = report
         self._waiting = deque()
         self._ending = False
         self._idle = False
@@ -119,7 +120,7 @@ class Executor:
             try:
                 callback()
             except Exception as failure:
-                self._failed(name, failure)
+                self._report(f'callback {name} raised {describe_error(failure)}')
             took = threads.monotonic() - begun
             self.longest = max(self.longest, (name, took), key=lambda pair: pair[1])
             if name == 'on_timer':
@@ -155,10 +156,10 @@ class Process:
         self.loop = None
         self.state = 'unconfigured'
         self.host = host = Host(
-            run.invariants.write_line, run.now_ns,
+            run.invariants.write_line, lambda: round(run.scheduler.time() * 1e9),
             failed=lambda: self.executor.post('failure', self._leave_on_failure),
         )  # fmt: skip
-        self.executor = Executor(run.scheduler, host.on_timer, run.invariants.report_callback)
+        self.executor = Executor(run.scheduler, host.on_timer, run.invariants.report)
         self.tickets = []
         self._transitions = {
             'configure': lambda: host.adopt_device(host.prepare_device(run.given)),

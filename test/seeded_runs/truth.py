@@ -7,7 +7,7 @@ right.
 import math
 from functools import cache
 
-from mlmem import Disturb, Outcome, Refused, SetFaults, SetStrain
+from mlmem import Disturb, Faults, Outcome, Refused, SetFaults, SetStrain
 from mlmem.commands import FollowTrajectory
 from mlmem.physics import find_level, find_walls
 from mlmem.procedure_table import PROCEDURES, Procedures
@@ -15,6 +15,7 @@ from mlmem.procedure_table import PROCEDURES, Procedures
 SETTLING_TIME = 1000.0
 """Time after which nothing moves any more of what was set going."""
 
+_list_faults = cache(Faults.list_active)  # computed once, not every tick
 _MOVING_COMMANDS = (Procedures, SetStrain, FollowTrajectory, Disturb, SetFaults)
 
 
@@ -49,7 +50,7 @@ class Truth:
     def check_tick(self, element, events):
         """Check the true wall, in the loop's thread."""
         self.ticks = element.ticks
-        if self.waiting or not _is_quiet(element):
+        if self.waiting or not (element.is_released and _is_undisturbed(element)):
             self.assume_motion(element)
         elif self._still is None:
             if _time_since(element, self._moved_at) > SETTLING_TIME:
@@ -100,21 +101,11 @@ def _find_wall_cells(element):
     return [(round(wall.position / element.design.J), wall.anti_kink) for wall in found]
 
 
-def _is_quiet(element):
-    """Return whether nothing that may move a wall is in progress."""
-    return element.is_released and _is_undisturbed(element)
-
-
 def _is_undisturbed(element):
     """Return whether the device is healthy and its base and strain are zero."""
     transmission = element.transmission.state
     strains = (transmission.commanded, transmission.strain)
-    return _is_healthy(element.faults) and element.base.is_still and not any(strains)
-
-
-@cache
-def _is_healthy(faults):
-    return not faults.list_active()
+    return not _list_faults(element.faults) and element.base.is_still and not any(strains)
 
 
 def _collect_state(element):

@@ -4,7 +4,6 @@
 invariants.
 """
 
-from contextlib import contextmanager
 from pathlib import Path
 from pprint import pformat
 from unittest.mock import patch
@@ -24,7 +23,6 @@ from .scheduler import Deadlock, Endless, Scheduler
 from .script import DISK_PATH, ELEMENT_KINDS, SESSION_PATH, STATE_PATH, Step, make_script
 
 
-@contextmanager
 def _hand_over_within_ticks(scheduler):
     """Let another task run within a tick, too: before and after the material moves."""
     advance = Simulation.advance
@@ -35,8 +33,7 @@ def _hand_over_within_ticks(scheduler):
         scheduler.hand_over('most of a tick')
         return ends
 
-    with patch.object(Simulation, 'advance', advance_in_between):
-        yield
+    return patch.object(Simulation, 'advance', advance_in_between)
 
 
 class SeededRun:
@@ -98,10 +95,6 @@ class SeededRun:
             for name, failure in scheduler.failures:
                 invariants.report(f'{name} raised {describe_error(failure)}')
         return invariants.found
-
-    def now_ns(self):
-        """Return the time of day in nanoseconds."""
-        return round(self.scheduler.time() * 1e9)
 
     def _take_steps(self):
         """Take the steps, from outside the process."""
