@@ -14,3 +14,12 @@ def expect_rejection(kind, code, field=''):
         yield caught
     found = caught.value.code.value, caught.value.field
     assert found == (code, field), f'{found}: {caught.value}'
+
+
+def replace_value(values, path, value):
+    """Return a copy of nested values with one of them replaced."""
+    if not path:
+        return value
+    made = values.copy()
+    made[path[0]] = replace_value(values[path[0]], path[1:], value)
+    return made

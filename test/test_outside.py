@@ -18,7 +18,7 @@ import hypothesis.strategies as st
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rejection import expect_rejection
+from rejection import expect_rejection, replace_value
 
 from mlmem import (
     Calibration,
@@ -131,15 +131,6 @@ def places(values, path=()):
             yield from places(each, (*path, key))
 
 
-def spoiled(values, path, worse):
-    """Return values with one replaced."""
-    if not path:
-        return worse
-    made = values.copy()
-    made[path[0]] = spoiled(values[path[0]], path[1:], worse)
-    return made
-
-
 def at(values, path):
     for key in path:
         values = values[key]
@@ -166,7 +157,7 @@ def test_spoiled_value_is_refused_in_one_short_message(kind, data):
     if worse == 7 and path[:1] == ('v',):
         return  # a number is as good as a hexadecimal one
     with pytest.raises(DecodeError) as caught:
-        decode_value(kind, spoiled(values, path, worse))
+        decode_value(kind, replace_value(values, path, worse))
     assert len(str(caught.value)) <= MAX_MESSAGE_CHARS
     assert '\n' not in str(caught.value)
 

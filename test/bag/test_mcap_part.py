@@ -5,7 +5,6 @@
 from contextlib import nullcontext
 from io import BytesIO
 from types import SimpleNamespace
-from typing import NamedTuple
 
 import pytest
 import zstandard
@@ -33,17 +32,11 @@ def whole(tmp_path):
     return path, find_chunks(path)
 
 
-class Span(NamedTuple):
-    """Where a chunk begins and ends in a file."""
-
-    offset: int
-    end: int
-
-
 def find_chunks(path):
+    """Return where each chunk begins and ends in a file."""
     with path.open('rb') as stream:
         return [
-            Span(offset, end)
+            (offset, end)
             for opcode, offset, end in _find_spans(stream, len(MCAP0_MAGIC))
             if opcode == Opcode.CHUNK
         ]
@@ -74,7 +67,7 @@ EVERY = sampled([5, 1], lambda every: every > 1)
 
 
 def tried(content, blocks, every):
-    near = {end + n for end in (0, *(block.end for block in blocks)) for n in range(-9, 10)}
+    near = {end + n for end in (0, *(end for _, end in blocks)) for n in range(-9, 10)}
     return [n for n in range(len(content)) if n % every == 0 or n in near]
 
 
@@ -82,7 +75,7 @@ def tried(content, blocks, every):
 def test_truncation_keeps_every_chunk_before_it(whole, every):
     path, blocks = whole
     content = path.read_bytes()
-    ends = [block.end for block in blocks]
+    ends = [end for _, end in blocks]
     for size in tried(content, blocks, every):
         part = McapPart(keep_in_memory(content[:size]))
         assert found(part) == [i for i, end in enumerate(ends) if end <= size]
@@ -106,19 +99,19 @@ def test_wrong_byte_never_makes_a_wrong_message(whole, every):
     assert set(unreported) <= {Opcode.DATA_END}
 
 
-def damage_chunk(content, block):
-    content[block.end - 1] ^= 0xFF
+def damage_chunk(content, offset, end):
+    content[end - 1] ^= 0xFF
 
 
-def damage_length(content, block):
-    content[block.offset + 1 : block.offset + 9] = b'\xff' * 8
+def damage_length(content, offset, end):
+    content[offset + 1 : offset + 9] = b'\xff' * 8
 
 
-def cut_summary(content, block):
+def cut_summary(content, offset, end):
     del content[-20:]
 
 
-def move_summary(content, block):
+def move_summary(content, offset, end):
     content[-22] ^= 0x80  # to where no file has anything
 
 
@@ -134,8 +127,8 @@ def move_summary(content, block):
 )
 def test_damage_costs_only_what_is_damaged(whole, damage, number, kept, reason):
     path, blocks = whole
-    content, block = bytearray(path.read_bytes()), blocks[number]
-    damage(content, block)
+    content, (offset, end) = bytearray(path.read_bytes()), blocks[number]
+    damage(content, offset, end)
     path.write_bytes(content)
     part = McapPart(path)
     assert found(part) == kept
@@ -143,8 +136,8 @@ def test_damage_costs_only_what_is_damaged(whole, damage, number, kept, reason):
     (loss,) = part.losses
     assert reason in loss.reason
     if damage in (damage_chunk, damage_length):
-        end = block.end if damage is damage_chunk else len(content)
-        assert (loss.offset, loss.offset + loss.size) == (block.offset, end)
+        end = end if damage is damage_chunk else len(content)
+        assert (loss.offset, loss.offset + loss.size) == (offset, end)
 
 
 @pytest.mark.parametrize('compression', list(CompressionType))
@@ -176,7 +169,7 @@ def test_messages_of_a_lost_channel_are_reported(tmp_path):
         for i in range(4):
             writer.add_message(channel, i, bytes(100), i)
     content = bytearray(path.read_bytes())
-    content[find_chunks(path)[0].offset + 60] ^= 0xFF
+    content[find_chunks(path)[0][0] + 60] ^= 0xFF
     path.write_bytes(content)
     part = McapPart(path)
     reasons = [loss.reason for loss in part.losses]

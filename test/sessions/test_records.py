@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from rejection import replace_value
 
 from mlmem import (
     Abort,
@@ -107,16 +108,6 @@ def header(element):
     return json.loads(text(records.build_header(element, '/mlmem', {'record.hash_every': 500})))
 
 
-def changed(values, *path, to):
-    """Return a copy of nested values with one of them changed."""
-    made = json.loads(json.dumps(values))
-    node = made
-    for key in path[:-1]:
-        node = node[key]
-    node[path[-1]] = to
-    return json.dumps(made)
-
-
 def test_records_that_were_written_are_read(element, header):
     read = read_header(json.dumps(header))
     assert read.versions['mlmem_ros'] == __version__
@@ -144,15 +135,15 @@ def test_records_that_were_written_are_read(element, header):
 def test_invalid_header_is_rejected_by_field(header, path, value, field):
     """What else is no header is in test_outside.py."""
     with pytest.raises(BagError, match=field) as caught, name_errors('~/session'):
-        read_header(changed(header, *path, to=value))
+        read_header(json.dumps(replace_value(header, path, value)))
     assert len(str(caught.value)) < 300
 
 
 def test_tick_that_takes_a_minute_is_rejected(header):
     """An elastic substrate of 10^9 k_r and a tick of 10^4 time units do not go together."""
-    values = json.loads(changed(header, 'settings', 'time', 'tick', to=1e4))
+    values = replace_value(header, ('settings', 'time', 'tick'), 1e4)
     assert read_header(json.dumps(values))
-    values['design'] |= {'s_max': 1e9, 'substrate': 'elastic'}
+    values['design'] = {**values['design'], 's_max': 1e9, 'substrate': 'elastic'}
     with pytest.raises(DecodeError, match=r'time\.tick must be at most 4\.476'):
         read_header(json.dumps(values))
 
@@ -165,7 +156,7 @@ def test_tick_that_takes_a_minute_is_rejected(header):
 def test_invalid_hash_is_rejected_by_field(element, key, value):
     recorded = json.loads(text(records.build_state_hash(element)))
     with pytest.raises(DecodeError, match=f'{key} must be'):
-        read_state_hash(changed(recorded, key, to=value))
+        read_state_hash(json.dumps(recorded | {key: value}))
 
 
 def session_of(header, stamped=(), hashes=()):
@@ -183,7 +174,7 @@ def session_of(header, stamped=(), hashes=()):
     ids=lambda part: str(part)[:60],
 )
 def test_invalid_state_is_rejected(header, path, value):
-    made = session_of(changed(header, 'initial', *path, to=value))
+    made = session_of(json.dumps(replace_value(header, ('initial', *path), value)))
     with pytest.raises(BagError, match='the initial state in the session header: ') as caught:
         build_element(made)
     assert len(str(caught.value)) < 500
