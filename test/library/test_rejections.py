@@ -29,7 +29,7 @@ from mlmem import (
     load_element,
 )
 from mlmem.element import MemoryElement
-from mlmem.errors import ErrorCode, Rejected
+from mlmem.errors import ErrorCode
 from mlmem.law_file import LawFileError, read_law_file
 from mlmem.loop.timetable import check_speed
 from mlmem.moves.kick import KickSettings
@@ -168,12 +168,6 @@ def test_whole_number_of_numpy_is_one_of_python():
     for wrong in (np.float64(1.0), np.bool_(True), True, '1'):
         with pytest.raises(Refused):
             element.check_arguments(Write(wrong))
-
-
-def test_sentence_names_field_expected_and_value():
-    rejected = Rejected(ErrorCode.OUT_OF_RANGE, 'kick.late', 2.0, 'from 0 to 1')
-    assert str(rejected) == 'kick.late must be from 0 to 1; got 2.0'
-    assert (rejected.value, rejected.expected) == (2.0, 'from 0 to 1')
 
 
 def test_owner_and_place_stand_in_front_of_field_and_sentence():
