@@ -265,9 +265,6 @@ def test_yaml_alias_counts_all_values_that_it_stands_for():
         parse_yaml('\n'.join(lines))
 
 
-# --- settings ----------------------------------------------------------------------------------
-
-
 PEAKS = ('compression', 'tension', 'start_strain')
 
 

@@ -154,9 +154,6 @@ def test_curve_that_is_none_is_rejected(values, field):
         Curve(*values)
 
 
-# --- laws of a function --------------------------------------------------------------------------
-
-
 def double_well(D):
     """Ground states at -1 and 1, a barrier of 1 at 0."""
     return (D**2 - 1.0) ** 2

@@ -13,9 +13,6 @@ stability              bounded below omega dt = 2.9895, growing above
 frequencies            no wave of a legal element is faster than the bound
 dry friction           takes 2 F / k from every half swing
 =====================  =============================================================
-
-`test_chain` has the integrator follow DOP853 through strain, pulse and damping, with an error that
-falls with dt^4, `test_specimen` with cells of their own masses on a base that shakes.
 """
 
 import contextlib
@@ -153,9 +150,6 @@ def test_stable_step_is_stable_and_not_too_small(substrate, eta):
     assert np.abs(chain.v - design.D_s1).max() < 5e-3
     fastest = 2.0 * math.sqrt(design.s.max()) if substrate == 'elastic' else 2.14
     assert 0.9 < chain.dt * fastest / pefrl.MAX_STABLE_PHASE <= 0.951
-
-
-# --- the step ----------------------------------------------------------------------------------
 
 
 def specimen(chance, design):

@@ -136,9 +136,6 @@ def test_no_configuration_within_reach_is_stiffer_than_bound(a, b, c):
         assert largest <= potential.max_stiffness(reach) * (1.0 + 1e-9)
 
 
-# --- the scalar formulas of the loops ------------------------------------------------------------
-
-
 FOLDS = 0.25 * np.arange(-10, 11)
 """Zeros and crests of the sine, where the reduction changes its turn or its branch."""
 

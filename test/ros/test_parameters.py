@@ -86,9 +86,6 @@ def test_unknown_parameter_is_named_with_a_suggestion(declared):
         set_all(node, {'time.sped': 2.0})
 
 
-# --- what `ros2 param dump` saves -----------------------------------------------------------
-
-
 def dump(node):
     """Return what `ros2 param dump` saves, without rclpy's own."""
     own = {'start_type_description_service', 'use_sim_time'}
@@ -167,9 +164,6 @@ def test_element_of_the_other_kind_unsets_the_target(declared):
     assert node.get_parameter('target_level').value == -1
 
 
-# --- every one is declared once, with a legal default ----------------------------------------
-
-
 def test_parameters_have_unique_names_and_descriptions():
     """Few of them override a value of the element."""
     names, _, descriptions = zip(*declare_parameters(), strict=True)
@@ -215,8 +209,6 @@ def test_qos_overrides_and_service_introspection_apply(start_robot):
     robot.wait(lambda: {each.info.event_type for each in events} >= set(kinds), 'both events')
     assert [each.response[0].success for each in events if each.response] == [True]
 
-
-# --- the command line -----------------------------------------------------------------------
 
 ROS = ['--ros-args', '--log-level', 'warn', '-p', 'time.speed:=7.0', '-r', '__node:=other']
 
