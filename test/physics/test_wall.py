@@ -9,7 +9,7 @@ from mlmem import ELEMENT_NAMES, load_element
 from mlmem.physics import CASE_II, Wall, find_level, find_walls
 from mlmem.physics.equilibrium import find_pinned_wall, wall_profile
 
-D_S1, D_S2, TOP = CASE_II.D_s1, CASE_II.D_s2, CASE_II.D_barrier
+D_S1, D_S2 = CASE_II.D_s1, CASE_II.D_s2
 
 
 @pytest.mark.parametrize('jumps', [(), (25,), (1, 224)])
@@ -21,7 +21,7 @@ def test_walls_are_listed_between_their_sites_from_left_to_right(jumps, start, o
     found = find_walls(CASE_II, phases)
     for wall, site in zip(found, jumps, strict=True):
         before, behind = phases[site - 1 : site + 1]
-        share = (before - TOP) / (before - behind)
+        share = (before - CASE_II.D_barrier) / (before - behind)
         assert wall == Wall(pytest.approx(site + share, abs=1e-12), bool(before > behind))
     assert len(find_walls(CASE_II, phases + 0.2 * np.sin(CASE_II.sites))) == len(jumps)
 

@@ -35,7 +35,6 @@ from mlmem_ros.ros.client.client import standalone
 from mlmem_ros.ros.views import ChainMarkers
 
 CONFIG = Path(__file__).parents[2] / 'config'
-DESCRIPTION = CONFIG / 'ros2_control' / 'element.urdf.xacro'
 POLICY = ET.parse(CONFIG / 'sros2_policy.xml')
 GIVEN = {'actions': True, 'write.method': 'strain'}
 """The joint shows the strain of a write."""
@@ -96,7 +95,8 @@ def urdf(**arguments):
     """Return the robot description that xacro makes, by default of the preset of a robot."""
     xacro = pytest.importorskip('xacro')
     given = {name: str(value) for name, value in arguments.items()}
-    return ET.fromstring(xacro.process_file(DESCRIPTION, mappings=given).toxml())
+    path = CONFIG / 'ros2_control' / 'element.urdf.xacro'
+    return ET.fromstring(xacro.process_file(path, mappings=given).toxml())
 
 
 def limits(robot_description):
@@ -177,9 +177,6 @@ def test_control_loop_during_a_write_keeps_the_content(memory, robot, level, pos
     assert all('joint_commands refused' in line and '2.25 m)' in line for line in rejections)
 
 
-ON_DEMAND = {'/clock', '/mlmem/word'}
-"""Of `use_sim_time` and of registers alone."""
-
 REQUESTS, REPORTS = {'send_goal', 'cancel_goal', 'get_result'}, {'feedback', 'status'}
 ACTION = {
     'execute': {'reply': REQUESTS, 'publish': REPORTS},
@@ -241,7 +238,8 @@ def find_used_names(robot, node, expected):
 @needs_interfaces
 def test_policy_allows_what_the_node_does(robot):
     rules = ('publish', 'subscribe', 'reply', 'request')
-    expected = {rule: allowed('/mlmem', rule) - ON_DEMAND for rule in rules}
+    on_demand = {'/clock', '/mlmem/word'}  # of `use_sim_time` and of registers alone
+    expected = {rule: allowed('/mlmem', rule) - on_demand for rule in rules}
     assert expected['request'] == set()  # it asks nobody
     assert find_used_names(robot, 'mlmem', expected) == expected
 

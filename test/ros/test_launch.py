@@ -20,11 +20,6 @@ from nodes import element_file
 from robot import Robot
 from timeouts import TIMEOUT_S
 
-CHECKOUT = Path(__file__).parents[2]
-
-ELEMENT = element_file('case_2', {'scale.time': 1e-5})
-"""The default element, ten times as fast."""
-
 
 def environment():
     """Return our environment without what the wheels set for this Python alone."""
@@ -100,14 +95,15 @@ def test_launch_manages_a_node_with_a_parameter_file(ros2, tmp_path):
 
 def test_launch_bank_starts_two_elements(ros2, tmp_path):
     """Two elements, each with its own name and files."""
+    element = element_file('case_2', {'scale.time': 1e-5})  # ten times as fast
     folders = (f'record.path:={tmp_path / "bags"}', f'state.path:={tmp_path / "states"}')
-    arguments = ('elements:=2', f'element:={ELEMENT}', *folders)
+    arguments = ('elements:=2', f'element:={element}', *folders)
     command = ('launch', 'mlmem_ros', 'bank.launch.py', *arguments)
     with running(tmp_path, *command) as output:
         for place in range(2):
             with Robot(f'/bank/element_{place}/mlmem') as robot:
                 robot.next('wall')
-                assert robot.get('element') == ELEMENT
+                assert robot.get('element') == element
     assert output.read_text().count('process has finished cleanly') == 1
     for place in range(2):
         assert (tmp_path / 'states' / f'element_{place}.json').is_file()
@@ -120,7 +116,7 @@ def test_setup_installs_every_file(monkeypatch):
 
     given = {}
     monkeypatch.setattr(setuptools, 'setup', given.update)
-    monkeypatch.chdir(CHECKOUT)
+    monkeypatch.chdir(Path(__file__).parents[2])
     runpy.run_path('setup.py')
     folders = {folder: {Path(file) for file in files} for folder, files in given['data_files']}
     assert folders['share/ament_index/resource_index/packages'] == {Path('resource/mlmem_ros')}
