@@ -331,7 +331,7 @@ class OpenRequests:
         except Refused as refusal:
             request.refuse(refusal)
             return []
-        except Exception as failure:
+        except BaseException as failure:  # whatever it is, its client must hear of it
             request.refuse(failure)
             raise
         if request.run is not None:

@@ -19,8 +19,9 @@ from .loops import PATIENCE, Clock, hold, refusal, result, until
 pytestmark = pytest.mark.timeout(60)
 
 
-def test_command_that_raises_is_answered_and_ends_loop(start):
-    element, fault = rig.device(), RuntimeError('a fault of the program')
+@pytest.mark.parametrize('kind', [RuntimeError, SystemExit])
+def test_command_that_raises_is_answered_and_ends_loop(start, kind):
+    element, fault = rig.device(), kind('a fault of the program')
     element.apply = Mock(side_effect=fault)
     loop = start(element)
     assert loop.submit(Read()).answer.exception(PATIENCE) is fault
