@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from small_register import first_levels
+from device.rig import first_levels
 
 from mlmem import MemoryElement, Settings, Write, memory
 from mlmem.element_file import Element
@@ -93,7 +93,7 @@ def test_register_is_kicked_as_planned_for_its_cells(monkeypatch):
     words. The plan tries every third speed.
     """
     monkeypatch.setattr(plan, 'KICK_SPEEDS', plan.KICK_SPEEDS[::3])
-    chosen = first_levels(3)
+    chosen = first_levels('byte', 3)
     design, settings = chosen.design_and_settings
     specimen = draw_specimen(design, Scatter(alpha=0.01), 0)
     forecasts = forecast_words(specimen, settings)  # which both devices share

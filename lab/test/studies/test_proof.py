@@ -10,7 +10,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from small_register import first_levels
+from device.rig import first_levels
 
 from mlmem import element_file, load_element, memory
 from mlmem.element_file import Element
@@ -143,7 +143,7 @@ def test_proof_has_the_element_with_its_delays_and_pulses(element):
 def test_proof_reads_and_kicks_a_register_as_known(monkeypatch):
     """Nothing is read here, so the forecasts, which take long, are left out."""
     monkeypatch.setattr(memory, 'choose_reader', lambda *_, **__: Mock(content_count=8))
-    chosen = first_levels(3)
+    chosen = first_levels('byte', 3)
     made = draw_specimen(chosen.design, Scatter(alpha=0.003), 1)
     factors = tuple(1.0 + 0.01 * level for level in range(3))
     plan = PulseCorrections(

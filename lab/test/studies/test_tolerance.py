@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from small_register import first_levels
+from device.rig import first_levels
 
 from mlmem import UNDECODABLE, Settings, load_element
 from mlmem.physics import CASE_II
@@ -56,7 +56,7 @@ def test_tried_words_are_kicked_and_read():
     """Scatter of a hundredth in the springs stops walls anywhere, and lets them meet. A fifth of
     the gain is more than tells two words apart.
     """
-    design, settings = first_levels(4).design_and_settings
+    design, settings = first_levels('byte', 4).design_and_settings
     words = (0b0111, 0b1000)
     for what in ('word', 'hear'):
         assert try_element(design, settings, {}, 0, what, words) == words
