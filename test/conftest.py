@@ -22,6 +22,9 @@ import pytest
 # the cores from the other workers.
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 
+# Or Hypothesis would load what other packages add to it, in every process.
+os.environ.setdefault('HYPOTHESIS_NO_PLUGINS', '1')
+
 # Without bytecode every node and command that a test starts would compile the package again, and
 # every worker the assertions of all tests.
 os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
