@@ -146,8 +146,8 @@ def test_calibration_without_a_blank_element_keeps_the_old_factors():
 
 def waveform_reader(name):
     """Return an element that is read by waveforms, and contents of it."""
-    if name == 'byte':
-        return MemoryElement(load_element('byte')), (0x0, 0x18, 0x5A, 0xA7, 0xFF)
+    if name == 'nibble':
+        return MemoryElement(rig.first_levels('byte', 4)), (0x0, 0x2, 0x5, 0x9, 0xF)
     if name == 'stuck cell':
         element = element_with('case_2', str(STUCK_CELL), Faults(stuck_cell=STUCK_CELL))
         return element, element.reader.forecasts.usable
@@ -175,7 +175,7 @@ def delay_end(shot, end, late):
     return dataclasses.replace(shot, samples=samples)
 
 
-@pytest.mark.parametrize('name', [*ROBUST_NAMES, 'byte', 'stuck cell'])
+@pytest.mark.parametrize('name', [*ROBUST_NAMES, 'nibble', 'stuck cell'])
 def test_late_end_changes_no_content_read_by_waveforms(name):
     """One end alone may tell a level, and late it may look like another one. Sound records are
     decoded as what they are, which `record_shots` asserts.
