@@ -54,6 +54,7 @@ from mlmem.snapshot import restore_snapshot, take_snapshot
 ROBUST = load_element('robust_words').settings
 KICKED = load_element('kick_2').settings
 
+SHORT = replace(CASE_II, N=75)
 THREE = DelayTable((1.0, 2.0, 3.0))
 NO_BAND = Settings(probe=ProbeSettings(omega_c=2.4))
 """The printed carrier lies above both pass bands: nothing comes back."""
@@ -93,15 +94,15 @@ REJECTED = {
         # a calibration of another element, and elements that cannot be calibrated
         (lambda: MemoryElement(CASE_II, Settings(), Calibration(THREE, THREE)),
          ErrorCode.CONFLICT, 'left'),
-        (lambda: factory_calibration(CASE_II, NO_BAND), ErrorCode.UNSUPPORTED, 'level'),
-        (lambda: factory_calibration(CASE_II, ALL_ECHO), ErrorCode.CONFLICT, 'delays'),
-        (lambda: factory_calibration(replace(CASE_II, beta=0.3), Settings()),
+        (lambda: factory_calibration(SHORT, NO_BAND), ErrorCode.UNSUPPORTED, 'level'),
+        (lambda: factory_calibration(SHORT, ALL_ECHO), ErrorCode.CONFLICT, 'delays'),
+        (lambda: factory_calibration(replace(SHORT, beta=0.3), Settings()),
          ErrorCode.UNSUPPORTED, 'level'),  # with beta > 0 a defect is a hill, not a hollow
         # kicked, a pulse is 5 times as great: beyond the greatest amplitude, 0.5
         (lambda: replace(KICKED, probe=replace(KICKED.probe, A=0.2)),
          ErrorCode.CONFLICT, 'probe.A'),
         *(
-            (lambda twin=twin: MemoryElement(load_element('robust_words')).adopt_twin(twin),
+            (lambda twin=twin: MemoryElement(load_element('bits_1')).adopt_twin(twin),
              ErrorCode.CONFLICT, 'twin')
             for twin in (Specimen(CASE_II), CASE_II, 'x')
         ),
