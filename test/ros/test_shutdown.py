@@ -109,13 +109,21 @@ run.LEAVE_TIMEOUT_S = 0.5
 hang = ctypes.PyDLL(None).sleep  # which keeps the GIL
 node.MemoryNode.destroy_node = lambda self: hang(600)
 node.Host.lost = True
+spin_nodes = run.spin_nodes
+
+def spin_with_notice(*given):
+    print('spinning', file=sys.stderr, flush=True)
+    spin_nodes(*given)
+
+run.spin_nodes = spin_with_notice
+sys.argv += ['-p', 'autostart:=false']  # without a device, which takes half as long to start
 sys.exit(main.main())
 """
 
 
 def test_middleware_that_hangs_at_the_end_is_cut_off():
     """With a traceback, and another status than one of a node that did not save: all is saved."""
-    with started('preparing the device', '-c', HANGS) as process:
+    with started('spinning', '-c', HANGS) as process:
         process.send_signal(signal.SIGTERM)
         output = process.stderr.read()
         assert process.wait(TIMEOUT_S) == 1  # it hangs for longer
