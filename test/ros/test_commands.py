@@ -59,11 +59,11 @@ def test_commands_write_read_and_erase(robot, output_of):
 
 
 def test_kick_command_leaves_the_content_to_a_read(robot, run, output_of):
-    output_of('erase')
+    assert robot.trigger('erase').success
     assert output_of('kick', '0.053').startswith('kicked in ')
     robot.latest('content', lambda status: values(status).get('reason') == 'kicked by hand')
     robot.latest('level', lambda level: level.data == -2)
-    assert output_of('read').startswith('level 3 ')
+    assert robot.trigger('read')['level'] == 3
     status, output, errors = run('kick', '0')
     assert (status, output) == (1, '')
     assert 'speed must be' in errors
