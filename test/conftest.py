@@ -53,6 +53,17 @@ def remove_stale_memory():
             path.unlink()
 
 
+if HAVE_ROS:
+    from nodes import run_nodes
+
+    from mlmem_ros.testing import isolate
+
+    isolate()
+    remove_stale_memory()
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # started with & from a script:
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # children would inherit it
+
+
 collect_ignore = [] if HAVE_ROS else sorted(NEED_ROS)
 
 
@@ -87,22 +98,6 @@ def one_owner():
 
 
 @pytest.fixture(scope='session', autouse=True)
-def own_graph():
-    """Keep the tests of this process out of other ROS graphs.
-
-    What it loads takes a second, so the process that only hands out tests must not load it.
-    """
-    if not HAVE_ROS:
-        return
-    from mlmem_ros.testing import isolate
-
-    isolate()
-    remove_stale_memory()
-    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # started with & from a script:
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # children would inherit it
-
-
-@pytest.fixture(scope='session', autouse=True)
 def quick_disk():
     """Skip every fsync of this process: what a sync is worth is tested in `seeded_runs`."""
     with pytest.MonkeyPatch.context() as patch:
@@ -119,8 +114,6 @@ def driver():
 @pytest.fixture
 def start(driver):
     """Start a node for one test: start(parameters, ...), like `memory_node`."""
-    from nodes import run_nodes
-
     with run_nodes(driver) as start:
         yield start
 
@@ -128,7 +121,5 @@ def start(driver):
 @pytest.fixture(scope='module')
 def start_shared(driver):
     """Start a node for all tests of a module."""
-    from nodes import run_nodes
-
     with run_nodes(driver, shared=True) as start:
         yield start

@@ -6,17 +6,10 @@ import importlib.util
 import sys
 from pathlib import Path
 
-import pytest
+from mlmem_ros.testing import isolate
 
-collect_ignore = []
-if not all(importlib.util.find_spec(each) for each in ('rclpy', 'mujoco')):
-    collect_ignore.append('test_walking_robot.py')
-sys.path.append(str(Path(__file__).parents[1]))
-
-
-@pytest.fixture(scope='session', autouse=True)
-def own_graph():
-    """Keep these tests out of other ROS graphs."""
-    from mlmem_ros.testing import isolate
-
+if all(importlib.util.find_spec(each) for each in ('rclpy', 'mujoco')):
     isolate()
+else:
+    collect_ignore = ['test_walking_robot.py']
+sys.path.append(str(Path(__file__).parents[1]))
