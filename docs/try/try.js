@@ -13,7 +13,7 @@ import { connectWaves } from './waves.js';
 import { unpack } from './wire.js';
 
 const SPAN = 1.2; // seconds of the element's time in the picture
-const DRAWN = 130; // milliseconds between two drawings of an echo that comes in
+const DRAWN = 130; // milliseconds between two drawings of what grows: picture over time, and echo
 const BUDGET = 14; // milliseconds of a frame for the loop
 const RELEASE = { ramp: 1200, settle: 1500 }; // of a strain set by hand, in time units
 const LAUNCH = 0.05; // speed of an end that is moved
@@ -26,6 +26,7 @@ class Tab {
     this.panel = new Panel(this);
     this.speed = Number(find('speed').value);
     this.paused = false;
+    this.drawn = 0;
     find('preset').append(...Object.entries(presets).map(([name, { text }]) => new Option(`${name}, ${text}`, name)));
     find('preset').onchange = () => this.open(find('preset').value);
     find('speed').onchange = () => { this.speed = Number(find('speed').value); };
@@ -101,10 +102,10 @@ class Tab {
       column: this.shown, strain: element.strain, walls: element.walls, level: this.content, why: this.why,
       doing: action && { name: action.name, content: action.content, for: since * element.unit, share: Math.min(1, since / action.duration) },
     });
-    this.panel.picture.draw();
-    if (element.listening && performance.now() - (this.heard ?? 0) > DRAWN) {
-      this.heard = performance.now();
-      const echo = element.echo();
+    if (performance.now() - this.drawn > DRAWN) {
+      this.drawn = performance.now();
+      this.panel.picture.draw();
+      const echo = element.listening ? element.echo() : { x: [] };
       if (echo.x.length > 1) this.panel.echo.show(thinned(echo));
     }
     if (document.activeElement !== find('strain')) find('strain').value = element.strain;

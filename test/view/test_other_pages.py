@@ -74,14 +74,14 @@ def test_element_in_the_tab_is_read_written_and_erased(page, tmp_path):
     page.open(f'file://{tmp_path}/try.html?preset=case_2')
     page.wait_until('window.mlmem', 'a page')
     assert 'level 3, first echo after' in get_last_event()
-    page.click('[data-do="erase"]')
-    assert 'blank' in get_last_event()
-    assert page.text('.level') == 'blank'
-    page.click('[data-level="0"]')  # a launch under strain
-    assert 'level 0, first echo after' in get_last_event()
+    page.click('[data-level="4"]')  # a step under strain
+    assert 'level 4, first echo after' in get_last_event()
 
     page.pick('#preset', 'kick_2')
     assert 'level 3, first echo after' in get_last_event()
+    page.click('[data-do="erase"]')
+    assert 'blank' in get_last_event()
+    assert page.text('.level') == 'blank'
     page.click('[data-level="1"]')
     assert 'level 1, first echo after' in get_last_event()
 
