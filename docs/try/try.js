@@ -105,8 +105,8 @@ class Tab {
     if (performance.now() - this.drawn > DRAWN) {
       this.drawn = performance.now();
       this.panel.picture.draw();
-      const echo = element.listening ? element.echo() : { x: [] };
-      if (echo.x.length > 1) this.panel.echo.show(thinned(echo));
+      const echo = element.listening && element.echo();
+      if (echo && echo.x.length > 1) this.panel.echo.show(thinned(echo));
     }
     if (document.activeElement !== find('strain')) find('strain').value = element.strain;
     put(find('strained'), signed(element.strain, 3));

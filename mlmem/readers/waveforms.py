@@ -35,7 +35,7 @@ Delays = tuple[float, float]
 NO_DELAYS: Delays = (0.0, 0.0)
 
 
-@lru_cache(maxsize=8)  # shared by elements with the same pulse
+@lru_cache(maxsize=64)  # shared by equal pulses; each takes two, for the read and its noise
 def build_band_basis(probe: ProbeSettings, n: int, dt: float) -> Array:
     """Return the windowed cosines and sines of a pulse's band for n samples, shape (n, 2 m)."""
     span = n * dt
