@@ -92,7 +92,7 @@ def test_preparing_node_answers_get_state_at_once(start_robot, slow_build):
 
 
 def test_request_to_a_preparing_node_waits(start, slow_build, capfd):
-    """Longer than its time-out, and says what it waits for."""
+    """Longer than its time-out; the first request to hear of it says what all wait for."""
     with standalone(patience=TIMEOUT_S) as memory, ThreadPoolExecutor() as threads:
         starting = threads.submit(start)
         memory.ready(TIMEOUT_S).wait()  # its services are there
@@ -102,4 +102,4 @@ def test_request_to_a_preparing_node_waits(start, slow_build, capfd):
         slow_build.set()
         assert read.wait().level == -1
         starting.result()
-    assert 'read waits for /mlmem: preparing the device' in capfd.readouterr().err
+    assert 'waits for /mlmem: preparing the device' in capfd.readouterr().err
