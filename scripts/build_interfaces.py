@@ -24,7 +24,7 @@ from pathlib import Path
 CHECKOUT_ROOT = Path(__file__).resolve().parent.parent
 PACKAGE_FOLDERS = (
     CHECKOUT_ROOT / 'mlmem_interfaces',
-    CHECKOUT_ROOT / 'scripts' / 'simulation_interfaces',
+    CHECKOUT_ROOT / 'scripts' / 'interfaces' / 'simulation_interfaces',
 )
 ENVIRONMENT_FOLDER = Path(sys.prefix)
 CACHE_FOLDER = Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache', 'mlmem_ros')
