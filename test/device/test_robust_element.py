@@ -31,7 +31,7 @@ from mlmem.snapshot import restore_snapshot
 from mlmem_tools.checks import Verdict, check
 
 from . import rig
-from .test_bad_cells import STUCK_CELL, element_with
+from .test_faults import STUCK_CELL, element_with
 from .test_procedures import ROBUST_NAMES
 
 SCATTER = Scatter(alpha=0.03, k_r=0.03, mass=0.03)
