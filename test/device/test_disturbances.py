@@ -15,7 +15,7 @@ import pytest
 from rejection import expect_rejection
 from sampled import sampled
 
-from mlmem import BLANK, UNDECODABLE, Disturb, Faults, Outcome, Read, Refused, SelfTest
+from mlmem import BLANK, UNDECODABLE, Disturb, Outcome, Read, Refused, SelfTest
 from mlmem.instrument.base import Base, BaseState
 from mlmem.physics import CASE_II
 from mlmem.settings import DisturbanceSettings, ScaleSettings
@@ -62,8 +62,7 @@ def test_acceleration_that_makes_all_cells_slide_is_rejected():
 def noisy(level, deviation, seed=1):
     """Return a device at a level of which the sensors of both ends have white noise."""
     element = rig.device(level, design=CASE_II)
-    element.set_faults(Faults(sensor_noise=deviation, seed=seed))
-    rig.ticks(element, 5)
+    rig.ticks(rig.set_faults(element, sensor_noise=deviation, seed=seed), 5)
     return element
 
 
@@ -71,7 +70,7 @@ def test_noise_after_echo_raises_threshold_of_reading():
     """The echo of level 7 comes after 46 ticks: its foot would be lost in noise that began."""
     element = rig.device(7, design=CASE_II)
     rig.ticks(element, Read(), 15)
-    element.set_faults(Faults(sensor_noise=1e-4, seed=3))
+    rig.set_faults(element, sensor_noise=1e-4, seed=3)
     *echoes, outcome = rig.ticks(element, 200)
     left = next(event.echo for event in echoes if event.echo.end == 'left')
     mean_size = math.sqrt(2.0 / math.pi) * 1e-4  # of normally distributed noise
@@ -80,13 +79,10 @@ def test_noise_after_echo_raises_threshold_of_reading():
     assert outcome.error.startswith('the noise at the left end hides when the echo began')
 
 
-DEVIATIONS = [1e-5, 4e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 5e-4]
-
-
 @pytest.mark.parametrize(
     ('level', 'deviation'),
     sampled(
-        itertools.product((0, 2, 5, 7), DEVIATIONS),
+        itertools.product((0, 2, 5, 7), (1e-5, 4e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 5e-4)),
         lambda case: case[0] in {5, 7} and case[1] in {1e-5, 1.5e-4, 3e-4},
     ),
 )

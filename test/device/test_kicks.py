@@ -271,17 +271,15 @@ def test_move_of_another_family_is_planned_and_driven(monkeypatch):
     assert (lifted.attempts, lifted.reading.level) == (1, 6)
 
 
-CASE_2_SPEEDS = {'speeds': '0.006 0.0145 0 0.053'}
-"""Of levels 0 to 3: no kick reaches level 2."""
-
-
 @pytest.mark.parametrize(
     ('name', 'method', 'changes', 'start', 'target', 'names'),
     [
         ('case_2', 'kick', {}, BLANK, 5, ['kick']),
         ('case_2', 'kick', {}, 5, 3, ['kick out', 'kick']),
         ('case_2', 'kick', {}, 4, BLANK, ['kick out']),
-        ('case_2', 'kick', {'kick': CASE_2_SPEEDS}, BLANK, 2, ['kick', 'step up']),
+        # No kick reaches level 2.
+        ('case_2', 'kick', {'kick': {'speeds': '0.006 0.0145 0 0.053'}}, BLANK, 2,
+         ['kick', 'step up']),
         # A margin below a tenth is not used.
         ('case_2', 'kick', {'kick': {'speed_margins': '0.5 0.5 0.1'}}, BLANK, 2, ['kick']),
         ('case_2', 'kick', {'kick': {'speed_margins': '0.5 0.5 0.09'}}, BLANK, 2,

@@ -210,9 +210,8 @@ def test_maintenance_that_sees_only_the_ends_gives_the_same_bits():
     """None can reach the true wall: a local driver shows only the ends. Such an element is
     replaced by hand. That of other procedures is in `test_rig`.
     """
-    two_levels = dataclasses.replace(CASE_II, N=75)
-    seeing = rig.device(design=two_levels)
-    blind = rig.device(design=two_levels, driver=LocalDriver(two_levels))
+    seeing = rig.device(design=TWO_LEVELS)
+    blind = rig.device(design=TWO_LEVELS, driver=LocalDriver(TWO_LEVELS))
     for command in (Calibrate(), SelfTest()):
         told = [rig.plain(each.perform(command)) for each in (seeing, blind)]
         assert told[0] == told[1]

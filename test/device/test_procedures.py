@@ -21,7 +21,6 @@ from mlmem import (
     Disturb,
     End,
     Erase,
-    Faults,
     Locate,
     MemoryElement,
     Read,
@@ -44,7 +43,6 @@ from mlmem.readers.reading import WELL_ERROR_CELLS
 from . import rig
 
 DESIGN = rig.DESIGN
-
 ROBUST_NAMES = ['robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction']
 
 
@@ -104,8 +102,7 @@ def test_wall_that_stopped_short_does_not_count_as_written():
     for min_margin in (0.0, 0.5):
         write = {'attempts': 1, 'min_margin': min_margin}
         element = rig.device(1, write=write, read={'min_margin': 0.0})
-        element.set_faults(Faults(disorder_alpha=1e-3, seed=3))
-        outcome = element.perform(Write(2))
+        outcome = rig.set_faults(element, disorder_alpha=1e-3, seed=3).perform(Write(2))
         assert abs(rig.wall(element) - 75.3) > 3.0
         silent[min_margin] = outcome.success
         if not outcome.success:

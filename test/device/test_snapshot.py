@@ -11,7 +11,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem import Abort, Disturb, Faults, FollowTrajectory, Read, SetStrain, Write, snapshot
+from mlmem import Abort, Disturb, FollowTrajectory, Read, SetStrain, Write, snapshot
 from mlmem.instrument.end import End
 from mlmem.parsing import encode_value
 from mlmem.physics import CASE_II, StateError
@@ -69,26 +69,23 @@ def pulsed():
 
 def faulty():
     element = rig.device(1)
-    element.set_faults(ILL)
+    rig.set_faults(
+        element, sensor_noise=2e-6, sensor_dropout=0.02, sensor_lag=25.0,
+        actuator_offset=1e-3, actuator_lag=50.0, missed_cycle=0.3,
+        weak_cell=40, weak_factor=0.97, damping_factor=1.2, seed=11,
+        disorder_alpha=0.002, disorder_k_r=0.002, disorder_s=0.05,
+    )  # fmt: skip
     rig.ticks(element, 3)
     element.restart_random_numbers(12)
     rig.ticks(element, SetStrain(0.03), 9)
     return element
 
 
-ILL = Faults(
-    sensor_noise=2e-6, sensor_dropout=0.02, sensor_lag=25.0,
-    actuator_offset=1e-3, actuator_lag=50.0, missed_cycle=0.3,
-    weak_cell=40, weak_factor=0.97, damping_factor=1.2, seed=11,
-    disorder_alpha=0.002, disorder_k_r=0.002, disorder_s=0.05,
-)  # fmt: skip
-
-STATES = (
-    rig.device, elastic, written_and_moving, all_active, on_a_trajectory, shaken, pulsed, faulty,
-)  # fmt: skip
-
-
-@pytest.mark.parametrize('make', STATES, ids=lambda make: make.__name__)
+@pytest.mark.parametrize(
+    'make',
+    [rig.device, elastic, written_and_moving, all_active, on_a_trajectory, shaken, pulsed, faulty],
+    ids=lambda make: make.__name__,
+)
 def test_restored_device_has_snapshot_and_goes_on_to_bit(make):
     first = make()
     second = rig.device(design=first.design, calibration=first.calibration)
