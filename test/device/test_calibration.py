@@ -196,8 +196,7 @@ def test_end_without_echoes_gives_no_calibration(written, names):
     """The left one's threshold is a cell: no level is confirmed."""
     element = written(1, read={'end': names}, write={'attempts': 1}, probe={'v_th': 1.0})
     factory = element.calibration
-    outcome = element.perform(Calibrate())
-    assert 'level 0 gives no echo at the left end' in outcome.error
+    assert 'level 0 gives no echo at the left end' in element.perform(Calibrate()).error
     assert element.calibration is factory
 
 

@@ -89,8 +89,7 @@ def test_noise_after_echo_raises_threshold_of_reading():
 @pytest.mark.parametrize('end', ['left', 'right', 'both'])
 def test_noise_never_gives_wrong_level(end, level, deviation):
     """From what every read tolerates to what few do."""
-    element = noisy(level, deviation, seed=level)
-    outcome = element.perform(Read(end))
+    outcome = noisy(level, deviation, seed=level).perform(Read(end))
     assert outcome.success or deviation > 1e-5
     if outcome.success:
         assert outcome.reading.level == level
@@ -142,9 +141,8 @@ def test_echo_hidden_by_shaking_is_reported_after_4_pulses():
     """At 30 g and 247 Hz the right end hums: sampled once a tick, it has an image at 469 mrad per
     time unit, of which the carrier filter passes an eighth.
     """
-    element = rig.device(3)
     course = (30.0 * G * math.sin(0.155 * TICK * n) for n in itertools.count(1))
-    events = shaken(element, course, Read('right'))
+    events = shaken(rig.device(3), course, Read('right'))
     outcome, lost = events[-2:]
     assert lost.reason == 'shaken'
     assert not outcome.success
@@ -185,8 +183,7 @@ def test_wall_that_is_shaken_about_is_at_no_level(level, seed):
     """Ten times what is harmless moves it while pulses are under way: both ends agreed on level 3
     and the wall was near level 4, on 6 and it was half-way to 5.
     """
-    element = rig.device(level, design=CASE_II)
-    told = shaken(element, strides(1.5e-3, 250.0, seed), Read())
+    told = shaken(rig.device(level, design=CASE_II), strides(1.5e-3, 250.0, seed), Read())
     *_, outcome = (event for event in told if isinstance(event, Outcome))
     assert not outcome.success
     assert outcome.reading.level == UNDECODABLE

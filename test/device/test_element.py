@@ -116,8 +116,7 @@ def test_command_that_may_move_wall_makes_unknown(written):
     """And what cannot move it is not: a fault of a sensor, a shake that is weak, an idle abort."""
     harmless = written(3)
     for command in (SetFaults(Faults(sensor_noise=1e-6)), Disturb(1e-6), Abort()):
-        events = rig.ticks(harmless, command, 5)
-        assert not any(isinstance(event, Unknown) for event in events)
+        assert not any(isinstance(event, Unknown) for event in rig.ticks(harmless, command, 5))
         assert harmless.reading.level == 3
     for command, reason in (
         (SetFaults(Faults(weak_cell=3)), 'faults were set'),
@@ -135,8 +134,7 @@ def test_command_that_may_move_wall_makes_unknown(written):
 
 def test_listening_ends_after_echo_or_when_none_can_come():
     """150 time units after the last crossing; or after a tenth more than the longest echo."""
-    element = rig.device(0)
-    *echoes, _ = rig.events(element, Read())
+    *echoes, _ = rig.events(rig.device(0), Read())
     right = next(each.echo for each in echoes if each.echo.end == 'right')  # level 0 is far
     assert right.t[-1] == pytest.approx(right.delay + 150.0, abs=20.0)
     deaf = rig.device(0, probe={'v_th': 0.9})

@@ -73,8 +73,7 @@ def test_fault_of_material_is_declared_as_one_and_changes_it(field):
     """And no other does."""
     (row,) = (row for each, row in find_descriptions(Faults) if each.name == field.name)
     others = {'weak_cell': 7} if field.name == 'weak_factor' else {}
-    last = (row.high, *row.choices)[-1]
-    value = {'bool': True, 'int': 7}.get(field.type, last)
+    value = {'bool': True, 'int': 7}.get(field.type, (row.high, *row.choices)[-1])
     faults = Faults(**{**others, field.name: value})
     made = Specimen(CASE_II)
     before = apply_faults(made, Faults(**others))
@@ -129,8 +128,7 @@ def test_read_drives_no_end_that_rests_in_neither_phase(kind, end, gain):
 def test_erase_drives_no_end_that_rests_in_neither_phase(kind, end):
     """It began with a jump of nine cells, which broke the element."""
     element = rig.set_faults(MemoryElement(kind), sensor_gain=10.0, sensor_end=end)
-    outcome = element.perform(Erase())
-    assert not outcome.success
+    assert not element.perform(Erase()).success
     assert np.abs(element.chain.v).max() < 5.0
 
 
@@ -421,8 +419,7 @@ def test_procedures_go_through_levels_that_are_left():
     assert tried == ['level 0', 'level 1']
     calibrated = element.perform(Calibrate())
     assert (calibrated.success, calibrated.reading.level) == (True, 1)
-    surveyed = element.perform(Survey())
-    assert 'bad_cells must be empty' in surveyed.error
+    assert 'bad_cells must be empty' in element.perform(Survey()).error
 
 
 def test_design_check_names_levels_behind_a_stuck_cell(monkeypatch):

@@ -167,8 +167,7 @@ def test_stuck_actuator_is_left_alone_by_kicks():
     assert rig.failed_checks(tested) == ['actuator']
     assert 'level 3' in [check.name for check in tested.checks]
     stuck.apply(SetMethod('strain'))
-    failed = stuck.perform(Write(3)).error
-    assert 'needs strain, and the actuator does not follow' in failed
+    assert 'needs strain, and the actuator does not follow' in stuck.perform(Write(3)).error
 
 
 @pytest.mark.parametrize('speed', [0.0645, 0.098])

@@ -154,8 +154,7 @@ def test_failed_erase_fails_levels_and_restoration():
     """A kink that no strain frees stays in the element: nothing can be written or restored."""
     single = dataclasses.replace(CASE_II, N=50)
     feeble = {'compression': -0.001, 'tension': 0.001}
-    element = rig.device(0, design=single, erase=feeble, write={'attempts': 1})
-    outcome = element.perform(SelfTest())
+    outcome = rig.device(0, design=single, erase=feeble, write={'attempts': 1}).perform(SelfTest())
     assert rig.failed_checks(outcome) == ['erase', 'level 0', 'restore']
     failed = [check for check in outcome.checks if not check.passed]
     assert all(check.message.startswith('the element is not blank') for check in failed)

@@ -87,8 +87,7 @@ def test_write_first_releases_strain_set_by_hand(written):
     element.apply(SetStrain(0.02))
     rig.ticks(element, 300)
     rig.succeed(element, Read())  # under strain, so it counts no more when the strain goes
-    told = rig.events(element, Write(3))
-    heard = [event.reading.level for event in rig.find_echoes(told)]
+    heard = [event.reading.level for event in rig.find_echoes(rig.events(element, Write(3)))]
     assert heard == [2, 2, 3, 3]
     assert rig.true_level(element) == 3
     assert element.actuator.strain == 0.0
@@ -114,8 +113,7 @@ def test_wall_that_stopped_short_does_not_count_as_written():
     ('strain', 'rate'), [(-0.03, 1e-4), (-2e-5, 1e-8)], ids=['fast', 'too slow to be heard']
 )
 def test_read_waits_until_strain_stands_still(written, strain, rate):
-    lenient = {'min_margin': 0.2}
-    element = written(2, actuator={'max_rate': rate}, read=lenient)
+    element = written(2, actuator={'max_rate': rate}, read={'min_margin': 0.2})
     element.apply(SetStrain(strain))
     rig.ticks(element, 1)
     element.apply(Read())
@@ -178,8 +176,7 @@ def test_end_in_third_ground_state_is_brought_back(end, at):
     Here the third state reaches from the end to the site `at`, and the wall rests at 100 or has
     left over the right end.
     """
-    third = DESIGN.potential.ground_state(DESIGN.phase + 2)
-    beyond = third - DESIGN.D_s2
+    beyond = DESIGN.potential.ground_state(DESIGN.phase + 2) - DESIGN.D_s2
     guess = wall_profile(DESIGN, 100.3) if end == 'left' else np.full(DESIGN.N, DESIGN.D_s2)
     side = 1.0 if end == 'right' else -1.0
     guess = guess + 0.5 * beyond * (1.0 + side * np.tanh((DESIGN.sites - at) / 1.5))
@@ -187,8 +184,7 @@ def test_end_in_third_ground_state_is_brought_back(end, at):
         rig.device(), relax_to_equilibrium(Specimen(DESIGN), guess, np.zeros(DESIGN.N))
     )
     assert element.phase(end) is None
-    outcome = element.perform(Read())
-    assert outcome.error.startswith(f'the {end} end rests in neither phase')
+    assert element.perform(Read()).error.startswith(f'the {end} end rests in neither phase')
     rig.succeed(element, Erase())
     np.testing.assert_allclose(element.chain.v, DESIGN.D_s1, atol=1e-2)
 

@@ -41,8 +41,6 @@ from mlmem.readers.words import Code
 from . import rig
 
 BYTE = load_element('byte')
-
-
 NIBBLE = rig.first_levels('byte', 4)
 
 
@@ -86,16 +84,14 @@ def test_forecasts_agree_with_simulated_waveforms(kind, words, amplitude, error)
     """
     register = replace(kind.settings.register, A=amplitude)
     settings = replace(kind.settings, register=register)
-    scatter = Scatter(alpha=1e-3, k_r=1e-3, mass=1e-3, offset=1e-3)
-    made = draw_specimen(kind.design, scatter, 3)
+    made = draw_specimen(kind.design, Scatter(alpha=1e-3, k_r=1e-3, mass=1e-3, offset=1e-3), 3)
     found = forecast_words(made, settings)
     for word in words:
         twin = Instrument(kind.design, settings, Simulation.build_blank(made, settings.time))
         rig.pin(twin, *found.code.walls(word))
         recorder = twin.transducer.record_pulse(End.LEFT, register.probe)
         twin.pass_ticks(found.listener.ticks)
-        shot = recorder.shot(0.0, 0.0, twin.driver.dt)
-        decoded_shots = found.listener.project_shot(shot)
+        decoded_shots = found.listener.project_shot(recorder.shot(0.0, 0.0, twin.driver.dt))
         off = np.linalg.norm(found.parts[word] - decoded_shots) / np.linalg.norm(decoded_shots)
         assert off < error, word
 

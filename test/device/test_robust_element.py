@@ -129,8 +129,7 @@ def test_wall_that_left_is_kicked_back_by_the_right_end_and_erased(name):
 
 def test_kick_after_a_wall_left_is_slower():
     """With a tenth less damping the wall passes the last level of eight."""
-    element = lossy('robust_3', 0.9)
-    assert rig.succeed(element, Write(7)).attempts == 2
+    assert rig.succeed(lossy('robust_3', 0.9), Write(7)).attempts == 2
 
 
 def test_calibration_without_a_blank_element_keeps_the_old_factors():

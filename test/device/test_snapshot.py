@@ -98,9 +98,8 @@ def test_restored_device_has_snapshot_and_goes_on_to_bit(make):
     for name in ('reading', 'calibration', 'faults', 'statistics'):
         assert getattr(second, name) == getattr(first, name)
     for element in (first, second):
-        told = rig.ticks(element, 100, SetStrain(0.0), 60)
+        told = rig.ticks(element, 100, SetStrain(0.0), 60) + rig.events(element, Read('both'))
         element.told = [rig.plain(event) for event in told]
-        element.told += [rig.plain(event) for event in rig.events(element, Read('both'))]
     assert first.told == second.told
     assert rig.bits(second) == rig.bits(first)
     assert values == kept, 'a device writes into its snapshot'
