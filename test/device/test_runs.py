@@ -47,7 +47,7 @@ from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.settings import ActuatorSettings
 
 from . import rig
-from .loops import PERIOD, Clock, until
+from .test_loop import PERIOD, Clock, until
 
 
 def draw_device(random):
