@@ -299,9 +299,8 @@ def pulsed():
 
 
 def faulty():
-    element = rig.device(1)
-    rig.set_faults(
-        element, sensor_noise=2e-6, sensor_dropout=0.02, sensor_lag=25.0,
+    element = rig.set_faults(
+        rig.device(1), sensor_noise=2e-6, sensor_dropout=0.02, sensor_lag=25.0,
         actuator_offset=1e-3, actuator_lag=50.0, missed_cycle=0.3,
         weak_cell=40, weak_factor=0.97, damping_factor=1.2, seed=11,
         disorder_alpha=0.002, disorder_k_r=0.002, disorder_s=0.05,

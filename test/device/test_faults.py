@@ -111,8 +111,7 @@ def test_random_numbers_of_seed_and_tick_never_change():
 )
 def test_read_drives_no_end_that_rests_in_neither_phase(kind, end, gain):
     """It is driven about its rest: elsewhere the pulse began with a jump, and the wall left."""
-    element = rig.pin(MemoryElement(kind), 0)
-    rig.set_faults(element, sensor_gain=gain, sensor_end=end)
+    element = rig.set_faults(rig.pin(MemoryElement(kind), 0), sensor_gain=gain, sensor_end=end)
     rig.ticks(element, 150)
     outcome = element.perform(Read())
     assert 'rests in neither phase' in outcome.error
@@ -234,8 +233,7 @@ def test_bad_transducer_kicks_no_wall_and_misleads_no_read(faults, read, left):
 @pytest.mark.parametrize('after', [0.0, 10.0], ids=['healed', 'sooner'])
 def test_signals_that_are_no_longer_late_are_restored(after):
     """At rest no sample passes that would tell the sensors of it."""
-    element = MemoryElement(BIT)
-    rig.set_faults(element, sensor_delay=25.0)
+    element = rig.set_faults(MemoryElement(BIT), sensor_delay=25.0)
     element.advance(10)
     rig.set_faults(element, sensor_delay=after)
     assert element.at_rest == (after == 0.0)
@@ -417,8 +415,7 @@ def test_procedures_go_through_levels_that_are_left():
     tested = rig.succeed(element, SelfTest())
     tried = [each.name for each in tested.checks if each.name.startswith('level')]
     assert tried == ['level 0', 'level 1']
-    calibrated = element.perform(Calibrate())
-    assert (calibrated.success, calibrated.reading.level) == (True, 1)
+    assert rig.succeed(element, Calibrate()).reading.level == 1
     assert 'bad_cells must be empty' in element.perform(Survey()).error
 
 

@@ -139,8 +139,7 @@ def test_actuator_that_does_not_follow_is_found(written, wrong, felt):
 @pytest.mark.parametrize('level', [BLANK, 2])
 def test_stuck_actuator_is_named_and_left_with_no_set_point(written, level):
     """With a set-point of 0.01 it would move there as soon as it comes loose."""
-    element = written(level)
-    rig.set_faults(element, actuator_stuck=True)
+    element = rig.set_faults(written(level), actuator_stuck=True)
     assert rig.failed_checks(element.perform(SelfTest())) == ['actuator']
     assert element.actuator.motion.target == 0.0
     rig.ticks(element, 100)
@@ -189,8 +188,7 @@ def test_reset_gives_the_new_element_its_content(content):
 
 def reset_and_read(seed, begun):
     """Return all samples of a reset and a read of a noisy element after so many ticks."""
-    element = rig.device(2)
-    rig.set_faults(element, sensor_noise=1e-5, sensor_delay=3.0, seed=1)
+    element = rig.set_faults(rig.device(2), sensor_noise=1e-5, sensor_delay=3.0, seed=1)
     events = rig.ticks(element, begun)
     for command in (Reset(content=2, seed=seed), Read()):
         events += rig.events(element, command)

@@ -127,11 +127,9 @@ def test_read_waits_until_strain_stands_still(written, strain, rate):
 
 def test_rest_is_waited_for_before_pulse():
     """Of two equal devices one waits 400 time units, 20 ticks, longer."""
-    design, settings = load_element('bits_1').design_and_settings
     fired = []
     for rest in (0.0, 400.0):
-        changed = rig.change(settings, read={'rest': rest})
-        element = MemoryElement(design, changed, factory_calibration(design, settings))
+        element = rig.shipped('bits_1', read={'rest': rest})
         element.apply(Read())
         while not element.transducer.is_driving:
             element.advance()

@@ -18,7 +18,6 @@ from mlmem import (
     Read,
     Refused,
     Reset,
-    SetFaults,
     Survey,
     Write,
     load_element,
@@ -134,8 +133,7 @@ def test_kick_after_a_wall_left_is_slower():
 
 def test_calibration_without_a_blank_element_keeps_the_old_factors():
     """The wall has left the element, and no end is driven."""
-    element = run_out(make_scattered('robust_2', 1))
-    element.apply(SetFaults(Faults(transducer_off=True)))
+    element = rig.set_faults(run_out(make_scattered('robust_2', 1)), transducer_off=True)
     known = element.calibration
     outcome = element.perform(Calibrate())
     assert not outcome.success
@@ -217,18 +215,17 @@ def test_left_end_writes_reads_and_erases_every_level(element):
 
 
 @pytest.mark.parametrize('site', [9, 20, 30])
-@pytest.mark.parametrize('weak', [False, True], ids=['stuck', 'weak'])
-def test_cell_that_breaks_later_makes_no_read_wrong(element, site, weak):
+@pytest.mark.parametrize('kind', ['stuck_cell', 'weak_cell'])
+def test_cell_that_breaks_later_makes_no_read_wrong(element, site, kind):
+    """A factor of no weak cell is no fault."""
     for level in (0, 1, 3):
         element.place_content(level)
-        element.apply(SetFaults(
-            Faults(weak_cell=site, weak_factor=0.3) if weak else Faults(stuck_cell=site)
-        ))  # fmt: skip
+        rig.set_faults(element, weak_factor=0.3, **{kind: site})
         for _ in range(100):  # a wall that it moves comes to rest
             element.advance()
         there = rig.true_level(element, 1.5)
         assert element.perform(Read()).reading.content in (there, UNDECODABLE)
-        element.apply(SetFaults(Faults()))
+        rig.set_faults(element)
 
 
 def test_uncalibrated_element_asks_for_a_calibration_at_once():
