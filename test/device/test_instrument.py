@@ -132,7 +132,6 @@ def test_set_points_and_profiles_strain_the_material():
 UNIT = 1e-4
 """Of time, in seconds: so the rate limit is 1/s and a tick of 20 time units 2 ms."""
 
-
 POINTS = st.tuples(st.floats(0.01, 0.5), st.floats(-0.08, 0.08), st.floats(-1.0, 1.0))
 
 

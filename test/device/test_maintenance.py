@@ -19,7 +19,6 @@ from test.rig.lines import LocalDriver
 from . import rig
 
 TWO_LEVELS = dataclasses.replace(CASE_II, N=75)
-
 COMMANDS = st.one_of(st.builds(Write, st.integers(0, 3)), st.just(Erase()), st.just(Calibrate()))
 
 
@@ -75,8 +74,7 @@ def test_echo_of_aborted_read_does_not_reach_next(level, moment):
 
 def test_sound_element_passes_and_keeps_its_content(written):
     element = written(2)
-    told = rig.events(element, SelfTest())
-    outcome = told[-1]
+    *told, outcome = rig.events(element, SelfTest())
     assert outcome.success, outcome.error
     assert [check.name for check in outcome.checks] == [
         'transducer left', 'transducer right', 'actuator', 'erase',

@@ -202,14 +202,14 @@ def decoded(delay, end=End.LEFT, phases=STORED, calibration=CALIBRATION, **setti
     return decoder.decode({end: echo(delay, end)}, phases)
 
 
-def both(left, right, names='left', calibration=CALIBRATION, end='', **settings):
+def both(left, right, names='left', calibration=CALIBRATION, **settings):
     """Decode echoes at both ends, given as delays or as they are."""
     echoes = {
         each: given if isinstance(given, Echo) else echo(given, each)
         for each, given in zip(End, (left, right), strict=True)
     }
-    chosen = ReadSettings(end=names, **settings)
-    return Decoder(CASE_II, chosen, calibration).decode(echoes, STORED, end)
+    decoder = Decoder(CASE_II, ReadSettings(end=names, **settings), calibration)
+    return decoder.decode(echoes, STORED)
 
 
 @pytest.mark.parametrize(
@@ -267,10 +267,9 @@ def test_inconsistent_observations_are_undecodable(delay, end, phases, reason):
     assert re.search(reason, reading.reason)
 
 
-@pytest.mark.parametrize('margins', [(2.5, 3.0), (3.0, 2.5)])
-def test_reading_has_the_lesser_margins_of_both_ends(margins):
+@pytest.mark.parametrize(('left', 'right'), [(2.5, 3.0), (3.0, 2.5)])
+def test_reading_has_the_lesser_margins_of_both_ends(left, right):
     """10 of 50 off at the left, and 14 of 35 at the right."""
-    left, right = margins
     reading = both(echo(510.0, margin=left), echo(434.0, End.RIGHT, margin=right))
     assert reading.level == 3
     assert reading.level_margin == pytest.approx(0.6)
