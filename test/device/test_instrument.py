@@ -12,7 +12,6 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from rejection import expect_rejection
-from scipy.interpolate import CubicHermiteSpline
 
 from mlmem import FollowTrajectory, Read, Refused, SetStrain, Settings, SettingsError, Write
 from mlmem.instrument.actuator import MAX_PROFILE_POINTS, Actuator, plan_profile
@@ -143,6 +142,8 @@ def test_exactly_profiles_within_both_limits_are_taken(points, with_rates):
     command = FollowTrajectory(times, strains, rates if with_rates else ())
     t = np.linspace(0.0, times[-1], 20_001)
     if with_rates:
+        from scipy.interpolate import CubicHermiteSpline  # slow to import, by every worker
+
         oracle = CubicHermiteSpline([0.0, *times], [0.0, *strains], [0.0, *rates])(t)
     else:
         oracle = np.interp(t, [0.0, *times], [0.0, *strains])
