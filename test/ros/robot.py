@@ -215,11 +215,11 @@ class Robot:
     @contextmanager
     def paused(self):
         """Time stands still in the block; it goes on, whatever happens there."""
-        self.pause(True)
+        assert self.pause(True).success
         try:
             yield
         finally:
-            self.pause(False)
+            assert self.pause(False).success
 
     def request(self, name, **arguments):
         """Send a request that carries its arguments; return the future of its answer."""

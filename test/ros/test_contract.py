@@ -32,9 +32,6 @@ def site(level):
     return PERIOD * (level + 1)
 
 
-# The tables
-
-
 def test_topics_out_have_their_types_and_qualities(robot, driver):
     for stream in (*STREAMS.values(), DIAGNOSTICS_TOPIC):
         name = robot.name(stream.name)
@@ -54,9 +51,6 @@ def test_messages_of_an_idle_element_have_own_stamps(robot):
     assert len({str(state.header.stamp) for state in heard}) == len(heard)
 
 
-# Write, read, erase
-
-
 def test_write_level_topic_writes_and_reports(robot):
     robot.publish('write_level', data=3)
     outcome = robot.latest('outcome', lambda status: values(status).get('level') == '3')
@@ -65,9 +59,6 @@ def test_write_level_topic_writes_and_reports(robot):
     read = robot.trigger('read')
     assert (read.success, read['level'], read['code']) == (True, 3, '011')
     assert read['delay'] > 2 * site(3)  # there and back, at less than one cell a time unit
-
-
-# Self-test and reports
 
 
 def test_self_test_checks_all_levels_and_restores_content(robot, driver):
@@ -93,21 +84,17 @@ def test_probe_gives_an_echo_for_each_end_with_a_wall(robot):
     robot.wait(lambda: len(robot.received('outcome')) > ended, 'the outcome of the probe')
     assert len(robot.received('echo')) == before + 2
     for echo in echoes[before:]:
-        check_echo(echo)
-
-
-def check_echo(echo):
-    channel, sample = echo.layout.dim
-    assert (channel.label, channel.size) == ('channel', 3)
-    assert sample.label == 'sample'
-    assert (channel.stride, sample.stride) == (3 * sample.size, sample.size)
-    assert echo.layout.data_offset == 0
-    assert len(echo.data) == 3 * sample.size
-    t, v_m, v_c = (echo.data[i * sample.size : (i + 1) * sample.size] for i in range(3))
-    assert all(late > early for early, late in itertools.pairwise(t))
-    assert all(map(math.isfinite, echo.data))
-    assert max(map(abs, v_m)) > 1e-4  # the pulse has an amplitude of 0.01, its echo a hundredth
-    assert max(map(abs, v_c)) > 1e-5
+        channel, sample = echo.layout.dim
+        assert (channel.label, channel.size) == ('channel', 3)
+        assert sample.label == 'sample'
+        assert (channel.stride, sample.stride) == (3 * sample.size, sample.size)
+        assert echo.layout.data_offset == 0
+        assert len(echo.data) == 3 * sample.size
+        t, v_m, v_c = (echo.data[i * sample.size : (i + 1) * sample.size] for i in range(3))
+        assert all(late > early for early, late in itertools.pairwise(t))
+        assert all(map(math.isfinite, echo.data))
+        assert max(map(abs, v_m)) > 1e-4  # the pulse's amplitude is 0.01, its echo's a hundredth
+        assert max(map(abs, v_c)) > 1e-5
 
 
 def test_range_is_the_distance_to_the_wall_if_any(robot):
@@ -144,9 +131,6 @@ def test_field_and_wall_are_the_simulated_truth(robot, driver):
     assert field.data[180] == pytest.approx(right, abs=0.1 * abs(right - left))
 
 
-# Driving by hand
-
-
 def strain_of(robot):
     """Return the strain from the last joint state: displacement of the end over length."""
     state = robot.latest('joint_states')
@@ -161,8 +145,7 @@ def test_strain_follows_set_points_and_trajectories(robot):
     """At 10 us per time unit the limit is 10/s."""
     for strain in (0.01, -0.01, 0.0):
         robot.publish('strain', data=strain)
-        reached = functools.partial(strain_is, robot, strain)
-        robot.wait(reached, f'a strain of {strain}')
+        robot.wait(functools.partial(strain_is, robot, strain), f'a strain of {strain}')
     state = robot.latest('joint_states')
     assert sorted(state.name) == ['substrate', 'transducer']
     assert [len(state.position), len(state.velocity)] == [2, 2]
@@ -179,9 +162,7 @@ def test_pause_holds_time_and_step_makes_one_tick(robot):
     refused = robot.count_refused()
     assert not robot.trigger('step').success  # time runs
     assert robot.count_refused() == refused + 1
-    held = robot.pause(True)
-    assert held.success, held
-    try:
+    with robot.paused():
         robot.publish('strain', data=0.06)  # takes 600 time units, 30 ticks
         ticks = []
 
@@ -193,14 +174,9 @@ def test_pause_holds_time_and_step_makes_one_tick(robot):
         assert ticks == list(range(ticks[0], ticks[-1] + 1))
         most = 1.125 * len(ticks) / 30  # of a smooth ramp x^2 (3 - 2 x), after so many ticks
         assert 0.0 < strain_of(robot) <= 0.06 * min(most, 1.0) + 1e-9
-    finally:
-        assert robot.pause(False).success
     robot.wait(lambda: strain_is(robot, 0.06), 'the strain after the pause')
     robot.publish('strain', data=0.0)
     robot.wait(lambda: strain_is(robot, 0.0), 'no strain')
-
-
-# One at a time
 
 
 def test_driving_during_a_write_is_rejected_until_abort(start_shared):
