@@ -179,16 +179,8 @@ def test_cancelled_request_cancels_its_procedure(client, robot, ended):
     assert not any(values(each).get('level') == '7' for each in outcomes[seen:])
 
 
-@pytest.fixture
-def time_goes_on(client):
-    """Time runs after the test, whatever happens there."""
-    yield
-    client.pause(False).wait()
-
-
 def begin_writes(memory, *levels):
-    """Pause time and write levels, the first of which begins; return the replies."""
-    memory.memory.pause().wait()
+    """Write levels, the first of which begins, while time is paused; return the replies."""
     replies = []
     for waiting, level in enumerate(levels):
         replies.append(memory.memory.request('write', TIMEOUT_S, level=level))
@@ -196,21 +188,19 @@ def begin_writes(memory, *levels):
     return replies
 
 
-@pytest.mark.usefixtures('time_goes_on')
-def test_request_past_its_deadline_is_rejected(memory, client):
+def test_request_past_its_deadline_is_rejected(memory, client, robot):
     """Although time stands."""
-    replies = begin_writes(memory, 1, 2, 3)
-    late = client.request('read', TIMEOUT_S, deadline=0.5)
-    step_until_arrived(memory, 3, unless=late.done)
-    with pytest.raises(RequestRefused, match='while it waited for its turn') as caught:
-        late.wait()
-    assert caught.value.answer['error_code'] == 'busy'
-    memory.memory.pause(False).wait()
+    with robot.paused():
+        replies = begin_writes(memory, 1, 2, 3)
+        late = client.request('read', TIMEOUT_S, deadline=0.5)
+        step_until_arrived(memory, 3, unless=late.done)
+        with pytest.raises(RequestRefused, match='while it waited for its turn') as caught:
+            late.wait()
+        assert caught.value.answer['error_code'] == 'busy'
     assert [reply.wait().details['level'] for reply in replies] == [1, 2, 3]
 
 
-@pytest.mark.usefixtures('time_goes_on')
-def test_feedback_of_a_waiting_goal_says_its_place(memory, client):
+def test_feedback_of_a_waiting_goal_says_its_place(memory, client, robot):
     """It moves up when one before it begins, or is canceled."""
     feedback = []
 
@@ -224,19 +214,19 @@ def test_feedback_of_a_waiting_goal_says_its_place(memory, client):
             await client.step()
 
     async def watch_last():
-        (first,) = begin_writes(memory, 1)
-        goals = []
-        for place in (1, 2):
-            goals.append(client.write(place + 1))
-            step_until_arrived(memory, place)
-        watching = asyncio.create_task(watch(goals[1]))
-        await step_until(place=2)
-        assert goals[0].cancel_goal()
-        await step_until(place=1)
-        with pytest.raises(RequestFailed, match='canceled by its client while it waited'):
-            await goals[0]
-        await client.set_parameters({'time.speed': 0.2})  # a write outlasts many reports
-        await client.pause(False)
+        with robot.paused():
+            (first,) = begin_writes(memory, 1)
+            goals = []
+            for place in (1, 2):
+                goals.append(client.write(place + 1))
+                step_until_arrived(memory, place)
+            watching = asyncio.create_task(watch(goals[1]))
+            await step_until(place=2)
+            assert goals[0].cancel_goal()
+            await step_until(place=1)
+            with pytest.raises(RequestFailed, match='canceled by its client while it waited'):
+                await goals[0]
+            await client.set_parameters({'time.speed': 0.2})  # a write outlasts many reports
         await asyncio.gather(first, watching)
         await client.set_parameters({'time.speed': 1.0})
         return (await goals[1]).level
