@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Memory nodes for tests, and emulated rigs for these."""
+"""Memory nodes for tests, emulated rigs for these, and their closed bags."""
 
 import contextlib
 import hashlib
@@ -11,7 +11,9 @@ from tempfile import TemporaryDirectory
 
 import pytest
 import yaml
+from mcap.reader import make_reader
 from rclpy.task import Future
+from rosbags.highlevel import AnyReader
 from timeouts import TIMEOUT_S
 
 from mlmem import Settings, load_element
@@ -107,10 +109,8 @@ def program(*command, **streams):
 @contextlib.contextmanager
 def emulated_rig(*options):
     """Run an emulated rig in its own process; yield its address."""
-    command = ['rig', *options]
-    with run_child_process(
-        'mlmem_tools.cli.main', command, stdout=subprocess.PIPE, text=True
-    ) as process:
+    streams = {'stdout': subprocess.PIPE, 'text': True}
+    with run_child_process('mlmem_tools.cli.main', ['rig', *options], **streams) as process:
         yield process.stdout.readline().strip()
 
 
@@ -156,6 +156,29 @@ def end_node(node):
     """Terminate a node, which must end well."""
     node.terminate()
     assert node.exit_status() == 0
+
+
+def check_closed(bag):
+    """Assert that a bag of one file is whole, by readers that share no code with our writer.
+
+    Return its messages: topic, time, message.
+    """
+    (file,) = bag.glob('*.mcap')
+    with file.open('rb') as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        summary = reader.get_summary()
+        assert summary is not None  # which is written last
+        in_file = sum(1 for _ in reader.iter_messages())
+    with AnyReader([bag]) as reader:
+        messages = [
+            (connection.topic, time, reader.deserialize(data, connection.msgtype))
+            for connection, time, data in reader.messages()
+        ]
+        in_metadata = reader.message_count
+        times = [time for _, time, _ in messages]
+        assert (reader.start_time, reader.end_time - 1) == (min(times), max(times))
+    assert {summary.statistics.message_count, in_file, in_metadata} == {len(messages)}
+    return messages
 
 
 def step_until_arrived(memory, waiting=0, unless=lambda: False):

@@ -11,8 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
-from closed_bag import check_closed
-from nodes import QUICK, node_parameters
+from nodes import check_closed
 from robot import BLANK, Robot, values
 from sampled import sampled
 
@@ -20,7 +19,7 @@ from mlmem_ros import MemoryClient
 from mlmem_ros.ros import node_process
 from mlmem_ros.ros.node_process import run_child_process
 from mlmem_ros.session.data import load_session
-from mlmem_ros.testing import NodeHere, memory_node
+from mlmem_ros.testing import NodeHere
 from mlmem_tools.cli import demo, laboratory
 from mlmem_tools.cli.main import main
 
@@ -179,19 +178,18 @@ def test_ctrl_c_while_a_command_waits_ends_it(start):
         robot.latest('level', lambda level: level.data == 1)
 
 
-def test_command_to_two_nodes_of_one_name_warns(capsys):
-    with memory_node(node_parameters(QUICK), name='twin'):
-        assert main(['read', '--node', 'twin']) == 0
-        assert capsys.readouterr().err.count('nodes of this name') == 0
-        given = node_parameters(QUICK)
-        with memory_node(given, name='twin') as second, Robot(second.element) as robot:
-            robot.wait(lambda: robot.node.count_publishers('/twin/alive') == 2, 'both')
-            # A command that is answered before it has discovered the other node cannot warn.
-            for _ in range(10):
-                assert main(['read', '--node', 'twin', '--wait', '20']) == 0
-                if warning := capsys.readouterr().err:
-                    break
-            assert 'mlmem read: 2 nodes of this name are on the graph' in warning
+def test_command_to_two_nodes_of_one_name_warns(start, capsys):
+    start(name='twin')
+    assert main(['read', '--node', 'twin']) == 0
+    assert capsys.readouterr().err.count('nodes of this name') == 0
+    with Robot(start(name='twin').element) as robot:
+        robot.wait(lambda: robot.node.count_publishers('/twin/alive') == 2, 'both')
+    # A command that is answered before it has discovered the other node cannot warn.
+    for _ in range(10):
+        assert main(['read', '--node', 'twin', '--wait', '20']) == 0
+        if warning := capsys.readouterr().err:
+            break
+    assert 'mlmem read: 2 nodes of this name are on the graph' in warning
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from closed_bag import check_closed
-from nodes import element_file
+from nodes import check_closed, element_file
 from robot import Robot
 from timeouts import TIMEOUT_S
 

@@ -12,8 +12,7 @@ from collections import defaultdict
 
 import numpy as np
 import reference
-from closed_bag import check_closed
-from nodes import QUICK, check_node, end_node, node_parameters
+from nodes import check_closed, check_node, end_node
 from rclpy.serialization import serialize_message
 from robot import Robot
 from rosbags.typesys import Stores, get_typestore
@@ -25,7 +24,7 @@ from mlmem_ros.contract.streams import STREAMS, Stream
 from mlmem_ros.contract.topics import Qos
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
-from mlmem_ros.testing import assert_replays, memory_node
+from mlmem_ros.testing import assert_replays
 from mlmem_tools.cli.main import main
 
 EVERY_ONE = ('level', 'content', 'outcome', 'echo')
@@ -37,7 +36,6 @@ PERIODIC = ('range', 'joint_states', 'field', 'wall')
 CONTENT = 'diagnostic_msgs/msg/DiagnosticStatus'
 ECHOES = 5
 """Of a write to a blank element and a read: one of no wall, then from both ends twice."""
-
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 """The types of rosbags."""
@@ -158,7 +156,7 @@ NEW_STREAMS = {
 """The type of each, and its values from the ticks that a procedure took."""
 
 
-def test_new_stream_of_any_type_is_recorded_and_compared(monkeypatch, tmp_path):
+def test_new_stream_of_any_type_is_recorded_and_compared(monkeypatch, start_robot, tmp_path):
     def add_streams(more_ticks):
         for name, (type_, values) in NEW_STREAMS.items():
             more = {'dimensions': (('number', -1),)} if name == 'array' else {}
@@ -169,12 +167,11 @@ def test_new_stream_of_any_type_is_recorded_and_compared(monkeypatch, tmp_path):
 
     add_streams(0)
     path = str(tmp_path / 'session')
-    given = node_parameters(QUICK | {'record.path': path})
-    with memory_node(given, name='streams') as node:
-        ticks = node.memory.write(1).wait().ticks
-        with Robot(node.element) as robot:
-            messages = {name: robot.latest(name) for name in NEW_STREAMS}
-        node.memory.read().wait()
+    robot = start_robot({'record.path': path}, name='streams')
+    ticks = robot.write(1)['ticks']
+    messages = {name: robot.latest(name) for name in NEW_STREAMS}
+    assert robot.trigger('read').success
+    end_node(robot.memory)
     stamped = messages.pop('stamped')
     assert stamped.header.frame_id == 'streams'
     assert stamped.header.stamp.sec > 0

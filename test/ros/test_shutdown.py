@@ -13,8 +13,7 @@ from contextlib import contextmanager
 
 import pytest
 import rclpy
-from closed_bag import check_closed
-from nodes import QUICK, node_parameters, program
+from nodes import QUICK, check_closed, node_parameters, program
 from robot import Robot
 from timeouts import TIMEOUT_S
 
