@@ -10,15 +10,8 @@ from robot import Robot
 from timeouts import TIMEOUT_S
 
 from mlmem import SettingsError
-from mlmem_ros import (
-    BankCheckFailed,
-    BankFailed,
-    MemoryBank,
-    MemoryClient,
-    RequestRefused,
-    standalone,
-)
-from mlmem_ros.ros.client.client import wait_until
+from mlmem_ros import BankCheckFailed, BankFailed, MemoryBank, MemoryClient, RequestRefused
+from mlmem_ros.ros.client.client import standalone, wait_until
 from mlmem_ros.ros.main import parse_bank_arguments
 from mlmem_ros.ros.node.run import NOT_SAVED
 from mlmem_ros.ros.node_process import build_node_arguments
@@ -61,16 +54,13 @@ def test_bank_reads_the_value_that_was_written(bank):
 
 def test_bank_writes_all_elements_at_the_same_time(bank):
     """While one element is paused, the others are written."""
-    paused, *others = bank.elements
-    paused.pause().wait()
-    try:
+    first, *others = bank.elements
+    with Robot(first.name) as holder, holder.paused():
         writing = bank.write(0o21)
         for other, level in zip(others, (2, 5), strict=True):
             with Robot(other.name) as robot:
                 robot.latest('level', lambda message: message.data == level)  # noqa: B023
         assert not writing.done()
-    finally:
-        paused.pause(False).wait()
     assert writing.wait().value == 0o21
 
 
@@ -144,9 +134,6 @@ def test_base_above_the_levels_of_an_element_fails(bank):
 def test_bank_without_a_check_element_is_rejected(bank, count, base, field):
     with pytest.raises(ValueError, match=f'^{field}'):
         MemoryBank(bank.elements[:count], base=base)
-
-
-# One process of several nodes
 
 
 def test_elements_of_a_bank_fail_independently(tmp_path, capfd):

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import pytest
 from nodes import QUICK
-from robot import Robot, values
+from robot import values
 from timeouts import TIMEOUT_S
 
 from mlmem import DriverError, DriverHangs, load_element
@@ -24,12 +24,6 @@ from mlmem_tools.rig.emulated import EmulatedRig, LineProperties
 from test.rig.lines import PatientRig, serving
 
 UNKNOWN = -2
-
-
-def run_with_element(node, question):
-    """Return what a function of a node's element returns, in the thread that runs it."""
-    host = node.node.host
-    return host.loop.call(lambda: question(host.element)).result()
 
 
 DESIGN, SETTINGS = load_element(QUICK['element']).design_and_settings
@@ -83,16 +77,17 @@ def test_node_over_a_rig_writes_records_and_reconnects(start_robot, tmp_path):
     assert any(values.get('level') == '1' for _, values in session.outcomes)
 
 
-def test_rig_that_was_off_or_lost_is_taken_back(start, monkeypatch):
+def test_rig_that_was_off_or_lost_is_taken_back(start_robot, monkeypatch):
     """At the start, and after it was lost with its line; the element keeps its content."""
     monkeypatch.setattr(node_module, 'CHECK_PERIOD_S', 0.05)
     with socket.create_server(('127.0.0.1', 0)) as free:
         port = free.getsockname()[1]
     rig = EmulatedRig(DESIGN, FAST, at_once=True)
-    node = start({
+    robot = start_robot({
         'device.driver': 'rig', 'device.retry': 0.1,
         'device.address': f'tcp://127.0.0.1:{port}?lead=0.002&patience=10',
     })  # fmt: skip
+    host = robot.memory.node.host
 
     def wait_for_status(level, text):
         robot.next_status(
@@ -102,25 +97,27 @@ def test_rig_that_was_off_or_lost_is_taken_back(start, monkeypatch):
     def is_active():
         return robot.state == 'active'
 
-    with Robot(node.element) as robot:
-        wait_for_status(b'\2', 'waiting for the element since ')
-        assert 'waiting for the element' in robot.trigger('read')['error']
-        with serving(rig, port=port):
-            robot.wait(is_active, 'the node active')
-            assert robot.write(0)['level'] == 0
-            assert run_with_element(node, lambda element: element.statistics.writes) == 1
-        wait_for_status(b'\2', 'waiting for the element since ')
+    def count_writes():
+        return host.loop.call(lambda: host.element.statistics.writes).result()
+
+    wait_for_status(b'\2', 'waiting for the element since ')
+    assert 'waiting for the element' in robot.trigger('read')['error']
+    with serving(rig, port=port):
+        robot.wait(is_active, 'the node active')
+        assert robot.write(0)['level'] == 0
+        assert count_writes() == 1
+    wait_for_status(b'\2', 'waiting for the element since ')
+    assert not is_active()
+    with serving(rig, port=port) as server:
+        robot.wait(is_active, 'the node active again')
+        assert robot.trigger('read')['level'] == 0
+        assert count_writes() == 1
+        assert server.clients == 1
+        robot.change_state('deactivate', 'cleanup')
+        wait_for_status(b'\0', 'inactive')  # as was requested: nothing is waited for
         assert not is_active()
-        with serving(rig, port=port) as server:
-            robot.wait(is_active, 'the node active again')
-            assert robot.trigger('read')['level'] == 0
-            assert run_with_element(node, lambda element: element.statistics.writes) == 1
-            assert server.clients == 1
-            robot.change_state('deactivate', 'cleanup')
-            wait_for_status(b'\0', 'inactive')  # as was requested: nothing is waited for
-            assert not is_active()
-    assert node.output.count('the element is back after ') == 2
-    assert node.output.count('preparing the device') == 1  # not at every attempt
+    assert robot.memory.output.count('the element is back after ') == 2
+    assert robot.memory.output.count('preparing the device') == 1  # not at every attempt
 
 
 def test_driver_that_hangs_on_a_retry_is_given_up(start, monkeypatch):
