@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from javascript import needs_node, run_module
-from page_browser import unpack_frame
+from page_frame import unpack_frame
 
 from mlmem import Settings
 from mlmem.physics import CASE_II

@@ -1,16 +1,153 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The page in a real browser: what a user sees and does, in the order of one visit."""
+"""Pages in a real browser: recorded sessions, an element that runs in the tab, and a running node,
+of which it is what a user sees and does, in the order of one visit.
+"""
 
+import asyncio
+import contextlib
+import queue
+import threading
 import zipfile
+from pathlib import Path
 
 import pytest
-from page_browser import serve_page
+import try_page
+from headless_browser import Browser, find_browser
 
+DATA = Path(__file__).parent.parent / 'data'
 STATE = 'mlmem.shown().state'
 GIVEN = {'scale.time': 2e-5, 'queue.most': 0} | {
     f'publish.{stream}_every': 20 for stream in ('field', 'wall', 'joint_states')
 }
+
+
+@pytest.fixture(scope='module')
+def browser(tmp_path_factory):
+    """The browser of this machine, one for all tests."""
+    pytest.importorskip('selenium')
+    binary, driver = find_browser()
+    if binary is None or driver is None:
+        pytest.skip('no Chromium with its driver (Debian: apt install chromium chromium-driver)')
+    browser = Browser(binary, driver, tmp_path_factory.mktemp('browser'))
+    yield browser
+    browser.driver.quit()
+
+
+@contextlib.contextmanager
+def serve_page(*sessions):
+    """Serve sessions, or else the element, from a thread of its own; yield the address."""
+    from mlmem_ros.ros.client.client import standalone
+    from mlmem_tools.view.live import Live
+    from mlmem_tools.view.server import Server, run_server
+
+    started = queue.Queue()
+
+    async def serve():
+        over, loop = asyncio.Event(), asyncio.get_running_loop()
+        with contextlib.ExitStack() as stack:
+            live = None
+            if not sessions:
+                live = Live(stack.enter_context(standalone('/mlmem')))
+                stack.callback(live.end)
+
+            def announce(port):
+                started.put((port, lambda: loop.call_soon_threadsafe(over.set)))
+
+            await run_server(Server('', live, sessions), '127.0.0.1', 0, announce, over)
+
+    thread = threading.Thread(target=lambda: asyncio.run(serve()))
+    thread.start()
+    port, end = started.get(timeout=60.0)
+    yield f'http://127.0.0.1:{port}/'
+    end()
+    thread.join()
+
+
+@pytest.fixture
+def session_page():
+    """The address of a page of two sessions."""
+    with serve_page(str(DATA / 'life'), str(DATA / 'aborted_write')) as address:
+        yield address
+
+
+@pytest.fixture
+def tab(browser):
+    """The browser, whose page must not complain."""
+    yield browser
+    assert browser.list_complaints() == []
+    browser.open('about:blank')
+
+
+def test_session_page_is_scrubbed_and_played(tab, session_page):
+    """Two sessions stand side by side. The first one writes 2, reads, erases and reads."""
+    tab.open(session_page)
+    tab.wait_until('window.mlmem && mlmem.shown().duration', 'two sessions')
+    left, right = tab.evaluate(
+        "[...document.querySelectorAll('.picture')].map(p => p.getBoundingClientRect().left)"
+    )
+    assert left < right
+
+    tab.open(f'{session_page}?session=0')
+    tab.wait_until('window.mlmem && mlmem.shown().duration', 'one session')
+    levels, walls = [], []
+    written = tab.evaluate('mlmem.shown().sessions[0].events.find(e => e.ok).t')
+    for time in (0.0, written + 0.02, tab.evaluate('mlmem.shown().duration')):
+        tab.evaluate(
+            "(t => { const line = document.getElementById('time'); line.value = t; "
+            "line.dispatchEvent(new Event('input')); })(arguments[0])",
+            time,
+        )
+        levels.append(tab.text('.level'))
+        walls.append(tab.evaluate('mlmem.shown().sessions[0].panel.chain.state.walls.length'))
+    assert levels == ['not read', '2', 'blank']
+    assert walls == [0, 1, 0]
+    assert tab.text('#events li.now').endswith('blank')
+    tab.click('#events li:nth-child(2)')
+    assert tab.text('.level') == '2'
+    assert 'delay' in tab.text('.delay')
+    tab.evaluate("document.getElementById('rate').value = 10")
+    tab.click('#play')
+    tab.wait_until('mlmem.shown().now >= mlmem.shown().duration', 'its end')
+    assert tab.text('#play') == 'Play'
+
+
+def test_element_in_the_tab_is_read_written_and_erased(tab, tmp_path):
+    """Opened from its folder: nothing serves it. An element is chosen, by the address or the list;
+    what was written is read at once. The register's walls leave before others come.
+    """
+    try_page.write_pages(tmp_path)
+
+    def get_last_event():
+        tab.evaluate('void Object.assign(mlmem.shown(), { speed: 10, paused: false })')
+        tab.wait_until('!mlmem.shown().action', 'the element is idle')
+        tab.evaluate('mlmem.shown().paused = true')
+        return tab.text('#log li')
+
+    tab.open(f'file://{tmp_path}/try.html?preset=case_2')
+    tab.wait_until('window.mlmem', 'a page')
+    assert 'level 3, first echo after' in get_last_event()
+    tab.click('[data-level="4"]')  # a step under strain
+    assert 'level 4, first echo after' in get_last_event()
+
+    tab.pick('#preset', 'kick_2')
+    assert 'level 3, first echo after' in get_last_event()
+    tab.click('[data-do="erase"]')
+    assert 'blank' in get_last_event()
+    assert tab.text('.level') == 'blank'
+    tab.click('[data-level="1"]')
+    assert 'level 1, first echo after' in get_last_event()
+
+    tab.pick('#preset', 'byte')
+    assert 'word 12' in get_last_event()
+    field = tab.driver.find_element('css selector', '.many input')
+    field.clear()
+    field.send_keys('0x5a')
+    tab.click('.many button')
+    assert 'word 90' in get_last_event()
+    assert tab.text('.code') == '01011010'
+    tab.click('[data-level="0"]')
+    assert 'word 91' in get_last_event()
 
 
 @pytest.fixture(scope='module')

@@ -16,7 +16,7 @@ import pytest
 aiohttp = pytest.importorskip('aiohttp')
 
 from aiohttp.test_utils import TestClient, TestServer  # noqa: E402
-from page_browser import unpack_frame  # noqa: E402
+from page_frame import unpack_frame  # noqa: E402
 
 from mlmem.settings import ActuatorSettings, ScaleSettings, Settings  # noqa: E402
 from mlmem_ros.contract.answers import SelfTested  # noqa: E402
