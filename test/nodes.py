@@ -25,7 +25,6 @@ from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.node_process import run_child_process
 from mlmem_ros.testing import frozen_clock, memory_node
 
-STREAMS = ('field', 'wall', 'joint_states', 'views')
 FOLDER = TemporaryDirectory(prefix='mlmem-elements-')
 """Where the element files of the tests are."""
 
@@ -65,7 +64,7 @@ def node_parameters(given):
 QUICK = {
     'element': 'case_2', 'write.method': 'kick', 'design.check': 'skip',
     'scale.time': 1e-5, 'actions': False,
-    **{f'publish.{stream}_every': 100 for stream in STREAMS},
+    **{f'publish.{stream}_every': 100 for stream in ('field', 'wall', 'joint_states', 'views')},
 }  # fmt: skip
 """What `node_parameters` is given unless a test says otherwise: the element of a robot written by
 kicks, ten times as fast, with a hundred messages a second of each stream, unchecked and without

@@ -21,11 +21,6 @@ from mlmem_ros.ros.node.run import NOT_STARTED, run_nodes
 from mlmem_ros.ros.node_process import build_node_arguments
 
 
-@pytest.fixture(scope='module', autouse=True)
-def owned_devices(one_owner):
-    """See `one_owner`."""
-
-
 @pytest.fixture
 def context():
     """A context of rclpy's of its own."""
@@ -88,17 +83,17 @@ def refused(capfd):
         lines = [line for line in said if line.startswith('[') and not line.startswith('[INFO]')]
         if '[rcl]: Failed to parse global arguments' in lines[0]:  # rcl's own, without a reason
             lines.pop(0)
-        assert len(lines) == 1, said
-        (line,) = lines
-        assert line.startswith('[FATAL]')
-        return line
+        assert [line.startswith('[FATAL]') for line in lines] == [True], said
+        return lines[0]
 
     return refused
 
 
 @pytest.fixture(scope='module', autouse=True)
-def frequent_reports():
-    """Let nodes of this process report to /diagnostics ten times a second, instead of once."""
+def observed_nodes(one_owner):
+    """Let nodes of this process report to /diagnostics ten times a second, instead of once, and
+    watch who touches their devices (see `one_owner`).
+    """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(diagnostics, 'REPORT_PERIOD_S', 0.1)
         yield

@@ -32,20 +32,13 @@ from mlmem_ros.ros.node import callback_guard
 from mlmem_ros.ros.node.callback_guard import CallbackGuard
 from mlmem_ros.ros.node.run import ENDED, GuardedExecutor
 
-ROOT = Path(__file__).parents[2]
-
 
 @pytest.fixture(scope='module')
-def state(tmp_path_factory):
-    """The state file of the node."""
-    return tmp_path_factory.mktemp('lasting') / 'state.json'
-
-
-@pytest.fixture(scope='module')
-def memory(start_shared, state):
+def memory(start_shared, tmp_path_factory):
     """A node in a process of its own, whose output shows every traceback, and which serves its
     clients longer than itself.
     """
+    state = tmp_path_factory.mktemp('lasting') / 'state.json'
     return start_shared({'linger': 600.0, 'state.path': str(state)}, apart=True)
 
 
@@ -165,11 +158,10 @@ def test_node_that_stood_still_answers_again(memory, create_node):
         assert [client.request('read').wait().details['level'] for client in clients] == [-1] * 5
 
 
-def test_robot_stopped_with_its_memory_writes_once_more(memory, state, tmp_path):
+def test_robot_stopped_with_its_memory_writes_once_more(memory, tmp_path):
     """The program printed in docs/robot.md, and the last test of this node."""
-    blocks = re.findall(
-        r'```python\n(.*?)```', (ROOT / 'docs' / 'robot.md').read_text(), re.DOTALL
-    )
+    page = Path(__file__).parents[2] / 'docs' / 'robot.md'
+    blocks = re.findall(r'```python\n(.*?)```', page.read_text(), re.DOTALL)
     behaviour = tmp_path / 'behaviour.py'
     assert 'timeout=3.0' in blocks[1]
     blocks[1] = blocks[1].replace('timeout=3.0', f'timeout={TIMEOUT_S}')  # on a busy machine
@@ -177,6 +169,7 @@ def test_robot_stopped_with_its_memory_writes_once_more(memory, state, tmp_path)
     with standalone() as client:
         client.ready(TIMEOUT_S).wait()  # on a busy machine it starts late
         assert client.write(5, timeout=TIMEOUT_S).wait().level == 5
+        state = client.parameters('state.path').wait()['state.path']
     reads = memory.output.count('read succeeded')
     robot = program(behaviour, stderr=subprocess.PIPE, text=True)
     wait_until(

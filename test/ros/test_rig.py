@@ -13,7 +13,7 @@ from nodes import QUICK
 from robot import values
 from timeouts import TIMEOUT_S
 
-from mlmem import DriverError, DriverHangs, load_element
+from mlmem import UNDECODABLE, DriverError, DriverHangs, load_element
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.ros.client.client import wait_until
@@ -22,9 +22,6 @@ from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 from mlmem_tools.rig.emulated import EmulatedRig, LineProperties
 from test.rig.lines import PatientRig, serving
-
-UNKNOWN = -2
-
 
 DESIGN, SETTINGS = load_element(QUICK['element']).design_and_settings
 FAST = replace(SETTINGS, scale=replace(SETTINGS.scale, time=QUICK['scale.time']))
@@ -63,7 +60,7 @@ def test_node_over_a_rig_writes_records_and_reconnects(start_robot, tmp_path):
         assert 'tcp://127.0.0.1' in stopped.message
         assert not robot.try_set('device.driver', 'this:Zen').successful
         robot.change_state('configure', 'activate')
-        assert robot.latest('level', lambda level: level.data == UNKNOWN)
+        assert robot.latest('level', lambda level: level.data == UNDECODABLE)
         assert robot.write(0)['level'] == 0
         assert 'its content is in the element' in robot.memory.output
         assert 'calibration and statistics restored from' in robot.memory.output

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import pytest
 import rclpy
-from nodes import QUICK, TICK, check_node, node_parameters, program
+from nodes import QUICK, TICK, check_node, end_node, node_parameters, program
 from rclpy.node import Node
 from robot import Robot
 from sensor_msgs.msg import JointState
@@ -32,8 +32,7 @@ def test_memory_node_has_name_parameters_log_and_end(tmp_path):
     with memory_node(node_parameters(QUICK), name='lent', namespace='/arm', file=file) as node:
         check_node(node, '/arm/lent')
         assert node.memory.parameters('write.attempts').wait() == {'write.attempts': 5}
-        node.terminate()
-        assert node.exit_status() == 0
+        end_node(node)
         assert not node.running
     with Robot() as robot:
         assert 'lent' not in robot.node.get_node_names()

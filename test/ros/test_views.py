@@ -18,7 +18,6 @@ from mlmem_ros.host.settings import PublishSettings
 from mlmem_ros.ros.views import COLOUR_TABLE, ChainMarkers, Contour, find_colours
 
 NOW = Time(sec=12, nanosec=34)
-LONG = dataclasses.replace(CASE_II, N=5000, gamma=-1e-5)
 
 
 def with_wall(design, site):
@@ -72,7 +71,7 @@ def test_image_columns_are_configurations_and_move_left():
 
 
 def test_views_of_a_long_chain_stay_small():
-    element = idle_element(LONG, 2500)
+    element = idle_element(dataclasses.replace(CASE_II, N=5000, gamma=-1e-5), 2500)
     contour = Contour(element, 'mlmem')
     contour.take_columns()
     shown = pixels(contour.build_image(NOW))

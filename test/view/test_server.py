@@ -25,8 +25,6 @@ from mlmem_tools.view.live import Page  # noqa: E402
 from mlmem_tools.view.requests import Activity, PageRequests  # noqa: E402
 from mlmem_tools.view.server import Server  # noqa: E402
 
-LIFE = Path(__file__).parent.parent / 'data' / 'life'
-
 
 class ElementStandIn:
     """A stand-in for a running element that notes its requests."""
@@ -162,7 +160,8 @@ async def test_slow_page_misses_pictures_but_no_news():
 
 @in_event_loop
 async def test_session_is_fetched_whole_and_no_other_file():
-    async with serving(None, sessions=[str(LIFE)]) as client:
+    life = Path(__file__).parents[1] / 'data' / 'life'
+    async with serving(None, sessions=[str(life)]) as client:
         response = await client.get('/sessions/0/bag.zip')
         names = zipfile.ZipFile(io.BytesIO(await response.read())).namelist()
         assert {'life/metadata.yaml', 'life/life_0.mcap'} <= set(names)

@@ -20,8 +20,6 @@ from mlmem_ros.ros.client.client import standalone
 from mlmem_ros.ros.node.run import NOT_STARTED
 from mlmem_tools.cli.main import main
 
-LIFE = Path(__file__).parent.parent / 'data' / 'life'
-
 
 @pytest.fixture
 def run_view(monkeypatch):
@@ -67,7 +65,7 @@ def test_session_page_is_printed_and_ends_with_a_signal(run_view, capsys):
         printed.append(f'mlmem view: {address}\n')
         os.kill(os.getpid(), signal.SIGTERM)
 
-    assert run_view([str(LIFE)], use) == 0
+    assert run_view([str(Path(__file__).parents[1] / 'data' / 'life')], use) == 0
     assert [capsys.readouterr().out] == printed
 
 

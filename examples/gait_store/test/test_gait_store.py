@@ -23,7 +23,6 @@ from mlmem_ros.contract.topics import Qos
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.testing import assert_replays, assert_written, faults, frozen_clock, memory_node
 
-PACKAGE = Path(__file__).parents[1]
 QUICK = {'time.speed': 10.0, 'publish.field_every': 0, 'publish.wall_every': 0}
 
 
@@ -118,7 +117,7 @@ def test_a_gait_is_a_level():
 
 def test_a_recorded_day_replays():
     """A recorded day: blank at first; written, read after a restart; another one, read again."""
-    assert_replays(PACKAGE / 'bag').assert_levels([-1, 1, 1, 3, 3])
+    assert_replays(Path(__file__).parents[1] / 'bag').assert_levels([-1, 1, 1, 3, 3])
 
 
 def test_a_behaviour_walks_on_after_a_crash(memory, robot, behave, tmp_path):
