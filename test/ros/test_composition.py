@@ -5,7 +5,6 @@
 import os
 import shutil
 import subprocess
-import time
 from pathlib import Path
 
 import pytest
@@ -17,21 +16,18 @@ from mlmem import SettingsError
 from mlmem_ros import MemoryClient, MemoryNode, RequestRefused
 from mlmem_ros.contract import requests
 from mlmem_ros.host import store
+from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.middleware import create_events_executor
 from mlmem_ros.ros.node_process import PROFILE_VARIABLES
-
-
-@pytest.fixture
-def robot(create_node):
-    return create_node('robot')
 
 
 @pytest.mark.parametrize(
     'kind', [SingleThreadedExecutor, MultiThreadedExecutor, create_events_executor]
 )
-def test_element_and_robot_share_an_executor(context, robot, kind, tmp_path):
+def test_element_and_robot_share_an_executor(context, create_node, kind, tmp_path):
     state, executor = tmp_path / 'element.json', kind(context=context)
     given = node_parameters({**QUICK, 'state.path': str(state)})
+    robot = create_node('robot')
     client = MemoryClient(robot, '/arm/mlmem')
     with MemoryNode(parameters=given, namespace='arm', context=context) as memory:
         executor.add_node(memory)
@@ -40,10 +36,8 @@ def test_element_and_robot_share_an_executor(context, robot, kind, tmp_path):
 
         host = memory.host
         host.open_loop().call(lambda: setattr(host.element, 'advance', None))
-        deadline = time.monotonic() + TIMEOUT_S
-        while host.element is not None:  # which the executor looks after
-            assert time.monotonic() < deadline
-            executor.spin_once(timeout_sec=0.1)
+        # The executor looks after its device.
+        wait_until(lambda: executor.spin_once(0.1) or host.element is None, 'its end', TIMEOUT_S)
         with pytest.raises(RequestRefused, match='the device has stopped'):
             run_in_executor(robot, executor, client.read)
     assert memory not in executor.get_nodes()
@@ -94,16 +88,15 @@ def test_program_of_robot_and_element_ends_as_its_client_left():
     """By default Fast DDS hands over messages within one process; our other tests have it send
     them. A client's thread that Python's end stopped in C++ would end the process by SIGABRT.
     """
-    by_default = {
-        name: value for name, value in os.environ.items() if name not in PROFILE_VARIABLES
-    }
+    by_default = {name: os.environ[name] for name in os.environ.keys() - PROFILE_VARIABLES}
     pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE}
     done = program('-c', PROGRAM, env=by_default, text=True, **pipes)
     output, errors = done.communicate(timeout=TIMEOUT_S)
     assert (output, done.returncode) == ('left\n', 0), errors
 
 
-def test_node_that_cannot_start_leaves_nothing_behind(context, robot):
+def test_node_that_cannot_start_leaves_nothing_behind(context, create_node):
+    robot = create_node('robot')
     with (
         pytest.raises(SettingsError, match='element'),
         MemoryNode(parameters={'element': 'case_9'}, context=context),
