@@ -13,7 +13,6 @@ import pytest
 import rclpy
 from nodes import QUICK, TICK, check_node, end_node, node_parameters, program
 from rclpy.node import Node
-from robot import Robot
 from sensor_msgs.msg import JointState
 from timeouts import TIMEOUT_S
 
@@ -34,8 +33,6 @@ def test_memory_node_has_name_parameters_log_and_end(tmp_path):
         assert node.memory.parameters('write.attempts').wait() == {'write.attempts': 5}
         end_node(node)
         assert not node.running
-    with Robot() as robot:
-        assert 'lent' not in robot.node.get_node_names()
 
 
 def test_domain_is_in_use_while_a_participant_listens():
