@@ -17,9 +17,8 @@ from mlmem_ros.host.settings import GROUPS, Parameters, RecordSettings, StateSet
 
 from .disk import Disk, mount_disk
 from .invariants import DISK_TIMEOUT_S, Invariants, describe_error
-from .primitives import use_scheduler
 from .process import Process
-from .scheduler import Deadlock, Endless, Scheduler
+from .scheduler import Deadlock, Endless, Scheduler, use_scheduler
 from .script import DISK_PATH, ELEMENT_KINDS, SESSION_PATH, STATE_PATH, Step, make_script
 
 
