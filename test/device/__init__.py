@@ -1,3 +1,0 @@
-# Copyright 2026 The mlmem_ros authors
-# SPDX-License-Identifier: Apache-2.0
-"""A package, so that its test files may share names with those of other folders."""
