@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Studies and benchmarks keep each result at once, pages show its numbers, and a stale one is
-listed.
+"""Studies and benchmarks keep each result at once, pages show its numbers, a stale one is listed,
+and the device does what it did when they were measured, to the bit.
 """
 
 import importlib
@@ -14,10 +14,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mlmem import MemoryElement, Read, Write, load_element
 from mlmem_lab import numbers, results
 from mlmem_lab import study as studies
+from mlmem_lab.behaviour import behaviour_study, measure_case, run_trial
 from mlmem_lab.bench import BENCHMARK_TITLES, command
-from mlmem_lab.bench.measure import Contender, ResultTable, compare_costs
+from mlmem_lab.bench.measure import Contender, ResultTable, compare_costs, describe_processor
 from mlmem_lab.bench.node import build_row, keep_column
 from mlmem_lab.numbers import place_numbers
 from mlmem_lab.study import STUDY_MODULES, Study, load_study, map_calls
@@ -274,3 +276,25 @@ def test_picture_with_other_bytes_is_named(checkout, capsys):
     found = capsys.readouterr().out
     assert 'wall.png: not the picture that "mlmem figures wall" drew' in found
     assert 'stranger.png: pictures.json names no command' in found
+
+
+@pytest.mark.parametrize('case', ['robust_words', 'case_2, simulated'])
+def test_device_does_what_the_results_were_measured_with(case):
+    result = results.load_result(behaviour_study.path)
+    if result['processor'] != describe_processor():
+        pytest.skip(f'the hashes are of another processor: {result["processor"]}')
+    known, found = result['cases'][case], measure_case(case)
+    assert found == known, (
+        f'{[what for what in known if found.get(what) != known[what]]} do something else: if this '
+        'is meant, run "mlmem study behaviour", and all studies that are stale then'
+    )
+
+
+def test_trial_hash_tells_a_change_that_no_reading_shows():
+    shipped = load_element('kick_2')
+    slower = replace(shipped.design, eta=shipped.design.eta * (1.0 + 1e-12))
+    commands = Write(1), Read()
+    same, other = (MemoryElement(design, shipped.settings) for design in (shipped.design, slower))
+    expected = run_trial(MemoryElement(shipped), *commands)
+    assert run_trial(same, *commands) == expected != run_trial(other, *commands)
+    assert run_trial(MemoryElement(shipped), Read(), *commands) != expected
