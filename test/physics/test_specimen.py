@@ -1,8 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A specimen: scatter, stuck cells and a shaken base, against DOP853 and closed forms."""
+"""A specimen: scatter, stuck cells and a shaken base, against DOP853 and closed forms; and the
+streams of random numbers from which it is drawn: a seed gives the same numbers as ever.
+"""
 
 import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -39,6 +42,7 @@ from mlmem.physics.equilibrium import (
 )
 from mlmem.physics.held_wall import hold_walls
 from mlmem.physics.waves import linearize_cells
+from mlmem.rng import RandomStream, draw_normal, make_generator
 from mlmem.simulation import simulate
 
 SMALL = dataclasses.replace(CASE_II, N=51)
@@ -246,3 +250,23 @@ def test_chain_rejects_specimen_and_shake_it_cannot_run():
         with pytest.raises(StateError, match='shake'):
             chain.advance(np.zeros(5), shake=shake)
     assert chain.state().tobytes() == before.tobytes()
+
+
+SPAWNED = [
+    RandomStream[name] for name in ('ALPHA', 'S', 'MASS', 'OFFSET', 'SCREEN', 'LEVELS', 'GAIN')
+]
+
+
+def test_streams_are_spawned_from_the_seed_in_order():
+    children = np.random.SeedSequence(7).spawn(len(SPAWNED))
+    for stream, child in zip(SPAWNED, children, strict=True):
+        expected = np.random.Generator(np.random.PCG64(child)).random(5)
+        assert make_generator(7, stream).random(5).tolist() == expected.tolist()
+
+
+def test_no_two_streams_are_alike():
+    ticks = [draw_normal((50,), 1, 2, stream) for stream in RandomStream if stream not in SPAWNED]
+    made = [make_generator(1, stream).standard_normal(50) for stream in SPAWNED]
+    for one, other in itertools.combinations([*ticks, *made], 2):
+        assert not set(one) & set(other)
+        assert abs(np.corrcoef(one, other)[0, 1]) < 0.5
