@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+import rig
 from shot_file import save_shot
 
 from mlmem import element_file, law_file, snapshot
@@ -29,7 +30,6 @@ from mlmem_ros.host import store
 from mlmem_ros.session import data
 from mlmem_tools.identification import csv_shots
 from mlmem_tools.law.curves import average_runs, load_run
-from test.device import rig
 
 ROOT = Path(__file__).parents[1]
 CURVE = ROOT / 'examples/law/shell_run1.csv'

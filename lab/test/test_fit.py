@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from laws import sample_force
-from rig.lines import ADDRESS, TamperedLine
+from lines import ADDRESS, TamperedLine
 from shot_file import save_shot
 
 from mlmem import MemoryElement, Shot, Survey, element_file, factory_calibration, load_element

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from device.rig import first_levels
+from rig import first_levels
 
 from mlmem import MemoryElement, Settings, Write, memory
 from mlmem.element_file import Element

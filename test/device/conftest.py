@@ -3,10 +3,9 @@
 """Loops that end with their test, and a device on which level after level was written."""
 
 import pytest
+import rig
 
 from mlmem import BLANK, Loop, Write, snapshot
-
-from . import rig
 
 
 @pytest.fixture(scope='session')

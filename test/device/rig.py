@@ -32,6 +32,11 @@ DESIGN = dataclasses.replace(CASE_II, N=125)
 """Four of the eight levels of the paper's second element, of its cells and at its distances: what
 a procedure does costs a third here."""
 
+ROBUST_NAMES = ['robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction']
+
+STUCK_CELL = 104
+"""A cell beside the defect of level 3 of Case II, which is cell 100."""
+
 
 def change(settings, **groups):
     """Return settings with other values of some groups, as in `write={'attempts': 1}`."""
@@ -199,3 +204,18 @@ def bits(element):
         element.reading,
         element.calibration,
     )
+
+
+def kind_with(name, cells, method='strain'):
+    """Return a preset whose settings name bad cells; of Case II, whose first five levels."""
+    design, settings = load_element(name).design_and_settings
+    if name == 'case_2':
+        design = dataclasses.replace(design, N=150)
+    return design, change(settings, write={'method': method}, element={'bad_cells': cells})
+
+
+def element_with(name, cells, faults, method='strain'):
+    """Return a blank element that is kind_with of some cells, with faults that may be others."""
+    element = MemoryElement(*kind_with(name, cells, method))
+    element.set_faults(faults)
+    return element

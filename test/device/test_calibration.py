@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+import rig
 from rejection import expect_rejection
 
 from mlmem import (
@@ -33,8 +34,6 @@ from mlmem.procedures import writing
 from mlmem.readers import listening
 from mlmem.readers.calibration import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem_tools.checks.echoes import forecast_echo
-
-from . import rig
 
 RISING = DelayTable((100.0, 200.0, 320.0, 400.0))
 FALLING = DelayTable((400.0, 320.0, 200.0, 100.0), blank=500.0)

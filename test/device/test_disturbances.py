@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 import pytest
+import rig
 from rejection import expect_rejection
 from sampled import sampled
 
@@ -19,8 +20,6 @@ from mlmem import BLANK, UNDECODABLE, Disturb, Outcome, Read, Refused, SelfTest
 from mlmem.instrument.base import Base, BaseState
 from mlmem.physics import CASE_II
 from mlmem.settings import DisturbanceSettings, ScaleSettings
-
-from . import rig
 
 TICK = 20.0
 PROGRESS = np.array([0.25, 0.5, 0.75, 1.0])

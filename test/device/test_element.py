@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 import pytest
+import rig
 from rejection import expect_rejection
 
 from mlmem import (
@@ -37,8 +38,6 @@ from mlmem.parsing import encode_value
 from mlmem.physics import CASE_II, Specimen, StateError, stable_step
 from mlmem.physics.pefrl import MAX_ACCURATE_STEP
 from mlmem.readers.listening import has_decayed
-
-from . import rig
 
 
 @pytest.mark.parametrize('tick', [20.0, 0.1, 7.3, 333.0])

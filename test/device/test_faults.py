@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 import pytest
+import rig
 from rejection import expect_rejection
 from sampled import sampled
 
@@ -41,8 +42,6 @@ from mlmem.schema import find_descriptions
 from mlmem.snapshot import restore_snapshot
 from mlmem_tools import checks
 from mlmem_tools.checks import Verdict
-
-from . import rig
 
 BIT = load_element('bits_1')
 BITS = rig.first_levels('byte', 2)
@@ -264,25 +263,6 @@ def test_seed_and_factor_of_no_cell_are_no_faults():
     assert not one.has_same_material(other)
 
 
-STUCK_CELL = 104
-"""A cell beside the defect of level 3 of Case II, which is cell 100."""
-
-
-def kind_with(name, cells, method='strain'):
-    """Return a preset whose settings name bad cells; of Case II, whose first five levels."""
-    design, settings = load_element(name).design_and_settings
-    if name == 'case_2':
-        design = dataclasses.replace(design, N=150)
-    return design, rig.change(settings, write={'method': method}, element={'bad_cells': cells})
-
-
-def element_with(name, cells, faults, method='strain'):
-    """Return a blank element that is kind_with of some cells, with faults that may be others."""
-    element = MemoryElement(*kind_with(name, cells, method))
-    element.set_faults(faults)
-    return element
-
-
 def test_forecast_wall_sets_stay_within_reached_levels():
     """Behind a wall are two at most two levels apart, at most seven levels away."""
     everything = {
@@ -323,7 +303,9 @@ def write_and_read(element, level):
 @pytest.mark.parametrize('method', ['strain', 'kick'])
 def test_stuck_cell_near_level_3_leaves_levels_before_it(method):
     """Up, down and blank, by strain and by kicks; without the forecast no read succeeds."""
-    element = element_with('case_2', str(STUCK_CELL), Faults(stuck_cell=STUCK_CELL), method)
+    element = rig.element_with(
+        'case_2', str(rig.STUCK_CELL), Faults(stuck_cell=rig.STUCK_CELL), method
+    )
     assert element.reader.forecasts.usable == (0, 1, 2)
     for level in (2, 0, BLANK, 1):
         assert write_and_read(element, level) == (True, level, level)
@@ -336,7 +318,7 @@ def test_stuck_cell_near_level_3_leaves_levels_before_it(method):
 
 def test_weak_cell_leaves_levels_reached_in_simulation():
     """Cell 31 holds a wall better than the defects of bits_2 beside it, so none gets past it."""
-    element = element_with('bits_2', '31:0.5', Faults(weak_cell=31, weak_factor=0.5))
+    element = rig.element_with('bits_2', '31:0.5', Faults(weak_cell=31, weak_factor=0.5))
     assert element.reader.forecasts.usable == (0, 1)
     for level in (1, BLANK, 0):
         assert write_and_read(element, level) == (True, level, level)
@@ -344,7 +326,7 @@ def test_weak_cell_leaves_levels_reached_in_simulation():
         element.perform(Write(3))
     place(element, 3)  # as no write can
     assert element.perform(Read()).reading.level == UNDECODABLE
-    behind = element_with('bits_1', '62:0.5', Faults(weak_cell=62, weak_factor=0.5))
+    behind = rig.element_with('bits_1', '62:0.5', Faults(weak_cell=62, weak_factor=0.5))
     assert behind.reader.forecasts.usable == (0, 1)
     place(behind, 1)
     assert behind.perform(Read()).reading.level == 1
@@ -366,7 +348,7 @@ def test_weak_cell_leaves_levels_reached_in_simulation():
 )
 def test_wrong_knowledge_never_gives_wrong_level(name, cells, faults):
     """Told of a cell that is sound, of another one, or of none."""
-    element, wrong = element_with(name, cells, faults), []
+    element, wrong = rig.element_with(name, cells, faults), []
     for level in range(BLANK, element.design.levels):
         try:
             place(element, *([] if level == BLANK else [level]))
@@ -383,14 +365,14 @@ def test_wrong_knowledge_never_gives_wrong_level(name, cells, faults):
     ('cell', 'placed', 'reason'),
     [
         # Two walls have the phases of a blank element, three those of one.
-        (STUCK_CELL, [(0, 1), (1, 2), (0, 1, 2)], 'there are {} walls'),
+        (rig.STUCK_CELL, [(0, 1), (1, 2), (0, 1, 2)], 'there are {} walls'),
         # The left end hears nothing of them: it read the element as blank.
         (62, [(2, 3), (3, 4), (2, 4), (0, 2, 3)],
          'nothing is known beyond cell 62: the right end hears 2 walls'),
     ],
 )  # fmt: skip
 def test_more_walls_are_not_taken_for_one_or_none(cell, placed, reason):
-    element = element_with('case_2', str(cell), Faults(stuck_cell=cell))
+    element = rig.element_with('case_2', str(cell), Faults(stuck_cell=cell))
     for walls in placed:
         place(element, *walls)
         read = element.perform(Read())
@@ -401,12 +383,12 @@ def test_more_walls_are_not_taken_for_one_or_none(cell, placed, reason):
 @pytest.mark.parametrize(('name', 'site'), [('case_2', 104), ('case_2', 147), ('bits_2', 66)])
 def test_locate_names_stuck_cell_of_blank_element(name, site):
     """To the right end cell 104 sounds like a wall at cell 111; the waveform tells which it is."""
-    element = element_with(name, '', Faults(stuck_cell=site))
+    element = rig.element_with(name, '', Faults(stuck_cell=site))
     assert element.perform(Locate()).found == {'walls': 0, 'stuck_cell': site}
 
 
 def test_procedures_go_through_levels_that_are_left():
-    element = element_with('bits_2', '31', Faults(stuck_cell=31))
+    element = rig.element_with('bits_2', '31', Faults(stuck_cell=31))
     assert element.reader.forecasts.usable == (0, 1)
     assert write_and_read(element, 1) == (True, 1, 1)
     assert element.perform(Locate()).found == {
@@ -420,8 +402,8 @@ def test_procedures_go_through_levels_that_are_left():
 
 
 def test_design_check_names_levels_behind_a_stuck_cell(monkeypatch):
-    design, settings = kind_with('case_2', '')
-    element = element_file.Element(Specimen(design, stuck=(STUCK_CELL,)), np.zeros(design.N))
+    design, settings = rig.kind_with('case_2', '')
+    element = element_file.Element(Specimen(design, stuck=(rig.STUCK_CELL,)), np.zeros(design.N))
     monkeypatch.setattr(checks, 'CHECK_MODULES', (checks.launch,))  # all else takes a second
     finding = checks.check(design, settings, element)['bad_cells']
     assert (finding.verdict, finding.values['usable levels']) == (Verdict.WARN, 3.0)
@@ -431,12 +413,12 @@ def test_design_check_names_levels_behind_a_stuck_cell(monkeypatch):
 def test_bad_cells_that_are_none_or_leave_no_level_are_rejected():
     for cells in ('1', '61:', '61:0', '61:nan', 'half'):
         with expect_rejection(SettingsError, 'out_of_range', 'bad_cells'):
-            kind_with('case_2', cells)
+            rig.kind_with('case_2', cells)
     for name, cells, code, field in (
         ('case_2', '225', 'conflict', 'bad_cells'),
         ('case_2', '5', 'unsupported', 'element.bad_cells'),
         ('byte', '104', 'conflict', 'element.bad_cells'),
     ):
         with expect_rejection(SettingsError, code, field):
-            MemoryElement(*kind_with(name, cells, 'kick'))
+            MemoryElement(*rig.kind_with(name, cells, 'kick'))
     assert Settings().add_stuck_cells((3, 7)).element.stuck_sites == (3, 7)

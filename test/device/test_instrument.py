@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 import pytest
+import rig
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from rejection import expect_rejection
@@ -25,8 +26,6 @@ from mlmem.instrument.transducer import UNLIMITED_SAMPLES, Returns, Reverberatio
 from mlmem.physics import CASE_II, Chain
 from mlmem.physics.waves import pass_band
 from mlmem.settings import ActuatorSettings, ProbeSettings
-
-from . import rig
 
 LIMITS = ActuatorSettings(max_strain=0.08, max_rate=1e-4)
 STEP = 0.25

@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+import rig
 from rejection import expect_rejection
 
 from mlmem import (
@@ -27,8 +28,6 @@ from mlmem.moves.kick import KickMotion, KickSettings, kick_out, kick_to, remove
 from mlmem.moves.move import Move, blank_content, find_route, move_families
 from mlmem.physics import Scatter, draw_specimen, find_walls
 from mlmem.readers.delay_reader import search_speed
-
-from . import rig
 
 CELL = 1.5
 """A resting wall is at most this far from its level, in cells."""

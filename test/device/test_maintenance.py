@@ -6,17 +6,16 @@ import dataclasses
 
 import numpy as np
 import pytest
+import rig
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from lines import LocalDriver
 
 from mlmem import BLANK, Abort, Calibrate, Erase, Outcome, Read, Reset, SelfTest, SetStrain, Write
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, find_walls
 from mlmem.procedures import writing
 from mlmem_ros.contract.answers import outcome_to_dict
-from test.rig.lines import LocalDriver
-
-from . import rig
 
 TWO_LEVELS = dataclasses.replace(CASE_II, N=75)
 COMMANDS = st.one_of(st.builds(Write, st.integers(0, 3)), st.just(Erase()), st.just(Calibrate()))

@@ -11,6 +11,7 @@ import re
 
 import numpy as np
 import pytest
+import rig
 from rejection import expect_rejection
 from sampled import sampled
 
@@ -40,10 +41,7 @@ from mlmem.procedures import writing
 from mlmem.readers.delay_reader import locate_reflector
 from mlmem.readers.reading import WELL_ERROR_CELLS
 
-from . import rig
-
 DESIGN = rig.DESIGN
-ROBUST_NAMES = ['robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction']
 
 
 def test_every_level_of_case_ii_is_written_and_read():
@@ -191,7 +189,7 @@ def test_end_in_third_ground_state_is_brought_back(end, at):
     ('name', 'method'),
     sampled(
         [('case_1', 'strain'), ('case_2', 'kick'), ('kick_2', 'kick'), ('kick_4', 'kick'),
-         *((name, 'kick') for name in ROBUST_NAMES)],
+         *((name, 'kick') for name in rig.ROBUST_NAMES)],
         lambda each: each[0] not in {'kick_4', 'robust_2', 'robust_3_friction'},
     ),
 )  # fmt: skip

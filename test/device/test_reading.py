@@ -12,6 +12,7 @@ import re
 
 import numpy as np
 import pytest
+import rig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -37,8 +38,6 @@ from mlmem.instrument.end import End
 from mlmem.physics import CASE_II
 from mlmem.readers.decoding import Decoder, find_exchanged_levels
 from mlmem.settings import ProbeSettings, ReadSettings, Settings
-
-from . import rig
 
 DT = 0.25
 PROBE = ProbeSettings()

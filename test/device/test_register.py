@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import rig
 from rejection import expect_rejection
 from sampled import sampled
 from scipy.spatial.distance import cdist
@@ -37,8 +38,6 @@ from mlmem.physics import Scatter, Specimen, draw_specimen, find_walls
 from mlmem.physics.equilibrium import find_pinned_walls
 from mlmem.readers.register import find_wall_levels, forecast_words
 from mlmem.readers.words import Code
-
-from . import rig
 
 BYTE = load_element('byte')
 NIBBLE = rig.first_levels('byte', 4)

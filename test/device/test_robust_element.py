@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+import rig
 from rejection import expect_rejection
 
 from mlmem import (
@@ -29,10 +30,6 @@ from mlmem.physics.wall import arrival_tolerance
 from mlmem.snapshot import restore_snapshot
 from mlmem_tools.checks import Verdict, check
 
-from . import rig
-from .test_faults import STUCK_CELL, element_with
-from .test_procedures import ROBUST_NAMES
-
 SCATTER = Scatter(alpha=0.03, k_r=0.03, mass=0.03)
 
 
@@ -41,7 +38,7 @@ def make_scattered(name, seed, scatter=SCATTER):
     return rig.shipped(name, draw_specimen(load_element(name).design, scatter, seed))
 
 
-@pytest.mark.parametrize('name', ROBUST_NAMES)
+@pytest.mark.parametrize('name', rig.ROBUST_NAMES)
 @pytest.mark.parametrize('seed', range(2))
 def test_scattered_robust_element_acknowledges_no_wrong_level(name, seed):
     """The wall must rest within a quarter of a level, at most 1.5 cells, where it is reported."""
@@ -67,7 +64,7 @@ def test_wall_pinned_behind_the_last_level_is_not_read_as_it(seed):
     assert (reading.content, reading.walls) == (UNDECODABLE, 1)
 
 
-@pytest.mark.parametrize('name', ROBUST_NAMES)
+@pytest.mark.parametrize('name', rig.ROBUST_NAMES)
 def test_robust_element_passes_design_check(name):
     """A node refuses an element whose check fails, and logs what warns at every start."""
     shipped = load_element(name)
@@ -119,7 +116,7 @@ def run_out(element):
     return rig.settle(element, np.full(element.design.N, element.design.D_s2))
 
 
-@pytest.mark.parametrize('name', ROBUST_NAMES)
+@pytest.mark.parametrize('name', rig.ROBUST_NAMES)
 def test_wall_that_left_is_kicked_back_by_the_right_end_and_erased(name):
     element = run_out(make_scattered(name, 1))
     assert rig.succeed(element, Erase()).attempts == 1
@@ -146,7 +143,9 @@ def waveform_reader(name):
     if name == 'nibble':
         return MemoryElement(rig.first_levels('byte', 4)), (0x0, 0x2, 0x5, 0x9, 0xF)
     if name == 'stuck cell':
-        element = element_with('case_2', str(STUCK_CELL), Faults(stuck_cell=STUCK_CELL))
+        element = rig.element_with(
+            'case_2', str(rig.STUCK_CELL), Faults(stuck_cell=rig.STUCK_CELL)
+        )
         return element, element.reader.forecasts.usable
     element = make_scattered(name, 1)
     return element, range(element.design.levels)
@@ -172,7 +171,7 @@ def delay_end(shot, end, late):
     return dataclasses.replace(shot, samples=samples)
 
 
-@pytest.mark.parametrize('name', [*ROBUST_NAMES, 'nibble', 'stuck cell'])
+@pytest.mark.parametrize('name', [*rig.ROBUST_NAMES, 'nibble', 'stuck cell'])
 def test_late_end_changes_no_content_read_by_waveforms(name):
     """One end alone may tell a level, and late it may look like another one. Sound records are
     decoded as what they are, which `record_shots` asserts.

@@ -12,6 +12,8 @@ from functools import partial
 import legal
 import numpy as np
 import pytest
+import rig
+from loops import PERIOD, Clock, until
 from sampled import sampled
 
 from mlmem import (
@@ -45,9 +47,6 @@ from mlmem.physics import StateError
 from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.settings import ActuatorSettings
-
-from . import rig
-from .test_loop import PERIOD, Clock, until
 
 
 def draw_device(random):

@@ -12,6 +12,7 @@ import threading
 import time
 
 import pytest
+from lines import make_failing_driver, raising
 from rejection import expect_rejection
 from timeouts import TIMEOUT_S
 
@@ -40,7 +41,6 @@ from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 from mlmem_tools import checks
 from mlmem_tools.checks import Finding, Report, Verdict
-from test.rig.lines import make_failing_driver, raising
 
 # --- what is acknowledged is safe -------------------------------------------------------------
 

@@ -13,6 +13,7 @@ import threading
 from contextlib import closing
 
 import pytest
+import rig
 from timeouts import TIMEOUT_S
 
 from mlmem import MemoryElement, Settings, factory, snapshot, threads
@@ -24,7 +25,6 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import Overdue, ThrottledLog, store
 from mlmem_ros.host.settings import FileSettings, StateSettings
 from mlmem_ros.host.worker import WORK_TIMEOUT_S, Worker
-from test.device import rig
 
 
 def open_store(file):

@@ -14,13 +14,12 @@ import struct
 
 import numpy as np
 import pytest
+from lines import LocalDriver, TamperedLine, driven, emulated, encode, raising, serving
 
 from mlmem import DriverError, MemoryElement, Read, Settings
 from mlmem.physics import CASE_II
 from mlmem_ros.rig.frames import FrameKind, Hello, Layout, Parser, encode_frame, encode_set_points
 from mlmem_tools.rig.emulated import EmulatedRig
-
-from .lines import LocalDriver, TamperedLine, driven, emulated, encode, raising, serving
 
 # A frame that cannot be served must not end the rig with a traceback.
 pytestmark = pytest.mark.filterwarnings('error::pytest.PytestUnhandledThreadExceptionWarning')

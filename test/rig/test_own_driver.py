@@ -10,14 +10,13 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from lines import make_failing_driver, raising
 
 from mlmem import DriverError, Erase, MemoryElement, Read, Settings, SettingsError, Write
 from mlmem.instrument import drivers
 from mlmem.instrument.drivers import Simulation, Watchdog
 from mlmem.physics import CASE_II, SUBSTEPS_PER_STEP, HeldCell, substep_times
 from mlmem.settings import TimeSettings
-
-from .lines import make_failing_driver, raising
 
 PAGE = Path(__file__).parents[2] / 'docs' / 'drivers.md'
 UM = 1e4  # micrometres of a cell

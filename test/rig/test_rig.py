@@ -10,6 +10,7 @@ import random
 
 import numpy as np
 import pytest
+from lines import LocalDriver, TamperedLine, driven, emulated
 from sampled import sampled
 
 from mlmem import (
@@ -33,8 +34,6 @@ from mlmem.physics import CASE_II
 from mlmem.settings import ScaleSettings, TimeSettings
 from mlmem_ros.rig.frames import encode_frame
 from mlmem_tools.rig.emulated import RigSensors
-
-from .lines import LocalDriver, TamperedLine, driven, emulated
 
 KICKED = use_kicks(load_element('case_2')).settings
 """Those of the element when a write takes a tenth of the ticks."""

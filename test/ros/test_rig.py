@@ -9,6 +9,7 @@ import socket
 from dataclasses import replace
 
 import pytest
+from lines import PatientRig, serving
 from nodes import QUICK
 from robot import values
 from timeouts import TIMEOUT_S
@@ -21,7 +22,6 @@ from mlmem_ros.ros.node import node as node_module
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 from mlmem_tools.rig.emulated import EmulatedRig, LineProperties
-from test.rig.lines import PatientRig, serving
 
 DESIGN, SETTINGS = load_element(QUICK['element']).design_and_settings
 FAST = replace(SETTINGS, scale=replace(SETTINGS.scale, time=QUICK['scale.time']))

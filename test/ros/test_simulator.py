@@ -6,11 +6,10 @@ import pytest
 
 pytest.importorskip('simulation_interfaces', reason='it is not built: make interfaces')
 
+from lines import LocalDriver
 from robot import Robot
 from simulation_interfaces import srv
 from simulation_interfaces.msg import EntityFilters, Result, SimulationState, SimulatorFeatures
-
-from test.rig.lines import LocalDriver
 
 STOPPED, PLAYING = SimulationState.STATE_STOPPED, SimulationState.STATE_PLAYING
 PAUSED, NO_WORLD = SimulationState.STATE_PAUSED, SimulationState.STATE_NO_WORLD

@@ -5,8 +5,8 @@
 import pytest
 from sampled import sampled
 
-from .planted_bugs import PLANTED_BUGS, plant
-from .world import SeededRun, describe_run
+from seeded_runs.planted_bugs import PLANTED_BUGS, plant
+from seeded_runs.world import SeededRun, describe_run
 
 SHORT_SEEDS = (77, 17, 30, 46, 73, 40, 20, 24, 32, 34, 44, 45, 52, 63, 64, 68, 75, 81, 84, 92)
 """Of the first hundred runs those that together reach the most code in a second, and first those

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+import rig
 from rejection import replace_value
 
 from mlmem import (
@@ -44,7 +45,6 @@ from mlmem_ros.session.records import (
     read_state_hash,
 )
 from mlmem_ros.session.replay import build_element, find_last_tick, run_replay
-from test.device import rig
 
 COMMANDS = [
     SetStrain(0.1 + 0.2), SetStrain(-5e-324), FollowTrajectory((0.1, 0.3), (0.01, 0.0)),

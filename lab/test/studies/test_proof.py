@@ -10,7 +10,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from device.rig import first_levels
+from rig import first_levels
 
 from mlmem import element_file, load_element, memory
 from mlmem.element_file import Element

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from device.rig import first_levels
+from rig import first_levels
 
 from mlmem import UNDECODABLE, Settings, load_element
 from mlmem.physics import CASE_II
