@@ -14,7 +14,7 @@ import yaml
 from mcap.reader import make_reader
 from rclpy.task import Future
 from rosbags.highlevel import AnyReader
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 
 from mlmem import Settings, load_element
 from mlmem.element_file import ELEMENT_NAMES

@@ -18,7 +18,7 @@ import hypothesis.strategies as st
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rejection import expect_rejection, replace_value
+from suite import expect_rejection, replace_value
 
 from mlmem import (
     Calibration,

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from sampled import sampled
+from suite import sampled
 
 from mlmem.readers import register
 from mlmem_lab.paper.figure import Judgement, Quality, load_data

@@ -12,7 +12,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Footer, Message
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
-from sampled import sampled
+from suite import sampled
 
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError

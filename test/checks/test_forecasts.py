@@ -12,7 +12,7 @@ import math
 import numpy as np
 import pytest
 from device import rig
-from sampled import sampled
+from suite import sampled
 
 from mlmem import (
     Abort,

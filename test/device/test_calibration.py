@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 import rig
-from rejection import expect_rejection
+from suite import expect_rejection
 
 from mlmem import (
     BLANK,

@@ -13,8 +13,7 @@ import math
 import numpy as np
 import pytest
 import rig
-from rejection import expect_rejection
-from sampled import sampled
+from suite import expect_rejection, sampled
 
 from mlmem import BLANK, UNDECODABLE, Disturb, Outcome, Read, Refused, SelfTest
 from mlmem.instrument.base import Base, BaseState

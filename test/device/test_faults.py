@@ -12,8 +12,7 @@ import math
 import numpy as np
 import pytest
 import rig
-from rejection import expect_rejection
-from sampled import sampled
+from suite import expect_rejection, sampled
 
 from mlmem import (
     BLANK,

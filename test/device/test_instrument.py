@@ -12,7 +12,7 @@ import pytest
 import rig
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from rejection import expect_rejection
+from suite import expect_rejection
 
 from mlmem import FollowTrajectory, Read, Refused, SetStrain, Settings, SettingsError, Write
 from mlmem.instrument.actuator import MAX_PROFILE_POINTS, Actuator, plan_profile

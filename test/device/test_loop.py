@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 import rig
 from loops import PATIENCE, PERIOD, Clock, hold, refusal, result, until
-from rejection import expect_rejection
+from suite import expect_rejection
 
 from mlmem import (
     Abort,

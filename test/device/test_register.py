@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import rig
-from rejection import expect_rejection
-from sampled import sampled
 from scipy.spatial.distance import cdist
+from suite import expect_rejection, sampled
 
 from mlmem import (
     UNDECODABLE,

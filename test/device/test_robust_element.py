@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 import rig
-from rejection import expect_rejection
+from suite import expect_rejection
 
 from mlmem import (
     BLANK,

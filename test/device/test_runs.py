@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import rig
 from loops import PERIOD, Clock, until
-from sampled import sampled
+from suite import sampled
 
 from mlmem import (
     Abort,

@@ -8,7 +8,7 @@ import threading
 import time
 
 import pytest
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 
 from mlmem import MemoryElement, factory, load_element
 from mlmem.element_file import use_kicks

@@ -13,8 +13,7 @@ import time
 
 import pytest
 from lines import make_failing_driver, raising
-from rejection import expect_rejection
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S, expect_rejection
 
 from mlmem import (
     Disturb,

@@ -9,8 +9,7 @@ import time
 from collections import Counter
 
 import pytest
-from rejection import expect_rejection
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S, expect_rejection
 
 from mlmem import Read, Refused, SetStrain, Write
 from mlmem_ros.bag import jazzy

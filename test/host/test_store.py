@@ -14,7 +14,7 @@ from contextlib import closing
 
 import pytest
 import rig
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 
 from mlmem import MemoryElement, Settings, factory, snapshot, threads
 from mlmem.moves.strain_cycle import WriteSettings

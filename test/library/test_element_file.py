@@ -14,7 +14,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 import yaml
-from rejection import expect_rejection
+from suite import expect_rejection
 
 import mlmem
 from mlmem import ELEMENT_NAMES, Settings, atomic_files, element_file, load_element

@@ -10,7 +10,7 @@ from dataclasses import fields, make_dataclass, replace
 import numpy as np
 import pytest
 from device import rig
-from rejection import expect_rejection
+from suite import expect_rejection
 
 from mlmem import (
     Calibration,

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rejection import expect_rejection
+from suite import expect_rejection
 
 from mlmem import DesignError, MemoryElement, Potential, SettingsError, load_element
 from mlmem.errors import Rejected

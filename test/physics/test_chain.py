@@ -20,7 +20,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import oracle
 import pytest
-from rejection import expect_rejection
+from suite import expect_rejection
 
 from mlmem.physics import (
     CASE_II,

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from laws import on_site_force, sample_force
-from rejection import expect_rejection
+from suite import expect_rejection
 
 from mlmem.physics import CASE_II, Chain, Design, DesignError, Potential
 from mlmem.physics.curve import Curve

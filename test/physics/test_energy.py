@@ -24,7 +24,7 @@ import legal
 import numpy as np
 import oracle
 import pytest
-from sampled import sampled
+from suite import sampled
 
 import mlmem
 from mlmem.physics import (

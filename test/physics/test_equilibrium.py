@@ -19,8 +19,8 @@ import numpy as np
 import oracle
 import pytest
 from laws import sample_force
-from rejection import expect_rejection
 from scipy.optimize import minimize
+from suite import expect_rejection
 
 from mlmem.physics import CASE_I, CASE_II, Chain, Specimen, StateError, find_walls
 from mlmem.physics.equilibrium import (

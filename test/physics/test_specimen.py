@@ -11,7 +11,7 @@ import math
 import numpy as np
 import oracle
 import pytest
-from rejection import expect_rejection
+from suite import expect_rejection
 
 from mlmem.element_file import load_element
 from mlmem.parameter_sweep import sweep

@@ -11,7 +11,7 @@ import random
 import numpy as np
 import pytest
 from lines import LocalDriver, TamperedLine, driven, emulated
-from sampled import sampled
+from suite import sampled
 
 from mlmem import (
     End,

@@ -12,7 +12,7 @@ import pytest
 import rclpy
 from nodes import node_parameters
 from robot import Robot, join_graph
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 
 from mlmem_ros import standalone
 from mlmem_ros.ros.node import diagnostics

@@ -17,7 +17,7 @@ import rclpy
 from lifecycle_msgs.msg import Transition
 from rclpy.action import ActionClient
 from rclpy.parameter import Parameter, parameter_value_to_python
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from mlmem_ros.contract.commands import COMMAND_TOPICS

@@ -9,7 +9,7 @@ import time
 from concurrent.futures import CancelledError
 
 import pytest
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 
 from mlmem_ros.contract import requests
 

@@ -7,7 +7,7 @@ import itertools
 import pytest
 from nodes import QUICK, element_file, node_parameters
 from robot import Robot
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 
 from mlmem import SettingsError
 from mlmem_ros import BankCheckFailed, BankFailed, MemoryBank, MemoryClient, RequestRefused

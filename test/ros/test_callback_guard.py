@@ -22,7 +22,7 @@ from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.serialization import serialize_message
 from robot import Robot
 from std_srvs.srv import Trigger
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 from trajectory_msgs.msg import JointTrajectory
 
 from mlmem_ros import MemoryClient, NoAnswer, standalone

@@ -14,7 +14,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from nodes import run_in_executor
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 
 from mlmem_ros import MemoryClient, NoAnswer, RequestRefused
 from mlmem_ros.ros.client.reply import create_suspension

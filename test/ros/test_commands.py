@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from nodes import check_closed
 from robot import BLANK, Robot, values
-from sampled import sampled
+from suite import sampled
 
 from mlmem_ros import MemoryClient
 from mlmem_ros.ros import node_process

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from nodes import QUICK, node_parameters, program, run_in_executor
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 
 from mlmem import SettingsError
 from mlmem_ros import MemoryClient, MemoryNode, RequestRefused

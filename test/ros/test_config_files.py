@@ -22,7 +22,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from nodes import QUICK, step_until_arrived
 from sensor_msgs.msg import Image
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 from visualization_msgs.msg import MarkerArray
 
 from mlmem import ELEMENT_NAMES, MemoryElement, Settings, load_element

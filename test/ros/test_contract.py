@@ -12,7 +12,7 @@ import math
 
 import pytest
 from robot import BLANK, LENGTH, Robot, values
-from sampled import sampled
+from suite import sampled
 
 from mlmem_ros.contract.streams import STREAMS
 from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC

@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 from nodes import check_closed, element_file
 from robot import Robot
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 
 
 def environment():

@@ -17,7 +17,7 @@ import pytest
 import rclpy
 from nodes import QUICK, check_closed, element_file, node_parameters, program
 from robot import Robot
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 
 from mlmem_ros import standalone
 from mlmem_ros.host import host, store

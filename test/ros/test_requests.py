@@ -7,9 +7,9 @@ from types import SimpleNamespace
 
 import pytest
 from rclpy.duration import Duration
-from rejection import expect_rejection
 from robot import TOPICS_IN, build_parameters
 from sensor_msgs.msg import JointState
+from suite import expect_rejection
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from mlmem import Abort, Erase, FollowTrajectory, Kick, Read, Refused, Write

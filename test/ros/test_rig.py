@@ -12,7 +12,7 @@ import pytest
 from lines import PatientRig, serving
 from nodes import QUICK
 from robot import values
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 
 from mlmem import UNDECODABLE, DriverError, DriverHangs, load_element
 from mlmem_ros.bag.errors import BagError

@@ -11,7 +11,7 @@ from rclpy.clock import ClockType, ROSClock
 from rclpy.time import Time
 from robot import values
 from rosgraph_msgs.msg import Clock
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 
 from mlmem_ros import NoAnswer
 from mlmem_ros.ros.node import simulator

@@ -11,7 +11,7 @@ import pytest
 import rclpy
 from nodes import QUICK, end_node
 from robot import values
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 
 from mlmem import element_file, load_element
 from mlmem.physics import Scatter, Specimen, draw_specimen

@@ -14,7 +14,7 @@ import rclpy
 from nodes import QUICK, TICK, check_node, end_node, node_parameters, program
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
-from timeouts import TIMEOUT_S
+from suite import TIMEOUT_S
 
 from mlmem_ros import RequestError, RequestRefused
 from mlmem_ros.ros.node_process import build_node_arguments, find_profile_variable, use_profile

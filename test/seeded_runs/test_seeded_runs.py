@@ -3,7 +3,7 @@
 """Whole runs, each determined by one number. `make seeded-runs` runs many more."""
 
 import pytest
-from sampled import sampled
+from suite import sampled
 
 from seeded_runs.planted_bugs import PLANTED_BUGS, plant
 from seeded_runs.world import SeededRun, describe_run

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 import rig
-from rejection import replace_value
+from suite import replace_value
 
 from mlmem import (
     Abort,
