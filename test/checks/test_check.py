@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from device import rig
+import rig
 
 from mlmem import MemoryElement, Settings, factory_calibration, load_element
 from mlmem.instrument.end import End

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 import pytest
-from device import rig
+import rig
 from suite import sampled
 
 from mlmem import (

@@ -9,7 +9,7 @@ from dataclasses import fields, make_dataclass, replace
 
 import numpy as np
 import pytest
-from device import rig
+import rig
 from suite import expect_rejection
 
 from mlmem import (

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from device import rig
+import rig
 from suite import expect_rejection
 
 from mlmem import (

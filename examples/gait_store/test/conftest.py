@@ -6,10 +6,10 @@ import importlib.util
 import sys
 from pathlib import Path
 
-from mlmem_ros.testing import isolate
-
 if importlib.util.find_spec('rclpy') is None:
     collect_ignore = ['test_gait_store.py']
 else:
+    from mlmem_ros.testing import isolate
+
     isolate()
 sys.path.append(str(Path(__file__).parents[1]))  # without a build

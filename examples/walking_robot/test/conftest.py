@@ -6,9 +6,9 @@ import importlib.util
 import sys
 from pathlib import Path
 
-from mlmem_ros.testing import isolate
-
 if all(importlib.util.find_spec(each) for each in ('rclpy', 'mujoco')):
+    from mlmem_ros.testing import isolate
+
     isolate()
 else:
     collect_ignore = ['test_walking_robot.py']
