@@ -208,7 +208,8 @@ def test_left_end_writes_reads_and_erases_every_level(element):
         assert min(each.level_margin for each in readings) > 0.9
     assert element.perform(Erase()).success
     assert find_walls(element.design, element.chain.configuration) == []
-    assert element.perform(Read()).reading.content == BLANK
+    blank = element.perform(Read()).reading
+    assert (blank.content, blank.code) == (BLANK, '')
     with expect_rejection(Refused, 'unsupported', 'read.method'):
         element.apply(Survey())
 
