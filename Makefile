@@ -14,7 +14,7 @@ SEED = 1
 MINUTES ?= 60
 SEEDS ?= 100000
 
-.PHONY: bench clean coverage demo dist docs figures figures-check figures-stale interfaces lint mutation seeded-runs setup setup-docs setup-kilted setup-test soak test test-kilted test-slow uncovered
+.PHONY: bench clean coverage demo dist docs figures figures-check figures-stale interfaces lint mutation seeded-runs setup setup-docs setup-kilted setup-test soak test test-kilted test-oldest test-slow uncovered
 
 demo: setup
 	$(VENV)/mlmem demo
@@ -76,13 +76,23 @@ test-kilted: setup-kilted
 	@.venv-kilted/bin/python scripts/build_interfaces.py || true
 	.venv-kilted/bin/python -m $(PYTEST) test/ros test/host examples
 
+# The same tests with the oldest versions that setup.py and lab/pyproject.toml allow, in an environment
+# of their own; before a release.
+test-oldest:
+	$(PYTHON) -m venv --clear .venv-oldest
+	.venv-oldest/bin/pip install --quiet uv
+	.venv-oldest/bin/uv pip install --quiet --python .venv-oldest/bin/python \
+	  --resolution lowest-direct --editable '.[ros,view,test]' --editable lab
+	@.venv-oldest/bin/python scripts/build_interfaces.py || true
+	.venv-oldest/bin/python -m $(PYTEST) --ignore=test/docs
+
 test-slow: setup-test
 	$(VENV)/python -m pytest -m slow --timeout 0
 
 soak: setup-test
 	$(VENV)/python scripts/soak.py --minutes $(MINUTES)
 
-# A sample of mutants, hours; make mutation SEED=2: another.
+# A sample of mutants, half an hour; make mutation SEED=2: another.
 mutation: setup-test
 	$(VENV)/pip install --quiet --editable '.[mutation]'
 	$(VENV)/python scripts/mutation.py --sample $(SAMPLE) --seed $(SEED)
@@ -110,4 +120,4 @@ setup setup-test setup-docs setup-kilted:
 	@$(PYTHON) scripts/bootstrap.py $(STAGE)
 
 clean:
-	rm -rf .venv .venv-kilted build dist docs/_build *.egg-info sessions reproduction mutants .coverage*
+	rm -rf .venv .venv-kilted .venv-oldest build dist docs/_build *.egg-info sessions reproduction mutants .coverage*
