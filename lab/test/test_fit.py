@@ -67,14 +67,9 @@ class Truth:
     gain = 1.01, 0.99
 
     @property
-    def design(self):
-        """The design that it has, other than the one that the fit is told."""
-        return self.specimen.design
-
-    @property
     def strength(self):
         """alpha_j in units of the nominal d."""
-        return self.specimen.alpha * self.design.d / SMALL.d
+        return self.specimen.alpha * self.specimen.design.d / SMALL.d
 
 
 def hidden(seed, mass=0.0, friction=0.0, **shared):
@@ -154,8 +149,9 @@ def test_fit_finds_every_cell_and_what_they_share(fitted):
     assert np.abs((alpha - element.strength) / deviation).max() < 5.0
     assert found.chi2 == pytest.approx(1.0, abs=0.05)  # 5600 data: +- 0.02
     shared = {
-        'time_unit': element.time_unit, 'eta': element.design.eta, 'D_s2': element.design.D_s2,
-        'gain_left': element.gain[0], 'drive_right': 1.0 / element.gain[1],
+        'time_unit': element.time_unit, 'gain_left': element.gain[0],
+        'eta': element.specimen.design.eta, 'D_s2': element.specimen.design.D_s2,
+        'drive_right': 1.0 / element.gain[1],
     }  # fmt: skip
     for name, value in shared.items():
         place = found.unknowns.shared(name)

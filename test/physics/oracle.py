@@ -117,9 +117,3 @@ def solve(material, state, span, V_N, v_1=None, shake=lambda t: 0.0):
 def place(v):
     """Return the state of displacements at rest over an unstrained substrate, shape (4, N)."""
     return np.stack((v, *np.zeros((3, len(v)))))
-
-
-def smooth(x):
-    """Return a step from 0 (x <= 0) to 1 (x >= 1) with two continuous derivatives."""
-    x = np.clip(x, 0.0, 1.0)
-    return x**3 * (10.0 - 15.0 * x + 6.0 * x * x)
