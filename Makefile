@@ -84,7 +84,7 @@ test-oldest:
 	.venv-oldest/bin/uv pip install --quiet --python .venv-oldest/bin/python \
 	  --resolution lowest-direct --editable '.[ros,view,test]' --editable lab
 	@.venv-oldest/bin/python scripts/build_interfaces.py || true
-	.venv-oldest/bin/python -m $(PYTEST) --ignore=test/docs
+	.venv-oldest/bin/python -m pytest -n 4 --dist loadfile --ignore=test/docs
 
 test-slow: setup-test
 	$(VENV)/python -m pytest -m slow --timeout 0

@@ -96,7 +96,7 @@ def urdf(**arguments):
     xacro = pytest.importorskip('xacro')
     given = {name: str(value) for name, value in arguments.items()}
     path = CONFIG / 'ros2_control' / 'element.urdf.xacro'
-    return ET.fromstring(xacro.process_file(path, mappings=given).toxml())
+    return ET.fromstring(xacro.process_file(str(path), mappings=given).toxml())
 
 
 def limits(robot_description):

@@ -173,7 +173,7 @@ class Figure:
         The folder must exist.
         """
         stem = folder / self.stem
-        np.savez_compressed(stem.with_suffix('.npz'), **data, allow_pickle=False)
+        np.savez_compressed(stem.with_suffix('.npz'), **data)
         with style_context():
             return [stem.with_suffix('.npz'), *self._save(data, stem)]
 
